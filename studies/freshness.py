@@ -14,7 +14,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from pytest_hricdv._base.atomic_file import replaced
+from pytest_hricdv._base.atomic_file import replace_file
 
 ROOT = Path(__file__).parents[1]
 PICTURES = Path("docs/pictures")
@@ -49,7 +49,7 @@ def made(pictures: Iterable[str], root: Path = ROOT) -> None:
     """Remember that these pictures are of the sources as they are now."""
     kept = {**stamps(root), **{picture: stamp(sources_of(picture), root) for picture in pictures}}
     lines = [f'"{picture}" = "{kept[picture]}"\n' for picture in sorted(kept) if (root / PICTURES / picture).exists()]
-    with replaced(root / STAMPS) as part:
+    with replace_file(root / STAMPS) as part:
         part.write_text(
             "# Written by `make pictures`: of which state of its sources each picture is.\n" + "".join(lines)
         )

@@ -23,13 +23,13 @@ def write_text(path: Path, text: str) -> Path:
 
 def write_bytes(path: Path, data: bytes) -> Path:
     """Write `data` to `path`; see `write_text`."""
-    with replaced(path) as temporary, _OPEN(temporary, "wb") as file:
+    with replace_file(path) as temporary, _OPEN(temporary, "wb") as file:
         file.write(data)
     return path
 
 
 @contextlib.contextmanager
-def replaced(path: Path) -> Iterator[Path]:
+def replace_file(path: Path) -> Iterator[Path]:
     """The file to write in place of `path`, which it then replaces, unless writing fails. Raises as `write_text`."""
     temporary = temporary_path(path)
     try:

@@ -60,7 +60,7 @@ def files_inside(folder: Path, name: str, suffixes: tuple[str, ...]) -> Iterator
                 yield path
 
 
-def opened_unlinked(path: Path, flags: int, mode: int = 0o666) -> int:
+def open_unlinked(path: Path, flags: int, mode: int = 0o666) -> int:
     """As `os.open`, of a file that is no symbolic link. Raises OSError."""
     try:
         return os.open(path, flags | _NO_LINK, mode)

@@ -86,10 +86,10 @@ def read_text(path: Path, most: int = MAX_BYTES) -> str:
         MalformedError: it is a folder, a pipe or a device, unreadable, or too large.
         EncodingError: it is not UTF-8.
     """
-    return decoded(read_bytes(path, most))
+    return decode_text(read_bytes(path, most))
 
 
-def decoded(data: bytes) -> str:
+def decode_text(data: bytes) -> str:
     """The text of the bytes of a UTF-8 file; raises as `read_text`."""
     try:
         text = data.decode("utf-8")
@@ -124,7 +124,7 @@ def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
     return data
 
 
-def unpacked(data: bytes, most: int = MAX_UNPACKED_BYTES) -> bytes:
+def unpack(data: bytes, most: int = MAX_UNPACKED_BYTES) -> bytes:
     """What zlib packed. Never more than `most` bytes of it are in memory.
 
     Raises:
@@ -272,7 +272,7 @@ def _place(text: str, index: int) -> str:
     return f":{text.count(chr(10), 0, index) + 1}:{index - text.rfind(chr(10), 0, index)}"
 
 
-def unmerged_log(path: Path) -> Path | None:
+def write_ahead_log(path: Path) -> Path | None:
     """The write-ahead log of a database, where it holds what the file itself does not; None where there is none.
 
     A reader that opens SQLite files as immutable passes such a log over without a word.

@@ -46,7 +46,7 @@ def files(root: Path) -> Iterator[Path]:
         yield from (path for name in names if (path := folder / name).is_file())
 
 
-def linked_folders(root: Path) -> Iterator[Path]:
+def folder_links(root: Path) -> Iterator[Path]:
     """The symbolic links to folders below a folder, in order: they are not followed, so that nothing is found twice."""
     for folder, folders, _ in _walk(root):
         yield from (path for name in folders if (path := folder / name).is_symlink())

@@ -23,7 +23,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv._base.contained import opened_unlinked
+from pytest_hricdv._base.contained import open_unlinked
 from pytest_hricdv._base.input_file import from_cache
 
 FILE = "cache.key"
@@ -83,7 +83,7 @@ def _secret(folder: Path | None) -> bytes | None:
             file = os.open(folder / FILE, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
             with open(file, "wb") as new:
                 new.write(secrets.token_bytes(_SECRET_BYTES))
-        with open(opened_unlinked(folder / FILE, os.O_RDONLY), "rb") as kept:
+        with open(open_unlinked(folder / FILE, os.O_RDONLY), "rb") as kept:
             is_own = _is_own(os.fstat(kept.fileno()), stat.S_IRWXG | stat.S_IRWXO)
             secret = kept.read(_SECRET_BYTES + 1)
     except OSError:

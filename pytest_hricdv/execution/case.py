@@ -154,7 +154,7 @@ class RunSettings:
     known_when: Mapping[str, PastFormula] = field(default_factory=dict)
     measurement: Measurement = UNMEASURED
 
-    def measured_by(self, measurement: Measurement) -> RunSettings:
+    def with_measurement(self, measurement: Measurement) -> RunSettings:
         """The same, with the code under test measured by another one."""
         return RunSettings(self.testbench, self.requirements, self.known_when, measurement)
 

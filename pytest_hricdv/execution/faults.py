@@ -50,7 +50,7 @@ class CodeUnderTest:
         measured, number = self._measured(body), len(self._returned_s)
         self._returned_s.append(0.0 if daemon else None)  # the code is over when all but such threads are
 
-        def observed() -> None:
+        def observe() -> None:
             node = self._kernel.current()
             node.wrap_thread = self._thread
             self._nodes.append(node)
@@ -62,7 +62,7 @@ class CodeUnderTest:
             if not daemon:
                 self._returned_s[number] = self._kernel.now_s
 
-        return observed
+        return observe
 
     @property
     def has_run(self) -> bool:
@@ -79,13 +79,13 @@ class CodeUnderTest:
         return node is not None and node not in self._nodes
 
     @property
-    def waiting(self) -> Mapping[str, FrameType]:
+    def waiting_frames(self) -> Mapping[str, FrameType]:
         """Its nodes that wait -> their innermost frames."""
         frames = {node.name: node.frame for node in self._nodes}
         return {name: frame for name, frame in frames.items() if frame is not None}
 
     @property
-    def returned_s(self) -> float | None:
+    def last_return_s(self) -> float | None:
         """When the last of its nodes returned (s of simulated time); None where one did not, or there is none."""
         times = [time_s for time_s in self._returned_s if time_s is not None]
         return max(times) if times and len(times) == len(self._returned_s) else None
@@ -103,7 +103,7 @@ def of_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) -> 
         yield _failure(ending.error, code)
         return
     allow = "if it may, declare VirtualTime(allowed_endings="
-    early_s = code.returned_s
+    early_s = code.last_return_s
     if early_s is not None and early_s < ending.time_s and "early" not in allowed:
         went_on = f"and the run went on to {ending.time_s:.3f} s"
         yield f'the code under test returned at {early_s:.3f} s, {went_on}; {allow}("early",))'

@@ -28,7 +28,7 @@ Send = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Line(Generic[T]):
+class OutputLine(Generic[T]):
     """A line that the process of an item wrote."""
 
     item: T
@@ -67,7 +67,7 @@ class ProcessPool(Generic[T]):
     silent_s: float
     _clock: AwakeClock = field(default_factory=AwakeClock, init=False)
 
-    def run(self, queue: deque[T]) -> Iterator[Line[T] | End[T]]:
+    def run(self, queue: deque[T]) -> Iterator[OutputLine[T] | End[T]]:
         """Work until the queue is empty, from left to right; items may be added and removed in the meantime."""
         children: dict[int, _Child[T]] = {}
         parent = os.getppid()
@@ -103,7 +103,7 @@ class ProcessPool(Generic[T]):
         finally:
             os._exit(status)  # what the parent registered for its own end is not for its children
 
-    def _progress(self, children: dict[int, _Child[T]]) -> Iterator[Line[T] | End[T]]:
+    def _progress(self, children: dict[int, _Child[T]]) -> Iterator[OutputLine[T] | End[T]]:
         with selectors.DefaultSelector() as selector:
             for descriptor in children:
                 selector.register(descriptor, selectors.EVENT_READ)
@@ -114,7 +114,7 @@ class ProcessPool(Generic[T]):
             data = os.read(descriptor, 1 << 16)
             child.silent_since_s = now_s
             *lines, child.rest = (child.rest + data).split(b"\n")
-            yield from (Line(child.item, line.decode()) for line in lines)
+            yield from (OutputLine(child.item, line.decode()) for line in lines)
             if not data:
                 yield End(child.item, _wait(children.pop(descriptor), descriptor))
         for descriptor, child in [*children.items()]:

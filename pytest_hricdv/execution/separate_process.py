@@ -171,7 +171,7 @@ class SeparateProcess:
 
 
 @contextmanager
-def started(
+def start_process(
     module: str,
     directory: Path,
     variables: Mapping[str, str] | None = None,

@@ -84,7 +84,7 @@ class Carrying:
             for path in self._files():
                 target = inside(self.target, self.name(path))
                 if not target.is_file() or target.is_symlink():
-                    with atomic_file.replaced(target) as part:
+                    with atomic_file.replace_file(target) as part:
                         shutil.copyfile(path, part)
         except OSError as error:
             raise refused(self.target, error) from error

@@ -6,7 +6,7 @@ import contextlib
 import os
 from pathlib import Path
 
-from pytest_hricdv._base.contained import opened_unlinked
+from pytest_hricdv._base.contained import open_unlinked
 
 try:
     import fcntl
@@ -36,7 +36,7 @@ class FolderLock:
     """
 
     def __init__(self, folder: Path, name: str = NAME) -> None:
-        self._file = opened_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
+        self._file = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
         try:
             self._lock()
         except BaseException:

@@ -24,7 +24,7 @@ from zlib import compress, crc32  # as now: the code under test may replace them
 
 import msgspec
 
-from pytest_hricdv._base.contained import opened_unlinked
+from pytest_hricdv._base.contained import open_unlinked
 
 NAME = "journal.jsonl"
 
@@ -192,7 +192,7 @@ def read(path: Path) -> Journal:
 
 
 def _open(path: Path) -> BinaryIO:
-    file = open(opened_unlinked(path, os.O_RDONLY | _BINARY), "rb", _BUFFER_BYTES)  # noqa: SIM115
+    file = open(open_unlinked(path, os.O_RDONLY | _BINARY), "rb", _BUFFER_BYTES)  # noqa: SIM115
     status = os.fstat(file.fileno())
     if stat.S_ISREG(status.st_mode) and status.st_size <= MAX_BYTES:
         return file
@@ -243,7 +243,7 @@ class JournalWriter:
         self._waiting: list[bytes] = []
         self.problem = ""
         """Why records are waiting; empty where none is."""
-        self._file = opened_unlinked(path, _FLAGS)
+        self._file = open_unlinked(path, _FLAGS)
         os.ftruncate(self._file, size)
 
     def append(self, record: JournalRecord) -> None:
@@ -276,7 +276,7 @@ class JournalWriter:
         self._path.parent.mkdir(parents=True, exist_ok=True)
         os.lseek(self._file, 0, os.SEEK_SET)
         with open(self._file, "rb") as removed:
-            self._file = opened_unlinked(self._path, _FLAGS | os.O_EXCL)
+            self._file = open_unlinked(self._path, _FLAGS | os.O_EXCL)
             self._waiting.insert(0, removed.read(self._size))
         self._size = 0
 

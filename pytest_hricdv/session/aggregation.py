@@ -221,7 +221,7 @@ class Aggregation:
     @cached_property
     def seeds(self) -> dict[str, int]:
         """Suite -> the seed that it was generated from."""
-        return {generated.suite.name: generated.suite.seed for generated in self.collection.selected}
+        return {generated.suite.name: generated.suite.seed for generated in self.collection.suites}
 
     def late_errors(self) -> list[str]:
         """Errors of tests that have a result nevertheless, as of a fixture that could not be torn down."""

@@ -20,7 +20,7 @@ from pytest_hricdv.report.formatting import fitting
 from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.following import of_testbench
-from pytest_hricdv.session.option import feature_options, located, usage_error
+from pytest_hricdv.session.option import feature_options, locate_error, usage_error
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, select_suites, to_text
@@ -97,10 +97,10 @@ class Collection:
         except TestbenchError as error:
             raise usage_error(str(error)) from None
         except (Exception, SystemExit) as error:  # a module of the code under test may exit where it is imported
-            raise usage_error(f"{located(error)}{describe_keywords(error)}") from error
+            raise usage_error(f"{locate_error(error)}{describe_keywords(error)}") from error
 
     @cached_property
-    def selected(self) -> list[GeneratedSuite]:
+    def suites(self) -> list[GeneratedSuite]:
         """The suites; generated at most once in a session, and never in a worker."""
         sent = worker_input(self.config)
         if sent is not None:
@@ -126,14 +126,14 @@ class Collection:
     def cases(self) -> list[HriCase]:
         """The cases of the session, in order: all, or those of its shard."""
         part = self.options.shard
-        return [case for case in self.everything if part is None or case.abstract.id in part]
+        return [case for case in self.all_cases if part is None or case.abstract.id in part]
 
     @cached_property
-    def everything(self) -> list[HriCase]:
+    def all_cases(self) -> list[HriCase]:
         """All cases of the suites, in order."""
         if not self.replays:
-            return cases(self.selected, self.testbench, self.options.concretizations, self.options.sampling)
-        replayed = cases(self.selected, self.testbench, 1)
+            return cases(self.suites, self.testbench, self.options.concretizations, self.options.sampling)
+        replayed = cases(self.suites, self.testbench, 1)
         for case in replayed:
             case.fixed = self.replays[case.abstract.id].replay.concrete
         return replayed
@@ -240,12 +240,12 @@ class Collection:
     def pytest_configure_node(self, node: object) -> None:
         """xdist: sends the suites to a worker that starts; workers do not generate."""
         values: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
-        values.update(self.handed(), **{ONLY_CASES: self.only_cases, DONE: json.dumps(sorted(self.done))})
+        values.update(self.worker_values(), **{ONLY_CASES: self.only_cases, DONE: json.dumps(sorted(self.done))})
 
-    def handed(self) -> dict[str, object]:
+    def worker_values(self) -> dict[str, object]:
         """What a process is handed that does not generate; to be told also which tests are collected, and are done."""
         return {
-            WORKER_INPUT: to_text(self.selected),
+            WORKER_INPUT: to_text(self.suites),
             ONLY_CASES: False,
             SESSION_DAY: self.options.today.isoformat(),
             DONE: "[]",

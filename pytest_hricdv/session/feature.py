@@ -56,7 +56,7 @@ class FeatureSession:
         return self.context.options
 
     @property
-    def rerunning(self) -> TestRerunner:
+    def rerunner(self) -> TestRerunner:
         """Runs tests again, outside of their pytest items."""
 
         from pytest_hricdv.session.replaying import TestRerunner  # needed by few sessions

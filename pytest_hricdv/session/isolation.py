@@ -29,14 +29,14 @@ from pytest_hricdv.coverage.measurement import OwnMeasurement
 from pytest_hricdv.execution.case import formulas
 from pytest_hricdv.execution.execution_feature import execution_features
 from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
-from pytest_hricdv.execution.separate_process import ProcessError, started
+from pytest_hricdv.execution.separate_process import ProcessError, start_process
 from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.runtime.virtual.modules import STAND_INS
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of, worker_input
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import FreshSession, arguments_of, handed, without_editor
+from pytest_hricdv.session.serving import FreshSession, arguments_of, without_editor, worker_values
 from pytest_hricdv.session.testbench_search import engine_modules
 
 
@@ -161,7 +161,7 @@ class Isolation:
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
         """Forks, or starts a process, before anything is called."""
-        if case_of(item) is None or self._context.debugged:
+        if case_of(item) is None or self._context.debugger_reason:
             return (yield)
         if not self._forks:
             self._call = self._spawn(item)
@@ -226,10 +226,10 @@ class Isolation:
         config = collection.config
         sent: dict[str, Any] | None = worker_input(config)
         arguments = arguments_of(config) if sent is None else sent[_ARGUMENTS]
-        values = handed(config, collection.handed()) if sent is None else sent
+        values = worker_values(config, collection.worker_values()) if sent is None else sent
         session = FreshSession(without_editor(arguments), dict(values), (item.nodeid,))
         directory = config.invocation_params.dir
-        with started(_SPAWNED, directory, path=self._path, inherited=self._environment) as process:
+        with start_process(_SPAWNED, directory, path=self._path, inherited=self._environment) as process:
             process.send(session)
             try:
                 lines = [*process.answer()]

@@ -21,7 +21,7 @@ def usage_error(text: str) -> pytest.UsageError:
     return pytest.UsageError(legible(text))
 
 
-def located(error: BaseException) -> str:
+def locate_error(error: BaseException) -> str:
     """An error with its deepest place outside of this plugin and of installed packages."""
     trace, place = error.__traceback__, ""
     while trace is not None:
@@ -122,24 +122,24 @@ class OptionReader:
 
     config: pytest.Config
 
-    def named(self, name: str) -> object:
+    def command_line_value(self, name: str) -> object:
         """What the command line has; None where it does not name the option."""
         return self.config.getoption(f"hri_{name}")
 
     def text(self, name: str) -> str:
         """A text without spaces around it; empty where there is none."""
-        value = self.named(name)
+        value = self.command_line_value(name)
         return str(self.config.getini(f"hri_{name}") if value is None else value).strip()
 
     def texts(self, name: str) -> tuple[str, ...]:
         """Those of the ini file, one a line, and then those of the command line, of an option that is repeatable."""
-        value = self.named(name)
+        value = self.command_line_value(name)
         of_command = value if isinstance(value, list) else []
         return tuple(str(text) for text in [*self.config.getini(f"hri_{name}"), *of_command])
 
     def flag(self, name: str) -> bool:
         """Whether a flag is set."""
-        value = self.named(name)
+        value = self.command_line_value(name)
         try:
             return bool(self.config.getini(f"hri_{name}") if value is None else value)
         except ValueError as error:  # before pytest 9.2, which says it as well as this
@@ -171,7 +171,7 @@ class OptionReader:
 
     def file(self, name: str) -> Path | None:
         """A file as it is named, relative to where pytest was started; of the ini file, relative to that."""
-        folder = self.config.rootpath if self.named(name) is None else self.config.invocation_params.dir
+        folder = self.config.rootpath if self.command_line_value(name) is None else self.config.invocation_params.dir
         text = self.text(name)
         return folder / text if text else None
 

@@ -145,8 +145,8 @@ def read_options(config: pytest.Config) -> Options:
 
 def _fail_on_change(reader: OptionReader) -> bool:
     """The key of the ini file does not hold where the command line says `--hri-baseline=`: compare with none."""
-    switched_off = reader.named("baseline") is not None and not reader.text("baseline")
-    return bool(reader.named("fail_on_change")) or (reader.flag("fail_on_change") and not switched_off)
+    switched_off = reader.command_line_value("baseline") is not None and not reader.text("baseline")
+    return bool(reader.command_line_value("fail_on_change")) or (reader.flag("fail_on_change") and not switched_off)
 
 
 def _replay(config: pytest.Config) -> tuple[Path, ...]:

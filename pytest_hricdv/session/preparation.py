@@ -45,7 +45,7 @@ def fingerprint(collection: Collection, provenance: Provenance) -> dict[str, str
     code = {name: text[:16] for name, text in provenance.code.items()}
     suites = {
         f"suite {generated.suite.name}": short_hash(generated.suite.to_json().encode())
-        for generated in collection.selected
+        for generated in collection.suites
     }
     replays = {file.name: short_hash(file.replay.to_json().encode()) for file in collection.replays.values()}
     project = files_and_versions(collection.config.rootpath)
@@ -98,7 +98,7 @@ class Preparation:
         ]
 
     def _header(self) -> list[str]:
-        names = [generated.suite.name for generated in self.collection.selected]
+        names = [generated.suite.name for generated in self.collection.suites]
         tests = len(self.collection.cases)  # also generates them, with its errors, before anything else
         named = self.collection.config.args_source == pytest.Config.ArgsSource.ARGS
         return [
@@ -123,10 +123,10 @@ class Preparation:
         running = runs_tests(self.collection.config)
         if running:
             self._import_required()
-        _ = self.collection.selected  # after the quick checks, because learning takes long
+        _ = self.collection.suites  # after the quick checks, because learning takes long
         self._gate_check.check_suites()
         if self.options.export is not None:
-            export(self.collection.selected, self.options.export)
+            export(self.collection.suites, self.options.export)
         if running:
             try:
                 files.prepare(self.options.report)
@@ -195,13 +195,13 @@ class GateCheck:
         """
         if self._baseline is None or self.options.update_baseline or self._collection.replays:
             return
-        seeds = {generated.suite.name: generated.suite.seed for generated in self._collection.selected}
+        seeds = {generated.suite.name: generated.suite.seed for generated in self._collection.suites}
         try:
             check_suites(self._baseline, seeds, str(self.options.baseline), behaviour=self.options.gates.fail_on_change)
         except BaselineError as error:
             raise usage_error(f"--hri-baseline: {error}") from None
 
-    def compared(self, report: Report, *, whole: bool) -> Report:
+    def compare(self, report: Report, *, whole: bool) -> Report:
         """The report, with how its tests behave compared with the baseline, unless this is written anew.
 
         Args:

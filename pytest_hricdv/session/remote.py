@@ -57,7 +57,7 @@ class Service:
 
 
 @dataclass(frozen=True)
-class Question:
+class WorkRequest:
     """A line for a service.
 
     Args:
@@ -98,7 +98,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Lost:
+class LostRequest:
     """Nobody answers a question: the workers that were asked were lost, again and again."""
 
     reason: str
@@ -116,8 +116,8 @@ class Workers(Protocol):
         """The address of a page that shows their work; empty where there is none."""
 
     def answers(
-        self, service: Service, queue: deque[Question], tick: Callable[[], None] = lambda: None
-    ) -> Generator[tuple[Question, Answer | Lost]]:
+        self, service: Service, queue: deque[WorkRequest], tick: Callable[[], None] = lambda: None
+    ) -> Generator[tuple[WorkRequest, Answer | LostRequest]]:
         """Ask until the queue is empty, from left to right; questions may be added in the meantime.
 
         A question whose worker is lost is asked again, of another one.

@@ -163,7 +163,7 @@ class Provenance:
             hash_seed=self.hash_seed,
         )
 
-    def compared(self, file: ReplayInput, result: TestResult) -> ReplayComparison:
+    def compare(self, file: ReplayInput, result: TestResult) -> ReplayComparison:
         """How the run of a replayed test compares with the recorded one."""
         expected = file.replay.record_sha256
         return ReplayComparison(
@@ -285,7 +285,7 @@ class TestRerunner:
         return made, self.failures.keep(self.provenance.replay(made, built, self.seeds[case.suite], origin))
 
 
-def named(test: ConcreteTest, made_by: str) -> ConcreteTest:
+def name_test(test: ConcreteTest, made_by: str) -> ConcreteTest:
     """The test with a new id, made from how it was made and from its content, so that equal tests have equal ids."""
     actions = [[action.command, sorted(action.parameters.items())] for action in test.actions]
     after = [sorted(test.after.items())] if test.after else []

@@ -92,9 +92,9 @@ class SessionReporter:
         signals = self.session.signals
         signals.begin()
         try:
-            with signals.deferred():
+            with signals.defer():
                 try:
-                    with signals.released():
+                    with signals.release():
                         self._begin_tests(session.config)
                         result = yield
                 except pytest.UsageError:  # before the first test
@@ -126,7 +126,7 @@ class SessionReporter:
             if not stopped:
                 self.aggregation.journaling.withdraw()
             return
-        with self.session.signals.deferred():
+        with self.session.signals.defer():
             self._report(stopped=stopped)
         if self.session.problems:
             session.testsfailed += 1
@@ -134,12 +134,12 @@ class SessionReporter:
     @property
     def _has_reached(self) -> bool:
         """Something is to be reported, even if there is no test: what a loop has done that generated a suite."""
-        made = self.collection.__dict__.get("selected", ())  # not to be generated now
+        made = self.collection.__dict__.get("suites", ())  # not to be generated now
         return any(generated.sections and not generated.cached for generated in made)
 
     def _collect_here(self, session: pytest.Session) -> None:
         """Finds which tests were selected, where no worker of xdist has said so, and none will."""
-        with self.session.signals.deferred(), contextlib.suppress(Exception):  # then the report is without tests
+        with self.session.signals.defer(), contextlib.suppress(Exception):  # then the report is without tests
             if not getattr(session, "items", ()):
                 session.perform_collect()
 
@@ -159,7 +159,7 @@ class SessionReporter:
             session.problems.append(self.context.failures.problem)
         report = msgspec.structs.replace(self._build(session.results), **session.sections)
         report = report if stopped else self._extend(report, Feature.extend_report)
-        report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
+        report = self._gate_check.compare(report, whole=self._is_whole and self.options.shard is None)
         report = self._judge(report) if is_judged else report
         session.is_whole = self._is_whole and not (stopped or session.interrupted)
         self.report = self._write(self._extend(report, Feature.after_gates))
@@ -229,7 +229,7 @@ class SessionReporter:
         return encode(msgspec.structs.replace(declared, origin=origin)).encode()
 
     @property
-    def missing(self) -> str:
+    def missing_tests(self) -> str:
         """Why tests that the command line names were not found; empty where all were."""
         return self._missing
 
@@ -238,7 +238,7 @@ class SessionReporter:
         return SessionInfo(
             testbench=self.collection.testbench,
             requirements=self.context.requirements,
-            suites=tuple(self.collection.selected),
+            suites=tuple(self.collection.suites),
             code=self.context.code,
             unmeasured="no test was measured" if self.options.coverage else "switched off",
             known_violations=self.options.known_violations,
@@ -252,7 +252,7 @@ class SessionReporter:
             version=version("pytest-hricdv"),
             environment=self.context.provenance.environment,
             workers=self.aggregation.workers,
-            sizes=Counter(case.suite for case in self.collection.everything),
+            sizes=Counter(case.suite for case in self.collection.all_cases),
             shard=str(self.options.shard or ""),
             policy=policy_of(self.options.gates),
             rerun=RerunOptions(suite=self.options.suites, options=self.options.again),
@@ -305,7 +305,7 @@ class SessionReporter:
     @property
     def _is_empty_shard(self) -> bool:
         """This shard has no test; its report is still needed for the merge."""
-        return self.options.shard is not None and bool(self.collection.everything) and not self.collection.cases
+        return self.options.shard is not None and bool(self.collection.all_cases) and not self.collection.cases
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Corrects the exit status of a shard without tests, which is no error, and of a session that lost tests.

@@ -118,14 +118,14 @@ class RunContext:
         """How the code under test is measured now. A debugger, which can attach at any time, disables it."""
         if not self.options.coverage:
             return NoMeasurement("switched off with --hri-no-cov")
-        return NoMeasurement(self.debugged) if self.debugged else self._chosen
+        return NoMeasurement(self.debugger_reason) if self.debugger_reason else self._choice_of_measurement
 
     @property
-    def debugged(self) -> str:
+    def debugger_reason(self) -> str:
         """Which debugger is attached to this process, or was asked for, in words for people; empty for none."""
-        return self._stepping() or debugger()
+        return self._debugger_option() or debugger()
 
-    def _stepping(self) -> str:
+    def _debugger_option(self) -> str:
         if self.options.stop_at:
             return "--hri-break-on-violation was given: measuring would get in its way"
         namespace = self.collection.config.option
@@ -133,7 +133,7 @@ class RunContext:
         return f"{asked[0]} was given: measuring would get in its way" if asked else ""
 
     @cached_property
-    def _chosen(self) -> Measurement:
+    def _choice_of_measurement(self) -> Measurement:
         by_test = getattr(self.collection.config.option, "cov_context", None) == "test"
         before = [
             name for feature in execution_features() for name in feature.before_imports(self.collection.testbench)

@@ -91,7 +91,7 @@ def _reply(context: RunContext, request: RunRequest, *, with_record: bool) -> Ru
 
 def _execute(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResult | None, str]:
     """The run, and why there is none."""
-    settings = context.run_settings.measured_by(context.measurement)
+    settings = context.run_settings.with_measurement(context.measurement)
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             return execute(settings, case.concrete, f"hricdv|{nodeid}"), ""

@@ -26,7 +26,7 @@ from pytest_hricdv.runtime.termination import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.following import IMPORTS
-from pytest_hricdv.session.option import located
+from pytest_hricdv.session.option import locate_error
 from pytest_hricdv.session.pytest_options import (
     cut_texts,
     end_of,
@@ -167,7 +167,7 @@ class TestRunner:
         try:
             if self.options.stop_at:
                 return self._run_to_breakpoint(case.concrete)
-            settings = self.context.run_settings.measured_by(self._used)
+            settings = self.context.run_settings.with_measurement(self._used)
             with RunLog() as self._log:
                 run = execute(settings, case.concrete, f"hricdv|{nodeid}", begun=self._begin)
             for feature in features():
@@ -193,7 +193,7 @@ class TestRunner:
         from pytest_hricdv.session.breaking import BreakpointRunner  # it loads pdb
 
         files = [file.path for file in self.context.code.files]
-        settings = self.context.run_settings.measured_by(self._used)
+        settings = self.context.run_settings.with_measurement(self._used)
         return BreakpointRunner(self.options.stop_at, settings, files).run(test)
 
     def _require_check(self, case: HriCase) -> None:
@@ -212,7 +212,7 @@ class TestRunner:
         judgement = judge_run(result, self.context.known_violations, differences=differences, mismatch=mismatch)
         case.judgement = judgement
 
-        def explained() -> str:
+        def explain() -> str:
             shown = replace(self._result_to_show(case, nodeid), failure=mismatch)
             return explanation.failure(
                 shown,
@@ -224,7 +224,7 @@ class TestRunner:
             )
 
         try:
-            raise_for(judgement, result, explained)
+            raise_for(judgement, result, explain)
         except BaseException as raised:
             case.raised = raised
             raise
@@ -261,7 +261,7 @@ class TestRunner:
                     result = feature.describe(self.context, run, result)
             file = self.collection.replays.get(case.abstract.id)
             if file is not None:
-                result = replace(result, replay=file.name, replayed=self.context.provenance.compared(file, result))
+                result = replace(result, replay=file.name, replayed=self.context.provenance.compare(file, result))
             self._built = (case, run, result)
         return self._built[2]
 
@@ -277,8 +277,8 @@ def refuse_failed_import(error: BaseException, item: pytest.Item) -> None:
         return
     name, raised = failed
     message = legible(
-        f"{located(raised)}\nThe testbench's run needs {name}, which cannot be imported: install what it lacks, or let "
-        "the conftest put a stand-in for that into sys.modules. No further test is run."
+        f"{locate_error(raised)}\nThe testbench's run needs {name}, which cannot be imported: install what it lacks, "
+        "or let the conftest put a stand-in for that into sys.modules. No further test is run."
     )
     item.session.shouldfail = message.partition("\n")[0]
     FAIL(message, pytrace=False)
@@ -296,7 +296,7 @@ def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:
     )
 
 
-def raise_for(judgement: Judgement, result: CaseResult, explained: Callable[[], str]) -> None:
+def raise_for(judgement: Judgement, result: CaseResult, explain: Callable[[], str]) -> None:
     """End a test as its run was judged; one that passed goes on.
 
     Args:
@@ -313,9 +313,9 @@ def raise_for(judgement: Judgement, result: CaseResult, explained: Callable[[], 
     cause = result.error.__cause__ if result.error is not None else None
     if isinstance(cause, Exception) and not word_of(cause):  # with its line it says more than that a node failed
         shorten(cause)
-        cause.add_note("\n" + explained())
+        cause.add_note("\n" + explain())
         raise explain_failure(cause)
-    raise explain_failure(FAIL.Exception(explained(), pytrace=False))
+    raise explain_failure(FAIL.Exception(explain(), pytrace=False))
 
 
 def _ends_in_setup(case: HriCase, call: pytest.CallInfo[None]) -> bool:

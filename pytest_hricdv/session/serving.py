@@ -165,8 +165,6 @@ _ALL: dict[str, object] = {
 
 _EDITOR = "vscode_pytest"
 
-_EDITOR = "vscode_pytest"
-
 
 @dataclass(frozen=True)
 class FreshSession:
@@ -209,8 +207,8 @@ class FreshPytest:
         options = vars(config.option)
         options.update({name: value for name, value in (_SINGLE | _ALL).items() if name in options})
         options.update(self.options)
-        handed = self.start.handed | ({} if hasattr(os, "fork") else {ALONE: True})
-        setattr(config, "workerinput", handed)  # noqa: B010  as xdist does
+        worker_values = self.start.handed | ({} if hasattr(os, "fork") else {ALONE: True})
+        setattr(config, "workerinput", worker_values)  # noqa: B010  as xdist does
         config.args = [os.path.join(config.rootpath, nodeid) for nodeid in self.start.nodeids]
         config.args_source = pytest.Config.ArgsSource.ARGS
         for name in _RERUNNING:
@@ -229,7 +227,7 @@ def without_editor(arguments: Sequence[str]) -> tuple[str, ...]:
     return tuple(kept)
 
 
-def handed(config: pytest.Config, ours: Mapping[str, object]) -> dict[str, Any]:
+def worker_values(config: pytest.Config, ours: Mapping[str, object]) -> dict[str, Any]:
     """What a worker is handed: ours, and what plugins look for in it.
 
     Args:

@@ -100,7 +100,7 @@ class Signals:
         """From now on, up to `released`, signals only set `pending`: something was reached that no report has yet."""
         self._holding = self._deferring = True
 
-    def released(self) -> AbstractContextManager[None]:
+    def release(self) -> AbstractContextManager[None]:
         """Within: signals raise, also one that was held, as from now on what was reached can be reported."""
         self._holding = False
         return self.let_through()
@@ -113,7 +113,7 @@ class Signals:
         self._let_go_s = time.monotonic()
 
     @contextmanager
-    def deferred(self, deferring: bool = True) -> Iterator[None]:
+    def defer(self, deferring: bool = True) -> Iterator[None]:
         """Within: signals only set `pending`; or, where `deferring` is false, they raise again, also one that is
         pending.
         """
@@ -135,7 +135,7 @@ class Signals:
 
     def let_through(self) -> AbstractContextManager[None]:
         """Within: signals raise."""
-        return self.deferred(False)
+        return self.defer(False)
 
     def _raise_pending(self) -> None:
         if self.pending or self.terminated:

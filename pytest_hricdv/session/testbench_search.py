@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.hooks import HOOK
-from pytest_hricdv.session.option import located, usage_error
+from pytest_hricdv.session.option import locate_error, usage_error
 from pytest_hricdv.testbench import Testbench
 
 
@@ -34,7 +34,7 @@ def on_installed_engine(testbench: Testbench) -> Testbench:
     return testbench.choose(engine=next(installed, names[0]))
 
 
-def passed_over(testbench: Testbench) -> tuple[str, ...]:
+def engines_not_installed(testbench: Testbench) -> tuple[str, ...]:
     """The engines before the one in use, in the testbench's order, that are not installed."""
     names, engine = tuple(testbench.simulation.engines), testbench.simulation.engine
     before = names[: names.index(engine)] if engine else ()
@@ -110,7 +110,7 @@ def _load(config: pytest.Config, path: Path) -> None:
             consider_namespace_packages=config.getini("consider_namespace_packages"),
         )
     except Exception as error:
-        raise usage_error(located(getattr(error, "cause", error))) from error
+        raise usage_error(locate_error(getattr(error, "cause", error))) from error
 
 
 def _conftests_with_hook(config: pytest.Config, folder: Path) -> Iterator[Path]:

@@ -9,7 +9,7 @@ import pytest
 
 from pytest_hricdv._base.atomic_file import temporary_path, write_text
 from pytest_hricdv._base.contained import file_inside, files_inside, inside
-from pytest_hricdv._base.input_file import MalformedError, unpacked
+from pytest_hricdv._base.input_file import MalformedError, unpack
 
 
 @pytest.mark.parametrize("name", ["../a", "a/../../b", "/etc/passwd", "", ".", "a/.."])
@@ -56,8 +56,8 @@ def test_a_link_laid_for_the_temporary_file_is_not_written_through(tmp_path: Pat
 
 
 def test_unpacking_is_bounded() -> None:
-    assert unpacked(zlib.compress(b"abc")) == b"abc"
-    assert unpacked(zlib.compress(b"abc"), 3) == b"abc"
+    assert unpack(zlib.compress(b"abc")) == b"abc"
+    assert unpack(zlib.compress(b"abc"), 3) == b"abc"
     for data, reason in (
         (zlib.compress(b"abcd"), "unpacks to too much"),
         (zlib.compress(b"abc")[:-1], "cut off"),
@@ -66,4 +66,4 @@ def test_unpacking_is_bounded() -> None:
         (b"abc", "cannot be unpacked"),
     ):
         with pytest.raises(MalformedError, match=reason):
-            unpacked(data, 3)
+            unpack(data, 3)

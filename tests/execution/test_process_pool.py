@@ -13,7 +13,7 @@ from collections.abc import Callable, Generator
 
 import pytest
 
-from pytest_hricdv.execution.process_pool import End, Line, ProcessPool, Send
+from pytest_hricdv.execution.process_pool import End, OutputLine, ProcessPool, Send
 
 LONG_S = 60
 """Longer than anything here takes: a process that is ended after it fails its test."""
@@ -42,7 +42,7 @@ def _work(item: str, send: Send) -> None:
 def test_a_process_tells_lines_and_how_it_ended(item: str, problem: str) -> None:
     silent_s = 0.3 if item == "silent" else LONG_S
     *lines, end = ProcessPool(_work, processes=1, silent_s=silent_s).run(deque([item]))
-    texts = [line.text.rstrip("x") for line in lines if isinstance(line, Line)]
+    texts = [line.text.rstrip("x") for line in lines if isinstance(line, OutputLine)]
     assert texts == [f"{item} begins", *([f"{item} "] if item == "good" else [])]
     assert end == End(item, problem)
 
@@ -96,7 +96,10 @@ def test_a_pause_of_pool_and_processes_is_no_silence() -> None:
             pool.wait(3.0)  # the pause
         os.killpg(pool.pid, signal.SIGCONT)
         lines += pool.stdout.readlines()
-    assert lines == [*(f"Line(item='a', text='{number}')\n" for number in range(12)), "End(item='a', problem='')\n"]
+    assert lines == [
+        *(f"OutputLine(item='a', text='{number}')\n" for number in range(12)),
+        "End(item='a', problem='')\n",
+    ]
 
 
 def test_no_process_outlives_an_abandoned_pool() -> None:
@@ -109,7 +112,7 @@ def test_no_process_outlives_an_abandoned_pool() -> None:
     events = ProcessPool(tell_pid, processes=2, silent_s=LONG_S).run(deque([1, 2]))
     for _ in range(2):
         event = next(events)
-        assert isinstance(event, Line)
+        assert isinstance(event, OutputLine)
         pids.append(int(event.text))
     assert isinstance(events, Generator)
     events.close()

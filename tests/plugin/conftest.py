@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,6 +40,10 @@ class FinishedSession:
     result: pytest.RunResult
 
 
+SessionRunner = Callable[..., FinishedSession]
+"""Takes the options of pytest."""
+
+
 @pytest.fixture(scope="session")
 def finished_sessions() -> dict[tuple[str, ...], FinishedSession]:
     """Options -> the session with these options."""
@@ -46,9 +51,7 @@ def finished_sessions() -> dict[tuple[str, ...], FinishedSession]:
 
 
 @pytest.fixture
-def finished(
-    lamps: pytest.Pytester, finished_sessions: dict[tuple[str, ...], FinishedSession]
-) -> Callable[..., FinishedSession]:
+def finished(lamps: pytest.Pytester, finished_sessions: dict[tuple[str, ...], FinishedSession]) -> SessionRunner:
     """Runs pytest in the unchanged lamps project, once for all tests that ask for the same options."""
 
     def run(*options: str) -> FinishedSession:
@@ -61,6 +64,18 @@ def finished(
         return finished_sessions[options]
 
     return run
+
+
+@pytest.fixture
+def after(lamps: pytest.Pytester, finished: SessionRunner) -> SessionRunner:
+    """Puts a copy of what `finished` sessions left into the project of the test, which may go on from there."""
+
+    def copy(*options: str) -> FinishedSession:
+        session = finished(*options)
+        shutil.copytree(session.path, lamps.path, dirs_exist_ok=True)
+        return FinishedSession(lamps.path, session.result)
+
+    return copy
 
 
 @pytest.fixture(scope="session")

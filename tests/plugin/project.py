@@ -30,16 +30,18 @@ in_each_mode = pytest.mark.parametrize(
         pytest.param((), id="plain"),
         pytest.param(A_WORKER, id="on a worker"),
         pytest.param(MODES["on two workers"], id="on two workers", marks=pytest.mark.slow),
-        pytest.param(MODES["without xdist"], id="without xdist"),
     ],
 )
-"""Runs a test in each mode; on two workers among the slow tests."""
+"""Runs a test in this process and on workers; on two of them among the slow tests."""
 
-plain_and_slowly_in_other_modes = pytest.mark.parametrize(
+plain_and_slowly_on_workers = pytest.mark.parametrize(
     "options",
-    [pytest.param(options, id=mode, marks=pytest.mark.slow if options else ()) for mode, options in MODES.items()],
+    [
+        pytest.param((), id="plain"),
+        pytest.param(MODES["on two workers"], id="on two workers", marks=pytest.mark.slow),
+    ],
 )
-"""The same for behaviour that depends little on the mode: plain each time, the other modes among the slow tests."""
+"""The same for behaviour that depends little on the mode: on workers among the slow tests only."""
 
 counted_up_to_313 = pytest.mark.skipif(
     sys.version_info >= (3, 14), reason="from Python 3.14 on, fields without a default are no statements"

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, command, in_each_mode, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, command, in_each_mode, plain_and_slowly_on_workers, report
 
 SUITE = "--hri-suite=by-hand"
 TEST = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n"
@@ -68,7 +68,7 @@ def test_no_view_calls_it_known(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_an_xfail_after_a_check_that_passed_leaves_no_file_to_replay(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -7,9 +7,10 @@ import re
 
 import pytest
 
+from tests.plugin.conftest import SessionRunner
 from tests.plugin.project import (
     change,
-    plain_and_slowly_in_other_modes,
+    plain_and_slowly_on_workers,
     report,
 )
 
@@ -21,14 +22,16 @@ HASH_SEED = re.compile(r'"hash_seed": ".*"')
 """Workers have another one than a session that draws its own; the baseline says which."""
 
 
-def keep_baseline(lamps: pytest.Pytester) -> None:
-    assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline").ret == 0
+@pytest.fixture
+def kept(after: SessionRunner) -> None:
+    """The project has a baseline."""
+    after(*SUITE, BASE, "--hri-update-baseline")
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
+@pytest.mark.usefixtures("kept")
 def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    keep_baseline(lamps)
     first = (lamps.path / "base.json").read_text(encoding="utf-8")
     result = lamps.runpytest_inprocess(*SUITE, BASE, *options)
     assert result.ret == 0
@@ -39,11 +42,11 @@ def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
+@pytest.mark.usefixtures("kept")
 def test_new_failures_and_losses_fail_though_known_ones_do_not(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
-    keep_baseline(lamps)
     # In the cellar it glares now, too: a violation of a requirement whose violation is known. And nobody is dim.
     change(lamps.path, "lamps/guide.py", "        return GLARE\n", "        return 100.0\n")
     change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
@@ -63,7 +66,7 @@ def test_new_failures_and_losses_fail_though_known_ones_do_not(
 @pytest.mark.slow
 def test_lost_triggers_fail_and_what_is_better_is_reported(lamps: pytest.Pytester) -> None:
     change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
-    keep_baseline(lamps)
+    assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline").ret == 0
     change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "dim"')
     result = lamps.runpytest_inprocess(*SUITE, BASE)
     assert result.ret == 1
@@ -77,8 +80,8 @@ def test_lost_triggers_fail_and_what_is_better_is_reported(lamps: pytest.Pyteste
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("kept")
 def test_a_part_of_the_tests_is_compared_for_failures_only_and_is_no_baseline(lamps: pytest.Pytester) -> None:
-    keep_baseline(lamps)
     kept = (lamps.path / "base.json").read_bytes()
     assert lamps.runpytest_inprocess(*SUITE, BASE, "-k", "cellar").ret == 0
     result = lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline", "-k", "cellar")
@@ -92,8 +95,8 @@ def test_a_part_of_the_tests_is_compared_for_failures_only_and_is_no_baseline(la
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("kept")
 def test_a_baseline_keeps_the_suites_that_did_not_run(lamps: pytest.Pytester) -> None:
-    keep_baseline(lamps)
     told = lamps.runpytest_inprocess("--hri-suite=by-hand,rl", BASE)
     assert told.ret == 0
     told.stdout.fnmatch_lines(["suite rl is not in the baseline: --hri-update-baseline adds it"])
@@ -111,8 +114,8 @@ def test_a_baseline_keeps_the_suites_that_did_not_run(lamps: pytest.Pytester) ->
         (lambda text: text.replace('"triggers"', '"trigger"'), "base.json: *missing required field `triggers` - at *"),
     ],
 )
+@pytest.mark.usefixtures("kept")
 def test_a_spoilt_baseline_is_refused_before_anything_runs(lamps: pytest.Pytester, spoil: object, told: str) -> None:
-    keep_baseline(lamps)
     path = lamps.path / "base.json"
     path.write_text(spoil(path.read_text(encoding="utf-8")), encoding="utf-8")  # type: ignore[operator]
     result = lamps.runpytest_inprocess(*SUITE, BASE)

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, command, plain_and_slowly_in_other_modes, report
+from tests.plugin.conftest import SessionRunner
+from tests.plugin.project import change, command, plain_and_slowly_on_workers, report
 
 BASE = "--hri-baseline=base.json"
 BY_HAND = ("--hri-suite=by-hand", "-q", BASE)
@@ -17,9 +18,9 @@ GATE = "--hri-fail-on-change"
 
 
 @pytest.fixture
-def kept(lamps: pytest.Pytester) -> pytest.Pytester:
+def kept(lamps: pytest.Pytester, after: SessionRunner) -> pytest.Pytester:
     """The lamps project with a baseline of the suite by-hand."""
-    assert lamps.runpytest_inprocess(*BY_HAND, "--hri-update-baseline").ret == 0
+    after(*BY_HAND, "--hri-update-baseline")
     return lamps
 
 
@@ -37,7 +38,7 @@ def edit(folder: Path, **changes: Any) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = kept.runpytest_inprocess(*BY_HAND, GATE, *options)
     assert result.ret == 0
@@ -63,7 +64,7 @@ def test_a_change_of_the_code_that_no_test_shows_is_said(kept: pytest.Pytester) 
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
     slower(kept)
     change(kept.path, "lamps/guide.py", "        return GLARE\n", "        return 70.0\n")
@@ -95,7 +96,7 @@ def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytes
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
     slower(kept)
     change(kept.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_on_change = true")

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, command, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, command, plain_and_slowly_on_workers, report
 
 
 def covered(written: dict[str, Any]) -> dict[str, Any]:
@@ -23,7 +23,7 @@ def covered(written: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_the_smallest_suite_covers_as_much_when_it_is_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     assert lamps.runpytest_inprocess("--hri-suite=rl", *options).ret == 0
     whole = report(lamps.path)

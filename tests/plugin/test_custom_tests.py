@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_in_other_modes
+from tests.plugin.project import change, plain_and_slowly_on_workers
 
 OWN = '''
 import pytest
@@ -52,7 +52,7 @@ def own(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_own_functions_run_what_they_say_with_and_without_a_suite(
     own: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, plain_and_slowly_on_workers, report
 
 DECLARED = """code=("lamps",),
         disturbances={
@@ -122,7 +122,7 @@ def test_no_published_method_draws_one(lamps: pytest.Pytester, request: pytest.F
 LINES = ["enter hall", "disturb brownout", "set_lamp level = 10", "set_lamp level = 100"]
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(
     disturbed: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

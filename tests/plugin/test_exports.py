@@ -15,7 +15,7 @@ from ucis.scope_type_t import ScopeTypeT
 from ucis.xml import validate_ucis_xml
 from ucis.xml.xml_reader import XmlReader
 
-from tests.plugin.project import change, counted_up_to_313, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, counted_up_to_313, plain_and_slowly_on_workers, report
 from tests.report.dtd import faults
 
 SUITE = "--hri-suite=by-hand"
@@ -35,7 +35,7 @@ def lines(path: Path) -> dict[str, dict[int, tuple[bool, str | None]]]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_cobertura_says_what_coverage_itself_says(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     own = ("--cov=lamps", "--cov-branch", "--cov-report=xml:own.xml")
     result = lamps.runpytest_subprocess(SUITE, "--hri-tests=2", "--hri-cobertura=out/ours.xml", *own, *options)
@@ -63,7 +63,7 @@ def test_the_ini_names_files_too_and_lcov_names_files_of_the_project(lamps: pyte
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 @counted_up_to_313
 def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     lamps.runpytest_inprocess(SUITE, "--junitxml=junit.xml", "--hri-fail-under=plans=99", *options)
@@ -86,7 +86,7 @@ def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytest
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_github_gets_annotations_and_one_more_summary(
     lamps: pytest.Pytester, options: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from pytest_hricdv.report.verdict import failure_groups
 from pytest_hricdv.results.codec import load
-from tests.plugin.conftest import FinishedSession
+from tests.plugin.conftest import SessionRunner
 from tests.plugin.project import change
 
 SUITE = ("--hri-suite=rl", "-p", "no:xdist")
 
 
 @pytest.mark.slow
-def test_tests_that_fail_for_the_same_reason_are_one_group(finished: Callable[..., FinishedSession]) -> None:
+def test_tests_that_fail_for_the_same_reason_are_one_group(finished: SessionRunner) -> None:
     folder = finished("--hri-suite=rl").path / "hri-report"
     report = load(folder)
     (group,) = failure_groups(report)

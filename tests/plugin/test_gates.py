@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import datetime
 import re
-from collections.abc import Callable
 
 import pytest
 
-from tests.plugin.conftest import FinishedSession
+from tests.plugin.conftest import SessionRunner
 from tests.plugin.project import (
     change,
     command,
     counted_up_to_313,
     in_each_mode,
     outcomes,
-    plain_and_slowly_in_other_modes,
+    plain_and_slowly_on_workers,
     report,
 )
 
@@ -26,7 +25,7 @@ MISSED = {"statements": 98, "branches": 100, "plans": 78, "assertions": 100, "cr
 
 
 @counted_up_to_313
-def test_the_command_checks_every_gate_of_a_report(finished: Callable[..., FinishedSession]) -> None:
+def test_the_command_checks_every_gate_of_a_report(finished: SessionRunner) -> None:
     session = finished("--hri-suite=by-hand,rl")
     assert session.result.ret == 0
     folder = str(session.path / "hri-report")
@@ -53,7 +52,7 @@ def test_every_missed_kind_is_named_with_what_was_reached(lamps: pytest.Pytester
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_gates_of_the_ini_file_hold_for_whole_suites_only(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under =\n    cross=51\n    plans=50")
     whole = lamps.runpytest_inprocess(*SUITE, *options)
@@ -80,7 +79,7 @@ SILENT = ("--hri-suite=by-hand", "-k", "curt")  # nobody greets, so R3 is never 
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_requirement_that_no_test_of_a_suite_triggers_fails_the_run(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -125,7 +124,7 @@ def test_what_need_not_be_triggered_is_allowed_by_name_in_some_suites_or_in_all(
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_part_of_a_requirement_that_never_decides_is_told_of_whole_suites(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -161,7 +160,7 @@ def until(lamps: pytest.Pytester, day: datetime.date) -> None:
     change(lamps.path, "pytest.ini", "R2: the hall", f"R2 until {day}: the hall")
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     last = datetime.datetime.now(datetime.UTC).date() + datetime.timedelta(days=1)  # the test may run over midnight
     until(lamps, last)
@@ -170,7 +169,7 @@ def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester, opti
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_known_violation_that_has_expired_fails_the_run_and_says_so(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -194,7 +193,7 @@ def test_a_known_violation_that_is_mended_is_reported(lamps: pytest.Pytester) ->
     result.stdout.fnmatch_lines(["unused known violation: no test violated R2 (the hall has no dimmer)"])
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_an_illegal_bin_that_is_hit_fails_its_test(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     illegal = 'levels}, illegal={("cellar", "*"): "the cellar is closed"})'
     change(lamps.path, "conftest.py", "levels})", illegal)

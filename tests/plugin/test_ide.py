@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.plugin.ide import Client, under_an_ide
-from tests.plugin.project import change, nodeids, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, nodeids, plain_and_slowly_on_workers, report
 
 DEFAULT = ("hri_known_violations =", "hri_suite = by-hand\nhri_known_violations =")
 GENERATING = "hricdv: generating *"
@@ -22,7 +22,7 @@ def default(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(
     default: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -36,7 +36,7 @@ def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(
         assert [test["nodeid"] for test in report(default.path)["tests"]] == [first]
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_node_id_that_is_not_there_is_explained(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     saved = "test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]"
     other = lamps.runpytest_inprocess(saved, "--hri-suite=by-hand", "--hri-seed=1", *options)

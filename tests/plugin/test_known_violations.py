@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from tests.plugin.project import change, command, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, command, outcomes, plain_and_slowly_on_workers, report
 
 SUITE = "--hri-suite=by-hand"
 KNOWN = "R2: the hall has no dimmer"
@@ -25,7 +25,7 @@ def glare_in_the_cellar(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -50,7 +50,7 @@ def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to_fail(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -145,7 +145,7 @@ FORM = (
         ("R2 when lamp_level > 3 until 2020-02-30: dark", "hri_known_violations: * '2020-02-30' is no day*"),
     ],
 )
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_condition_that_cannot_be_is_refused_before_anything_runs(
     lamps: pytest.Pytester, line: str, told: str, options: tuple[str, ...]
 ) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, plain_and_slowly_on_workers, report
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_message_that_is_followed_at_the_same_instant_is_not_seen_and_that_is_told(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.plugin.conftest import SessionRunner
 from tests.plugin.project import change, report
 
 SUITE = ("--hri-suite=rl", "-p", "no:xdist")
@@ -19,8 +20,10 @@ def sizes(lamps: pytest.Pytester) -> tuple[int, int | None]:
 
 
 @pytest.mark.slow
-def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*SUITE)
+def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(
+    lamps: pytest.Pytester, after: SessionRunner
+) -> None:
+    after(*SUITE)
     every, _ = sizes(lamps)
     name = report(lamps.path)["tests"][0]["id"]
     result = lamps.runpytest_inprocess(*SUITE, "-k", name)
@@ -40,8 +43,8 @@ def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(lamps: pyte
 
 
 @pytest.mark.slow
-def test_a_replay_keeps_it(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*SUITE, "--hri-strict")
+def test_a_replay_keeps_it(lamps: pytest.Pytester, after: SessionRunner) -> None:
+    after(*SUITE, "--hri-strict")
     every, _ = sizes(lamps)
     lamps.runpytest_inprocess("--hri-replay=hri-report/failures", "--hri-strict", "-p", "no:xdist")
     assert sizes(lamps) == (report(lamps.path)["selected"], every)
@@ -49,8 +52,8 @@ def test_a_replay_keeps_it(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-def test_a_part_that_is_killed_does_not_cost_it(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*SUITE)
+def test_a_part_that_is_killed_does_not_cost_it(lamps: pytest.Pytester, after: SessionRunner) -> None:
+    after(*SUITE)
     every, _ = sizes(lamps)
     guide = (lamps.path / "lamps" / "guide.py").read_text("utf-8")
     change(lamps.path, "lamps/guide.py", "    return 10.0", "    __import__('os').kill(__import__('os').getpid(), 9)")
@@ -69,8 +72,10 @@ def test_a_part_alone_keeps_nothing(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-def test_one_that_cannot_be_kept_is_a_failure(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    lamps.runpytest_inprocess(*SUITE)
+def test_one_that_cannot_be_kept_is_a_failure(
+    lamps: pytest.Pytester, after: SessionRunner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    after(*SUITE)
 
     def refused(self: Path, target: Path) -> Path:
         if target.name == "whole":

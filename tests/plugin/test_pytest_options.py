@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from tests.plugin.conftest import SessionRunner
 from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, report
 
 pytestmark = pytest.mark.slow  # each test is a session or several
@@ -35,19 +36,14 @@ OFF = (
 )
 
 
-@pytest.mark.parametrize("name", OFF)
-def test_a_plugin_of_pytest_may_be_off(lamps: pytest.Pytester, name: str) -> None:
-    assert lamps.runpytest_inprocess(SUITE, "-p", f"no:{name}").ret == 0
-    assert sorted(outcomes(lamps.path).values()) == FOUR
-
-
+@pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "on a worker"])
 @pytest.mark.parametrize("name", ["terminal", "skipping", "capture"])
-def test_so_in_workers(lamps: pytest.Pytester, name: str) -> None:
-    assert lamps.runpytest_inprocess(SUITE, "-p", f"no:{name}", *A_WORKER).ret == 0
+def test_a_plugin_of_pytest_may_be_off(lamps: pytest.Pytester, name: str, options: tuple[str, ...]) -> None:
+    assert lamps.runpytest_inprocess(SUITE, "-p", f"no:{name}", *options).ret == 0
     assert sorted(outcomes(lamps.path).values()) == FOUR
 
 
-def test_several_may_be_off_at_once(lamps: pytest.Pytester) -> None:
+def test_all_may_be_off_at_once(lamps: pytest.Pytester) -> None:
     off = [option for name in OFF for option in ("-p", f"no:{name}")]
     assert lamps.runpytest_inprocess(SUITE, *off, "-p", "no:xdist").ret == 0
     assert sorted(outcomes(lamps.path).values()) == FOUR
@@ -83,9 +79,9 @@ def test_a_debugger_that_is_off_is_not_asked_for(lamps: pytest.Pytester) -> None
 @in_each_mode
 @pytest.mark.parametrize("shown", ["--setup-plan", "--setup-only"])
 def test_what_only_shows_fixtures_leaves_the_report_as_it_is(
-    lamps: pytest.Pytester, options: tuple[str, ...], shown: str
+    lamps: pytest.Pytester, after: SessionRunner, options: tuple[str, ...], shown: str
 ) -> None:
-    lamps.runpytest_inprocess(SUITE)
+    after(SUITE)
     before = (lamps.path / "hri-report" / "report.json").read_bytes()
     result = lamps.runpytest_inprocess(SUITE, shown, *options)
     assert result.ret == 0

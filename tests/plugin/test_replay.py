@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, make_long, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.conftest import SessionRunner
+from tests.plugin.project import change, make_long, outcomes, plain_and_slowly_on_workers, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 FILE = f"hri-report/failures/{BRIGHT}.json"
@@ -28,27 +29,15 @@ def edit(lamps: pytest.Pytester, **changed: Any) -> None:
     path.write_text(json.dumps(json.loads(path.read_text(encoding="utf-8")) | changed), encoding="utf-8")
 
 
-@pytest.fixture(scope="module")
-def report_files() -> dict[str, bytes]:
-    """The files of the report of a run in which one test has failed, once there was such a run."""
-    return {}
-
-
 @pytest.fixture
-def failed(lamps: pytest.Pytester, report_files: dict[str, bytes]) -> pytest.Pytester:
+def failed(lamps: pytest.Pytester, after: SessionRunner) -> pytest.Pytester:
     """The project, after a run in which one test has failed."""
-    if not report_files:
-        lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "-k", BRIGHT)
-        files = [file for file in (lamps.path / "hri-report").rglob("*") if file.is_file()]
-        report_files.update({str(file.relative_to(lamps.path)): file.read_bytes() for file in files})
-    for name, content in report_files.items():
-        (lamps.path / name).parent.mkdir(parents=True, exist_ok=True)
-        (lamps.path / name).write_bytes(content)
+    after("--hri-suite=rl", "--hri-strict", "-k", BRIGHT)
     return lamps
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -112,7 +101,7 @@ def test_passing_tests_leave_nothing(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(failed.path, "lamps/guide.py", "    return wish.level\n", "    return min(wish.level, GLARE)\n")
     told = refused(failed, REPLAY, "--hri-strict", *options)
@@ -198,7 +187,7 @@ def test_a_full_disk_loses_no_result(lamps: pytest.Pytester) -> None:
     assert "replay" not in report(lamps.path)["tests"][0]
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 @pytest.mark.parametrize(
     ("changed", "told"),
     [

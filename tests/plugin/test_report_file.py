@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 
 import pytest
 
@@ -11,7 +10,7 @@ from pytest_hricdv.extra.search.records import SEARCH, SHRUNK
 from pytest_hricdv.results.codec import canonical, load
 from pytest_hricdv.results.model import Report
 from tests import json_schema
-from tests.plugin.conftest import FinishedSession
+from tests.plugin.conftest import FinishedSession, SessionRunner
 from tests.plugin.project import change
 
 SUITE = "--hri-suite=by-hand"
@@ -28,7 +27,7 @@ def reread(session: pytest.Pytester | FinishedSession) -> Report:
 
 
 @pytest.mark.slow
-def test_a_learned_suite(finished: Callable[..., FinishedSession]) -> None:
+def test_a_learned_suite(finished: SessionRunner) -> None:
     report = reread(finished("--hri-suite=rl"))
     assert [suite.name for suite in report.suites] == ["rl"]
     assert report.tests[0].outcomes == ("released",)

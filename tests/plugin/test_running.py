@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from tests import json_schema
-from tests.plugin.conftest import FinishedSession
+from tests.plugin.conftest import SessionRunner
 from tests.plugin.project import (
     A_WORKER,
     MODES,
     change,
     counted_up_to_313,
     nodeids,
-    plain_and_slowly_in_other_modes,
+    plain_and_slowly_on_workers,
     report,
 )
 
@@ -51,7 +50,7 @@ def test_a_run_is_the_same_in_every_mode_and_for_one_test_alone(lamps: pytest.Py
 
 @pytest.mark.slow
 @counted_up_to_313
-def test_the_report_says_what_was_judged_and_covered(finished: Callable[..., FinishedSession]) -> None:
+def test_the_report_says_what_was_judged_and_covered(finished: SessionRunner) -> None:
     session = finished("--hri-suite=rl")
     session.result.assert_outcomes(passed=32, xfailed=2, deselected=1)
     written = report(session.path)
@@ -200,7 +199,7 @@ def two_fidelities(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_the_fidelity_is_an_option_that_every_run_and_every_command_gets(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.conftest import SessionRunner
+from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, plain_and_slowly_on_workers, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 NODE = f"test_lamps.py::test_lamps[{BRIGHT}]"
@@ -29,7 +30,7 @@ def test_a_node_id_saved_by_an_editor_needs_no_option_with_a_suite_in_the_ini_fi
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_keywords_and_marks(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(
         lamps.path,
@@ -45,8 +46,8 @@ def test_keywords_and_marks(lamps: pytest.Pytester, options: tuple[str, ...]) ->
 
 
 @pytest.mark.slow
-def test_a_selection_without_tests_leaves_the_last_report_alone(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=by-hand")
+def test_a_selection_without_tests_leaves_the_last_report_alone(lamps: pytest.Pytester, after: SessionRunner) -> None:
+    after("--hri-suite=by-hand")
     before = report(lamps.path)
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "nobody")
     assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
@@ -55,7 +56,7 @@ def test_a_selection_without_tests_leaves_the_last_report_alone(lamps: pytest.Py
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_last_failed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     strict = ("--hri-suite=rl", "--hri-strict", *options)
     lamps.runpytest_inprocess(*strict).assert_outcomes(failed=2, passed=32)
@@ -82,7 +83,7 @@ def test_two_paths(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_corners_are_other_tests_with_names_of_their_own(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(
         "--hri-suite=by-hand", "--hri-sampling=corners", "--hri-concretizations=2", *options

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import A_WORKER, change, command, counted_up_to_313, plain_and_slowly_in_other_modes, report
+from tests.plugin.conftest import SessionRunner
+from tests.plugin.project import A_WORKER, change, command, counted_up_to_313, plain_and_slowly_on_workers, report
 
 RL = "--hri-suite=rl"
 
@@ -44,7 +45,7 @@ def decided(result: subprocess.CompletedProcess[str]) -> list[str]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     parts = shards(lamps, 3, *options)
     assert lamps.runpytest_inprocess(RL).ret == 0
@@ -62,9 +63,19 @@ def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tu
     assert {name: (lamps.path / "all" / name).read_bytes() for name in written} == written
 
 
+@pytest.fixture
+def parts(after: SessionRunner) -> list[str]:
+    """The folders of both halves of the suite rl, of the unchanged project."""
+    for index in (1, 2):
+        after(RL, f"--hri-shard={index}/2", f"--hri-report=part{index}")
+    return ["part1", "part2"]
+
+
 @pytest.mark.slow
-def test_a_missing_shard_is_told_and_fails(lamps: pytest.Pytester) -> None:
-    first, second, _ = shards(lamps, 3)
+def test_a_missing_shard_is_told_and_fails(lamps: pytest.Pytester, after: SessionRunner) -> None:
+    first, second = "part1", "part2"
+    for index in (1, 2):
+        after(RL, f"--hri-shard={index}/3", f"--hri-report=part{index}")
     merged = command("merge", first, second)
     assert merged.returncode == 1
     counted = sum(read(lamps.path / part)["selected"] for part in (first, second))
@@ -121,8 +132,7 @@ def test_a_merged_report_of_whole_suites_fails_where_nothing_triggers_a_requirem
 
 
 @pytest.mark.slow
-def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pytester) -> None:
-    parts = shards(lamps, 2)
+def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pytester, parts: list[str]) -> None:
     assert command("merge", *parts, "--baseline=base.json", "--update-baseline").returncode == 0
     assert lamps.runpytest_inprocess(RL, "--hri-baseline=base.json").ret == 0
     same = command("gate", "hri-merged", "--baseline=base.json")
@@ -156,8 +166,8 @@ def test_failures_and_expired_allowances_fail_the_merge(lamps: pytest.Pytester) 
 
 
 @pytest.mark.slow
-def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(RL, "--hri-shard=1/2", "--hri-report=part1")
+def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester, after: SessionRunner) -> None:
+    after(RL, "--hri-shard=1/2", "--hri-report=part1")
     change(lamps.path, "lamps/guide.py", "return 10.0", "return 11.0")
     lamps.runpytest_inprocess(RL, "--hri-shard=2/2", "--hri-report=part2")
     merged = command("merge", "part1", "part2")
@@ -167,9 +177,11 @@ def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester) -> No
 
 
 @pytest.mark.slow
-def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_are_not(lamps: pytest.Pytester) -> None:
+def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_are_not(
+    lamps: pytest.Pytester, after: SessionRunner
+) -> None:
     for name, options in (("a", (RL,)), ("b", (RL, "--hri-seed=1")), ("c", ("--hri-suite=by-hand",))):
-        assert lamps.runpytest_inprocess(*options, f"--hri-report={name}", "-q").ret == 0
+        assert after(*options, f"--hri-report={name}", "-q").result.ret == 0
     merged = command("merge", "a", "b")
     assert merged.returncode == 2
     assert merged.stderr.startswith("error: a and b: two suites have the name 'rl' but another seed; merge runs of one")
@@ -211,8 +223,10 @@ def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -
         (lambda text: "", "not JSON"),
     ],
 )
-def test_a_report_that_cannot_be_used_is_told_by_file(lamps: pytest.Pytester, spoil: Any, told: str) -> None:
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
+def test_a_report_that_cannot_be_used_is_told_by_file(
+    lamps: pytest.Pytester, after: SessionRunner, spoil: Any, told: str
+) -> None:
+    after("--hri-suite=by-hand", "-q")
     path = lamps.path / "hri-report" / "report.json"
     path.write_text(spoil(path.read_text(encoding="utf-8")), encoding="utf-8")
     merged = command("merge", "hri-report")
@@ -223,8 +237,10 @@ def test_a_report_that_cannot_be_used_is_told_by_file(lamps: pytest.Pytester, sp
 
 
 @pytest.mark.slow
-def test_a_missing_report_and_a_folder_that_cannot_be_written_are_told(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
+def test_a_missing_report_and_a_folder_that_cannot_be_written_are_told(
+    lamps: pytest.Pytester, after: SessionRunner
+) -> None:
+    after("--hri-suite=by-hand", "-q")
     missing = command("merge", "hri-report", "elsewhere")
     assert (missing.returncode, missing.stdout) == (2, "")
     assert "elsewhere: no such report" in missing.stderr
@@ -255,9 +271,9 @@ def test_a_merge_keeps_the_gates_of_the_ini_file(lamps: pytest.Pytester) -> None
 
 
 @pytest.mark.slow
-def test_a_merge_says_what_one_run_says(lamps: pytest.Pytester) -> None:
-    parts = shards(lamps, 2)
-    whole = lamps.runpytest_inprocess(RL).stdout.str().splitlines()
+@pytest.mark.usefixtures("lamps")
+def test_a_merge_says_what_one_run_says(parts: list[str], finished: SessionRunner) -> None:
+    whole = finished(RL).result.stdout.str().splitlines()
     merged = command("merge", *parts, "-o", "hri-report").stdout.splitlines()
     section = whole[next(number for number, line in enumerate(whole) if line.startswith("suite rl, seed 0")) :]
     varying = ("  Q-learning", "simulated ", "report: ", "=")

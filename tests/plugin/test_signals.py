@@ -35,7 +35,7 @@ def handled(monkeypatch: pytest.MonkeyPatch) -> Iterator[Signals]:
 
 
 def test_it_raises_where_it_is_let_through_and_at_once_if_it_came_before(handled: Signals) -> None:
-    with handled.deferred():
+    with handled.defer():
         send()
         assert handled.pending
         with pytest.raises(KeyboardInterrupt), handled.let_through():
@@ -48,27 +48,27 @@ def test_it_raises_where_it_is_let_through_and_at_once_if_it_came_before(handled
 
 
 def test_what_is_held_is_raised_once_it_is_released(handled: Signals) -> None:
-    with handled.deferred():
+    with handled.defer():
         handled.hold()
     send()
-    with handled.deferred():
+    with handled.defer():
         send()
     assert handled.pending
-    with pytest.raises(KeyboardInterrupt), handled.released():
+    with pytest.raises(KeyboardInterrupt), handled.release():
         pytest.fail("it was held")
-    with pytest.raises(KeyboardInterrupt), handled.released():
+    with pytest.raises(KeyboardInterrupt), handled.release():
         send()
 
 
 def test_sigterm_is_raised_wherever_something_would_begin(handled: Signals) -> None:
-    with handled.deferred():
+    with handled.defer():
         send(signal.SIGTERM)
         assert handled.terminated
         for _ in range(2):
             with pytest.raises(Termination), handled.let_through():
                 pytest.fail("it was let through")
         handled.hold()
-    with pytest.raises(Termination), handled.released():
+    with pytest.raises(Termination), handled.release():
         pytest.fail("it was held")
 
 
@@ -85,7 +85,7 @@ def test_nothing_is_raised_where_the_session_ends(
         send(signal.SIGTERM)
     handled.let_go()
     if is_reporting:
-        with handled.deferred():
+        with handled.defer():
             assert not looks.acquire(timeout=0.2), "a report may take as long as it likes"
     assert looks.acquire(timeout=600)  # up to here it would have been raised a hundred times
     send(signal.SIGTERM)
@@ -96,7 +96,7 @@ def test_a_second_one_right_after_the_first_is_no_second_wish(
     handled: Signals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "AGAIN_S", 3600.0)
-    with handled.deferred():
+    with handled.defer():
         with pytest.raises(KeyboardInterrupt), handled.let_through():
             send()
         send()

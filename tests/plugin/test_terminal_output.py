@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
-from tests.plugin.conftest import FinishedSession
-from tests.plugin.project import A_WORKER, change, counted_up_to_313, plain_and_slowly_in_other_modes
+from tests.plugin.conftest import SessionRunner
+from tests.plugin.project import A_WORKER, change, counted_up_to_313, plain_and_slowly_on_workers
 
 SUITE = "--hri-suite=rl"
 TITLE = "human-robot interaction"
@@ -20,11 +18,9 @@ def section(result: pytest.RunResult) -> list[str]:
     return result.outlines[start : end + 1]
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 @counted_up_to_313
-def test_one_line_in_the_header_and_one_section_at_the_end(
-    finished: Callable[..., FinishedSession], options: tuple[str, ...]
-) -> None:
+def test_one_line_in_the_header_and_one_section_at_the_end(finished: SessionRunner, options: tuple[str, ...]) -> None:
     session = finished(SUITE, *options)
     result = session.result
     result.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])
@@ -45,7 +41,7 @@ def test_a_terminal_of_sixty_columns_is_enough(lamps: pytest.Pytester, monkeypat
 
 
 @pytest.mark.slow
-def test_colour_is_optional_and_quiet_drops_the_header_only(finished: Callable[..., FinishedSession]) -> None:
+def test_colour_is_optional_and_quiet_drops_the_header_only(finished: SessionRunner) -> None:
     assert "\x1b" not in finished(SUITE).result.stdout.str()
     assert "\x1b[32m" in finished(SUITE, "--color=yes").result.stdout.str()
     quiet = finished(SUITE, "-q").result

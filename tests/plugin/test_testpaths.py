@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import change, in_each_mode, nodeids, plain_and_slowly_in_other_modes
+from tests.plugin.project import change, in_each_mode, nodeids, plain_and_slowly_on_workers
 
 HOSTS = "hosts/test_lamps.py::test_lamps"
 COLLECT = ("--collect-only", "-q", "--hri-suite=by-hand")
@@ -39,7 +39,7 @@ def test_files_elsewhere_are_not_imported(lamps: pytest.Pytester, options: tuple
     assert result.ret == 0
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_other_tests_in_the_same_files_are_deselected(
     lamps: pytest.Pytester, hosts: Path, options: tuple[str, ...]
 ) -> None:
@@ -67,7 +67,7 @@ def test_the_key_has_globs_and_several_paths(lamps: pytest.Pytester, value: str)
     assert len(listed) == len(set(listed)) == 4
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_path_that_does_not_exist_is_an_error_with_its_place(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -90,7 +90,7 @@ def test_with_paths_or_without_a_named_suite_all_files_are_collected(
     result.stdout.fnmatch_lines(["*No module named 'a_package_that_is_not_installed'*"])
 
 
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_without_the_key_testpaths_are_collected_and_other_tests_deselected(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

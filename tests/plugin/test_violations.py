@@ -6,7 +6,7 @@ import shlex
 
 import pytest
 
-from tests.plugin.project import change, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, outcomes, plain_and_slowly_on_workers, report
 from tests.report.parsed import Page, details
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
@@ -18,7 +18,7 @@ def forget(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_known_violation_is_reported_and_does_not_fail_the_run(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -64,7 +64,7 @@ def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -100,7 +100,7 @@ def read_source(path: Path) -> SourceText:
     except MalformedError as error:
         raise BdiError(f"{path}{error}") from None
     try:
-        return SourceText(input_file.decoded(data))
+        return SourceText(input_file.decode_text(data))
     except EncodingError as error:
         return SourceText(input_file.with_plain_ends(data.decode("latin-1")), f"{path}{error}")
 

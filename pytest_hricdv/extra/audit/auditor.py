@@ -19,7 +19,7 @@ from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import UNCHECKED
 from pytest_hricdv.session.aggregation import TestTimes
 from pytest_hricdv.session.feature import FeatureSession
-from pytest_hricdv.session.serving import FreshSession, arguments_of, handed, without_editor
+from pytest_hricdv.session.serving import FreshSession, arguments_of, without_editor, worker_values
 
 EXPERIMENTS_S = 120.0
 """Experiments on causes begin no later after the audit began (s of wall time), or as long as the session took: enough
@@ -54,7 +54,9 @@ class Auditor:
         self._hash_seed = "2" if own == "1" else "1"
         collection = session.context.collection
         self._start = Start(
-            FreshSession(without_editor(arguments_of(self._config)), handed(self._config, collection.handed()), ()),
+            FreshSession(
+                without_editor(arguments_of(self._config)), worker_values(self._config, collection.worker_values()), ()
+            ),
             self._config.invocation_params.dir,
             begin,
             reusable=hasattr(os, "fork"),
@@ -66,7 +68,7 @@ class Auditor:
         tests = choose_tests(results, place, self._number)
         if not tests:
             return results
-        changed = dict(self._written_files())  # before the first of them runs again, and changes it
+        changed = dict(self._files_of_tests())  # before the first of them runs again, and changes it
         wall_s = {result.nodeid: result.wall_s or 0.0 for result in results}
         further = [result for result in results if result.fails and result.nodeid in place and result not in tests]
         further = further[:MAX_FURTHER] if self._number is None else []
@@ -161,7 +163,7 @@ class Auditor:
             failure=f"{sentence(record)}\n\nin the session:\n{result.failure}",
         )
 
-    def _written_files(self) -> Iterator[tuple[str, str]]:
+    def _files_of_tests(self) -> Iterator[tuple[str, str]]:
         """Files of the project that were written since the first test began, and the test that ran then."""
         runs = [ran for tests in self._session.aggregation.ran.values() for ran in tests.items()]
         if not runs:

@@ -67,7 +67,7 @@ class AuditFeature(Feature[AuditOptions]):
         """The results, with those marked that came otherwise when they ran again."""
         settings, context = self.settings(session.options), session.context
         begin = context.stash.get(BEGIN, None)
-        if begin is None or stopped or session.interrupted or not results or context.debugged:
+        if begin is None or stopped or session.interrupted or not results or context.debugger_reason:
             return results
         from pytest_hricdv.extra.audit.auditor import Auditor  # needed after the last test
 

@@ -16,7 +16,7 @@ from pytest_hricdv.execution.separate_process import (
     ProcessError,
     SeparateProcess,
     SilentError,
-    started,
+    start_process,
 )
 from pytest_hricdv.extra.audit import process as process_module
 from pytest_hricdv.extra.audit.process import Ran, RerunOrder
@@ -185,7 +185,7 @@ class Repeater:
 
     def _start_process(self, start: Start, hash_seed: str, variables: Mapping[str, str]) -> Fresh:
         running = self._stack.enter_context(
-            started(
+            start_process(
                 process_module.__name__,
                 start.directory,
                 variables,

@@ -16,7 +16,7 @@ import msgspec
 from pytest_hricdv.extra.campaign.execution import TASK_RUNS, Execution
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.row import LOST
-from pytest_hricdv.session.remote import Answer, Lost, Question, WorkerName
+from pytest_hricdv.session.remote import Answer, LostRequest, WorkerName, WorkRequest
 from pytest_hricdv.session.run_process import RunReply
 
 PERCENT = 1.0
@@ -57,9 +57,9 @@ def audit(execution: Execution, percent: float) -> None:
         execution.on_progress()
 
 
-def _ask(execution: Execution, queue: deque[Question]) -> Iterator[tuple[Question, Answer]]:
+def _ask(execution: Execution, queue: deque[WorkRequest]) -> Iterator[tuple[WorkRequest, Answer]]:
     for question, answer in execution.workers.answers(execution.service, queue, execution.on_progress):
-        if not isinstance(answer, Lost):
+        if not isinstance(answer, LostRequest):
             yield question, answer
 
 

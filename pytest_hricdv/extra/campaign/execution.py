@@ -12,7 +12,7 @@ from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.session import run_process
-from pytest_hricdv.session.remote import Answer, Lost, Question, RemoteProject, Service, Workers
+from pytest_hricdv.session.remote import Answer, LostRequest, RemoteProject, Service, Workers, WorkRequest
 from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
 
 TASK_RUNS = 20
@@ -71,7 +71,7 @@ class Execution:
         size = min(TASK_RUNS, max(1, len(missing) // (SHARES * max(1, self.workers.threads))))
         tasks = [missing[first : first + size] for first in range(0, len(missing), size)]
         keys: dict[str, list[RunKey]] = {}
-        queue: deque[Question] = deque()
+        queue: deque[WorkRequest] = deque()
         for task in tasks:
             self._put(task, keys, queue)
         for question, answer in self.workers.answers(self.service, queue, self._tick):
@@ -79,25 +79,25 @@ class Execution:
                 self._put(again, keys, queue)
             self.on_progress()
 
-    def _put(self, task: list[RunKey], keys: dict[str, list[RunKey]], queue: deque[Question]) -> None:
+    def _put(self, task: list[RunKey], keys: dict[str, list[RunKey]], queue: deque[WorkRequest]) -> None:
         question = self.question(task)
         keys[question.key] = task
         queue.append(question)
 
-    def question(self, task: Sequence[RunKey], *, avoid: str = "", records: bool = False) -> Question:
+    def question(self, task: Sequence[RunKey], *, avoid: str = "", records: bool = False) -> WorkRequest:
         """What is asked for these runs."""
         key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(run) for run in task], records, avoid)
         requests = tuple(self._request(run) for run in task)
-        return Question(key[:24], msgspec.json.encode(RunBatch(requests, records)), avoid)
+        return WorkRequest(key[:24], msgspec.json.encode(RunBatch(requests, records)), avoid)
 
     def _request(self, key: RunKey) -> RunRequest:
         run = self.plan.run(key)
         seeds = {suite.name: suite.seed for suite in self.plan.initial_report.suites}
         return RunRequest(key, run.suite, seeds[run.suite], run.nodeid, run.test.to_data())
 
-    def _store_answer(self, task: list[RunKey], answer: Answer | Lost) -> Iterable[list[RunKey]]:
+    def _store_answer(self, task: list[RunKey], answer: Answer | LostRequest) -> Iterable[list[RunKey]]:
         """Stores what came back; returns the tasks that are to be done again."""
-        if isinstance(answer, Lost):
+        if isinstance(answer, LostRequest):
             if len(task) == 1:
                 self.store.add_lost(task[0], answer.reason)
                 return ()

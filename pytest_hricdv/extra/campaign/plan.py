@@ -12,7 +12,7 @@ import msgspec
 from pytest_hricdv._base.input_file import from_json
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.project_files import differences
-from pytest_hricdv.execution.separate_process import ProcessError, started
+from pytest_hricdv.execution.separate_process import ProcessError, start_process
 from pytest_hricdv.extra.campaign import planning_process
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import variant
@@ -159,7 +159,7 @@ def plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> Campai
         CampaignError: pytest refuses, or finds no test.
     """
     try:
-        with started(planning_process.__name__, root) as process:
+        with start_process(planning_process.__name__, root) as process:
             process.send(planning_process.PlanningJob(arguments))
             (line,) = process.answer()
     except ProcessError as error:

@@ -18,7 +18,7 @@ from typing import Self
 
 import msgspec
 
-from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, unpacked
+from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, unpack
 from pytest_hricdv.extra.campaign.database import TABLES, check_keys, check_tables, connect, error_location
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.row import LOST, Row, RowSummary, read_row
@@ -120,7 +120,7 @@ class Store:
     def plan(self) -> CampaignPlan:
         """What the campaign runs. Of all runs that are stored, the tests are in it."""
         with error_location(self.path):
-            plan = CampaignPlan.from_json(unpacked(self._get("plan") or b"", MAX_REPORT_BYTES))
+            plan = CampaignPlan.from_json(unpack(self._get("plan") or b"", MAX_REPORT_BYTES))
             check_keys(self.path, self._connection, len(plan.tests))
             check_report(plan.initial_report)
         return plan
@@ -238,8 +238,8 @@ class Store:
             if row is not None:
                 with error_location(self.path):
                     packed, packed_replay = msgspec.convert(row, tuple[bytes, bytes])
-                    replay = unpacked(packed_replay).decode() if packed_replay else ""
-                    result = msgspec.json.decode(unpacked(packed), type=TestResult)
+                    replay = unpack(packed_replay).decode() if packed_replay else ""
+                    result = msgspec.json.decode(unpack(packed), type=TestResult)
                 yield key, result, replay
 
     def repeats(self) -> list[Repeat]:

@@ -7,7 +7,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv._base.atomic_file import replaced
+from pytest_hricdv._base.atomic_file import replace_file
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan
 from pytest_hricdv.extra.campaign.row import Row
 from pytest_hricdv.extra.campaign.store import Store
@@ -35,7 +35,7 @@ def write_parquet(store: Store, plan: CampaignPlan, path: Path) -> int:
     schema = arrow.schema(_columns(arrow, names))
     count, rows = 0, _records(store, plan, names)
     try:
-        with replaced(path) as part, parquet.ParquetWriter(part, schema) as writer:
+        with replace_file(path) as part, parquet.ParquetWriter(part, schema) as writer:
             while batch := list(islice(rows, BATCH)):
                 writer.write_table(arrow.Table.from_pylist(batch, schema=schema))
                 count += len(batch)

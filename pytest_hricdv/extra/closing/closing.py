@@ -91,7 +91,7 @@ class Closing:
             return suite_before
         began_s = time.perf_counter()
         try:
-            with self._signals.deferred(), self._runs() as runs:
+            with self._signals.defer(), self._runs() as runs:
                 suite, result = self._closed(runs, tests)
                 self._signals.hold()  # up to where a report can be made
         except (ProcessError, LoopError) as error:

@@ -49,12 +49,12 @@ class ClosingFeature(Feature[ClosingOptions]):
 
     def asks_for_suites(self, reader: OptionReader) -> bool:
         """`--hri-close` does."""
-        return bool(reader.named("close"))
+        return bool(reader.command_line_value("close"))
 
     def read(self, reader: OptionReader) -> ClosingOptions:
         """Whether there is a loop, and its budget. Raises pytest.UsageError for a sampling that it does not use."""
-        named = [] if reader.named("replay") else _names(reader.text("suite"))
-        close = self.asks_for_suites(reader) and not reader.named("replay")
+        named = [] if reader.command_line_value("replay") else _names(reader.text("suite"))
+        close = self.asks_for_suites(reader) and not reader.command_line_value("replay")
         options = ClosingOptions(
             asked=close or NAME in named,
             given=close and any(name != NAME for name in named),
@@ -69,10 +69,10 @@ class ClosingFeature(Feature[ClosingOptions]):
 
     def rerun_options(self, reader: OptionReader) -> Iterator[str]:
         """The budget, and the ways left out."""
-        if reader.named("close"):
+        if reader.command_line_value("close"):
             yield "--hri-close"
         for name in ("runs", "search", "without"):
-            value = reader.named(f"close_{name}")
+            value = reader.command_line_value(f"close_{name}")
             if value is not None:
                 yield f"--hri-close-{name}={value}"
 

@@ -23,7 +23,7 @@ import msgspec
 
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.execution_feature import Watcher
-from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, Line, ProcessPool, Send
+from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, OutputLine, ProcessPool, Send
 from pytest_hricdv.extra.closing.observation import Observation, observe
 from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -79,7 +79,7 @@ class ForkRunner(Generic[T]):
         longest_first = sorted(range(len(tests)), key=lambda number: -len(tests[number].actions))  # all end together
         done, attempts, queue = set[int](), Counter[int](), deque(longest_first)
         for event in ProcessPool(work, self.processes, self.limit_s).run(queue):
-            if isinstance(event, Line):
+            if isinstance(event, OutputLine):
                 done.add(event.item)
                 yield event.item, event.text
                 continue
@@ -220,7 +220,7 @@ class _Serving:
             self._online_run = OnlineRun(self._roles, self._collection.testbench.commands, test.seed, weights)
             actions, watching = self._online_run.actions, [self._online_run.watcher]
         with contextlib.redirect_stdout(io.StringIO()):
-            settings = self._context.run_settings.measured_by(self._context.measurement)
+            settings = self._context.run_settings.with_measurement(self._context.measurement)
             return execute(settings, test, "closing", producing=actions, watching=watching)
 
     def _observed(self, test: AbstractTest, result: CaseResult | None, problem: str) -> Observation:

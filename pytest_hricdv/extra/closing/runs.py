@@ -13,14 +13,14 @@ import msgspec
 import pytest
 
 from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
-from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, SeparateProcess, started
+from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, SeparateProcess, start_process
 from pytest_hricdv.extra.closing import process as closing_process
 from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.process import BatchDone, LoopSettings, TestBatch, TestObserved
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.session.collection import Collection
-from pytest_hricdv.session.remote import Answer, Lost, Question, Remote, Workers
+from pytest_hricdv.session.remote import Answer, LostRequest, Remote, Workers, WorkRequest
 from pytest_hricdv.session.serving import arguments_of
 
 BATCH_S = 600.0
@@ -113,7 +113,7 @@ class RunsHere(ClosingRuns):
 
     def _start(self) -> SeparateProcess:
         directory = self._config.invocation_params.dir
-        starting = started(closing_process.__name__, directory, let_through=self._let_through)
+        starting = start_process(closing_process.__name__, directory, let_through=self._let_through)
         self._process = process = self._stack.enter_context(starting)
         self._has_begun = False
         process.send(LoopSettings(arguments_of(self._config), self._processes))
@@ -201,12 +201,12 @@ class RunsOnCluster(ClosingRuns):
         """See `ClosingRuns`. Tests of a lost process run again, as those of one beside the session."""
         observed: set[int] = set()
         parts: dict[str, Sequence[int]] = {}
-        questions, request = deque[Question](), next(self._requests)
+        questions, request = deque[WorkRequest](), next(self._requests)
 
         def ask(numbers: Sequence[int]) -> None:
             key = tests[numbers[0]].id
             parts[key] = numbers
-            questions.append(Question(key, msgspec.json.encode(_batch(request, tests, numbers, online))))
+            questions.append(WorkRequest(key, msgspec.json.encode(_batch(request, tests, numbers, online))))
 
         for part in _parted(len(tests), max(1, self._workers.threads)):
             ask(part)
@@ -214,19 +214,21 @@ class RunsOnCluster(ClosingRuns):
             while (answered := self._next(answers)) is not None:
                 question, answer = answered
                 numbers = parts[question.key]
-                lines = () if isinstance(answer, Lost) else answer.lines
+                lines = () if isinstance(answer, LostRequest) else answer.lines
                 for number, observation in self._observations(lines, request, numbers):
                     if number not in observed:
                         observed.add(number)
                         yield number, observation
                 left = [number for number in numbers if number not in observed]
-                if isinstance(answer, Lost):
+                if isinstance(answer, LostRequest):
                     yield from ((number, Observation(tests[number].to_data(), error=answer.reason)) for number in left)
                 elif answer.problem:
                     self._lose(answer.problem, f" on worker {answer.worker.address} ({answer.worker.host})")
                     ask(left or numbers[-1:])  # as beside the session
 
-    def _next(self, answers: Iterator[tuple[Question, Answer | Lost]]) -> tuple[Question, Answer | Lost] | None:
+    def _next(
+        self, answers: Iterator[tuple[WorkRequest, Answer | LostRequest]]
+    ) -> tuple[WorkRequest, Answer | LostRequest] | None:
         with self._let_through():
             return next(answers, None)
 

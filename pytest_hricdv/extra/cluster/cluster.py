@@ -14,7 +14,7 @@ from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.extra.cluster import service as worker_side
 from pytest_hricdv.extra.cluster.connection import CONNECT_S, GONE, Address, Connection, connection
 from pytest_hricdv.session.identity import plugin_versions
-from pytest_hricdv.session.remote import Answer, ClusterError, Lost, Question, Service
+from pytest_hricdv.session.remote import Answer, ClusterError, LostRequest, Service, WorkRequest
 
 if TYPE_CHECKING:
     from distributed import Future
@@ -62,10 +62,10 @@ class Cluster:
         return sum(self._checked.values())
 
     def answers(
-        self, service: Service, queue: deque[Question], tick: Callable[[], None] = lambda: None
-    ) -> Generator[tuple[Question, Answer | Lost]]:
+        self, service: Service, queue: deque[WorkRequest], tick: Callable[[], None] = lambda: None
+    ) -> Generator[tuple[WorkRequest, Answer | LostRequest]]:
         """See `session.remote.Workers`."""
-        pending: dict[Future[Any], Question] = {}
+        pending: dict[Future[Any], WorkRequest] = {}
         try:
             while queue or pending:
                 tick()
@@ -95,7 +95,7 @@ class Cluster:
             self._checked.clear()
             self.refused.clear()
 
-    def _submit(self, service: Service, question: Question) -> Future[Any]:
+    def _submit(self, service: Service, question: WorkRequest) -> Future[Any]:
         """Hand a question out; only to workers that may be asked."""
         allowed = [address for address in self._checked if address != question.avoid] or [*self._checked]
         limited = bool(self.refused) or bool(question.avoid)
@@ -110,7 +110,7 @@ class Cluster:
             allow_other_workers=bool(question.avoid) and not self.refused,
         )
 
-    def _wait(self, pending: Mapping[Future[Any], Question]) -> list[Future[Any]]:
+    def _wait(self, pending: Mapping[Future[Any], WorkRequest]) -> list[Future[Any]]:
         from distributed import wait
 
         if not pending:
@@ -119,7 +119,9 @@ class Cluster:
             wait([*pending], timeout=TICK_S, return_when="FIRST_COMPLETED")
         return [future for future in pending if future.done()]
 
-    def _result(self, future: Future[Any], question: Question, queue: deque[Question]) -> Answer | Lost | None:
+    def _result(
+        self, future: Future[Any], question: WorkRequest, queue: deque[WorkRequest]
+    ) -> Answer | LostRequest | None:
         """What came of a question; None where it is asked again."""
         from distributed import KilledWorker
 
@@ -130,7 +132,7 @@ class Cluster:
             return None
         except KilledWorker as error:
             last = f", the last of them {error.last_worker.address}" if error.last_worker else ""
-            return Lost(f"{error.allowed_failures + 1} workers were lost with it{last}")
+            return LostRequest(f"{error.allowed_failures + 1} workers were lost with it{last}")
         assert isinstance(answer, Answer), "it is what a worker returns"
         if not answer.unable:
             return answer

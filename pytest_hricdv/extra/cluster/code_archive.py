@@ -74,7 +74,7 @@ def _require_inside(root: Path, sent: Sequence[Path]) -> None:
         target = path.resolve()
         if path.is_symlink() and target not in real:
             raise ClusterError(_leads_away(root, path, target, "put a copy of the file in its place"))
-    for path in project_files.linked_folders(root):
+    for path in project_files.folder_links(root):
         target = path.resolve()
         if not target.is_relative_to(root.resolve()):
             raise ClusterError(_leads_away(root, path, target, "put a copy of the folder in its place"))

@@ -19,7 +19,7 @@ import msgspec
 
 from pytest_hricdv._base import project_files
 from pytest_hricdv._base.project_files import differences
-from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, started
+from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, start_process
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.code_archive import ArchiveError
 from pytest_hricdv.extra.cluster.private_folder import require_safe
@@ -96,7 +96,9 @@ class _WorkerProcess:
         self._directory = self._folder(service, scratch) / service.directory
         if service.sources:
             _require_same(service.sources, project_files.hashes((self._directory / service.root).resolve()))
-        self._process = self._stack.enter_context(started(service.module, self._directory, hash_seed=service.hash_seed))
+        self._process = self._stack.enter_context(
+            start_process(service.module, self._directory, hash_seed=service.hash_seed)
+        )
         self._process.send(service.job)
         lines: list[bytes] = []
         self._read(self._process, service.silent_s, lines)

@@ -92,11 +92,11 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
     chosen = session.aggregation.chosen
     cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
     concrete = {name: case.concrete for name, case in cases.items()}
-    run = runner(session.rerunning, session.context.code, {test.id: test for test in concrete.values()})
+    run = runner(session.rerunner, session.context.code, {test.id: test for test in concrete.values()})
     run = remember_runs(run, session.aggregation.journaling, NAME)
     experiments = Experiments(subject.groups, concrete, run, budget)
     spaces = {name: case.ranges for name, case in cases.items()}
-    decisions = PairSearch(experiments, spaces, neighbour_runner(session.rerunning, session.context.code))
+    decisions = PairSearch(experiments, spaces, neighbour_runner(session.rerunner, session.context.code))
     groups = experiments.groups(enough=FIRST_TESTS)
     _keep(session, *_by_now(session, subject, experiments, decisions, groups))
     decisions.decide(groups)
@@ -152,7 +152,7 @@ def _keep_minimal(session: FeatureSession, experiments: Experiments, decisions: 
             return
         try:
             experiments.used += 1
-            decisions.replays[name] = kept(session.rerunning, chosen[name], name, minimal)
+            decisions.replays[name] = kept(session.rerunner, chosen[name], name, minimal)
         except KeyboardInterrupt:
             experiments.ended = "interrupted"
 

@@ -27,7 +27,7 @@ from pytest_hricdv.extra.diagnosis.runs import in_fork
 from pytest_hricdv.extra.diagnosis.trace import Step, Tracer
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.results.timeline import timeline
-from pytest_hricdv.session.replaying import TestRerunner, named
+from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 if TYPE_CHECKING:
     from pytest_hricdv.coverage.code_map import CodeMap
@@ -148,7 +148,7 @@ class LineTracer:
         tracing = Tracer(self._code)
         try:
             with contextlib.redirect_stdout(io.StringIO()):
-                again = execute(self._settings.measured_by(tracing), result.test, begun=tracing.begun)
+                again = execute(self._settings.with_measurement(tracing), result.test, begun=tracing.begun)
         except Exception as error:
             return ExecutedLines(note=f"not traced: {type(error).__name__}: {error}")
         lines = executed_lines(tracing.steps(), first_violation_s(result))
@@ -169,7 +169,7 @@ Showing = Callable[[ConcreteTest], Neighbour | None]
 _DECODER: msgspec.json.Decoder[Neighbour | None] = msgspec.json.Decoder(Neighbour | None)
 
 
-def neighbour_runner(rerunning: TestRerunner, code: CodeMap) -> Showing:
+def neighbour_runner(rerunner: TestRerunner, code: CodeMap) -> Showing:
     """Runs tests traced, in a fork where there is one, and keeps what the page shows.
 
     Args:
@@ -178,20 +178,20 @@ def neighbour_runner(rerunning: TestRerunner, code: CodeMap) -> Showing:
     """
 
     def run_here(test: ConcreteTest) -> Neighbour | None:
-        return _neighbour(rerunning, code, named(test, "neighbour"))
+        return _neighbour(rerunner, code, name_test(test, "neighbour"))
 
     def run(test: ConcreteTest) -> Neighbour | None:
-        return _DECODER.decode(in_fork(rerunning, lambda: run_here(test))) if hasattr(os, "fork") else run_here(test)
+        return _DECODER.decode(in_fork(rerunner, lambda: run_here(test))) if hasattr(os, "fork") else run_here(test)
 
     return run
 
 
-def _neighbour(rerunning: TestRerunner, code: CodeMap, test: ConcreteTest) -> Neighbour | None:
+def _neighbour(rerunner: TestRerunner, code: CodeMap, test: ConcreteTest) -> Neighbour | None:
     tracing = None if debugger() or not code.files else Tracer(code)
     if tracing is None:
-        result = rerunning.run(test)
+        result = rerunner.run(test)
     else:
-        result = replace(rerunning, settings=rerunning.settings.measured_by(tracing)).run(test, tracing.begun)
+        result = replace(rerunner, settings=rerunner.settings.with_measurement(tracing)).run(test, tracing.begun)
     if result is None:
         return None
     return Neighbour(

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, forked
 from pytest_hricdv.extra.diagnosis.variations import Variation, without
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.results.replay import ReplayOrigin
-from pytest_hricdv.session.replaying import TestRerunner, named
+from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def shrunk(
     return Minimal(outcome.test, runs[outcome.test.to_json()], requirement, outcome.runs, outcome.ended == "done")
 
 
-def kept(rerunning: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -> str | None:
+def kept(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -> str | None:
     """Run it once more and keep it as a replay file; returns the file's name, None where there is none.
 
     Args:
@@ -85,12 +85,12 @@ def kept(rerunning: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) 
     origin = ReplayOrigin("shrunk", case.abstract.id, minimal.requirement, minimal.runs)
 
     def work() -> RunSummary | None:
-        result = rerunning.run(named(minimal.test, f"{minimal.requirement}-shrunk"))
+        result = rerunner.run(name_test(minimal.test, f"{minimal.requirement}-shrunk"))
         return (
-            None if result is None else RunSummary(violated=(), replay=rerunning.keep(case, result, nodeid, origin)[1])
+            None if result is None else RunSummary(violated=(), replay=rerunner.keep(case, result, nodeid, origin)[1])
         )
 
-    made = forked(rerunning, work) if hasattr(os, "fork") else work()
+    made = forked(rerunner, work) if hasattr(os, "fork") else work()
     return None if made is None else made.replay
 
 

@@ -23,7 +23,7 @@ from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.analysis import names_of, topics_of
 from pytest_hricdv.report.formatting import quantity
 from pytest_hricdv.session.journaling import JournalKeeper
-from pytest_hricdv.session.replaying import TestRerunner, named
+from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 MAX_EVENTS = 2000
 """Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
@@ -73,7 +73,7 @@ Run = Callable[[ConcreteTest], RunSummary | None]
 _DECODER: msgspec.json.Decoder[RunSummary | None] = msgspec.json.Decoder(RunSummary | None)
 
 
-def runner(rerunning: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteTest]) -> Run:
+def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteTest]) -> Run:
     """Runs tests in a fork, where there is one: whatever they do to their process, the session's results are safe.
 
     Args:
@@ -84,12 +84,12 @@ def runner(rerunning: TestRerunner, code: CodeMap, traced: Mapping[str, Concrete
 
     def run_here(test: ConcreteTest) -> RunSummary | None:
         if traced.get(test.id) == test and not debugger():
-            return _trace_run(rerunning, code, named(test, "experiment"))
-        result = rerunning.run(named(test, "experiment"))
+            return _trace_run(rerunner, code, name_test(test, "experiment"))
+        result = rerunner.run(name_test(test, "experiment"))
         return None if result is None else ran(result)
 
     def run(test: ConcreteTest) -> RunSummary | None:
-        return forked(rerunning, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
+        return forked(rerunner, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
 
     return run
 
@@ -105,7 +105,7 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
 
     def remembered(test: ConcreteTest) -> RunSummary | None:
         key = digest("run", test.to_json())
-        kept = journaling.kept(part, key)
+        kept = journaling.resumed_value(part, key)
         if kept is not None:
             return _DECODER.decode(kept)
         result = run(test)
@@ -115,12 +115,12 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
     return remembered
 
 
-def forked(rerunning: TestRerunner, work: Callable[[], RunSummary | None]) -> RunSummary | None:
+def forked(rerunner: TestRerunner, work: Callable[[], RunSummary | None]) -> RunSummary | None:
     """What a fork gives; None where it came to no end."""
-    return _DECODER.decode(in_fork(rerunning, work))
+    return _DECODER.decode(in_fork(rerunner, work))
 
 
-def in_fork(rerunning: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
+def in_fork(rerunner: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
     """What a fork gives, as JSON; null where it came to no end."""
     process = fork()
     if isinstance(process, InFork):
@@ -129,7 +129,7 @@ def in_fork(rerunning: TestRerunner, work: Callable[[], Struct | None]) -> bytes
             message = msgspec.json.encode(work())
         process.send_and_end(message)
     try:
-        with rerunning.let_through():
+        with rerunner.let_through():
             return process.message()
     except ForkError:
         return b"null"
@@ -137,10 +137,10 @@ def in_fork(rerunning: TestRerunner, work: Callable[[], Struct | None]) -> bytes
         process.close()
 
 
-def _trace_run(rerunning: TestRerunner, code: CodeMap, test: ConcreteTest) -> RunSummary | None:
+def _trace_run(rerunner: TestRerunner, code: CodeMap, test: ConcreteTest) -> RunSummary | None:
     tracing = Tracer(code)
-    settings = rerunning.settings
-    result = replace(rerunning, settings=settings.measured_by(tracing)).run(test, tracing.begun, [tracing])
+    settings = rerunner.settings
+    result = replace(rerunner, settings=settings.with_measurement(tracing)).run(test, tracing.begun, [tracing])
     if result is None:
         return None
     made = ran(result)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv._base.input_file import unmerged_log
+from pytest_hricdv._base.input_file import write_ahead_log
 
 Value = bool | float | str | tuple[float, ...]
 """Of a field; the numbers of an array."""
@@ -81,7 +81,7 @@ def _of_mcap(file: Path) -> Iterator[BagMessage]:
 def _of_rosbag(path: Path) -> Iterator[BagMessage]:
     from rosbags.rosbag2 import Reader
 
-    if log := unmerged_log(path):
+    if log := write_ahead_log(path):
         raise UnreadableError(
             f"{log.name} has messages that are not in the database yet, as after an interrupted recording; merge them: "
             f"sqlite3 {log.name.removesuffix('-wal')} 'PRAGMA wal_checkpoint(TRUNCATE)'"

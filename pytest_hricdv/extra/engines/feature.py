@@ -166,7 +166,7 @@ class EnginesFeature(Feature[str]):
 
     def rerun_options(self, reader: OptionReader) -> Iterable[str]:
         """The engine, if the command line names one."""
-        engine = reader.named("engine")
+        engine = reader.command_line_value("engine")
         return () if engine is None else (f"--hri-engine={engine}",)
 
     def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
@@ -191,7 +191,7 @@ class EnginesFeature(Feature[str]):
 
     def header(self, context: RunContext) -> Iterable[str]:
         """Which engine is used, where that was asked for, or where it is not the testbench's first one."""
-        from pytest_hricdv.session.testbench_search import passed_over
+        from pytest_hricdv.session.testbench_search import engines_not_installed
 
         asked, testbench = self.settings(context.options), context.collection.testbench
         if asked == BOTH:
@@ -199,7 +199,7 @@ class EnginesFeature(Feature[str]):
                 f"hri: each test on {testbench.simulation.engine} and on {_on_second(testbench).simulation.engine}"
             )
             return
-        missing = () if asked else passed_over(testbench)
+        missing = () if asked else engines_not_installed(testbench)
         if asked or missing:
             are = "is" if len(missing) == 1 else "are"
             why = f" ({' and '.join(missing)} {are} not installed)" if missing else ""

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv._base.atomic_file import replaced
+from pytest_hricdv._base.atomic_file import replace_file
 from pytest_hricdv._base.contained import inside
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
@@ -54,7 +54,7 @@ class FilmMaker:
 
         Errors are written into its `note`: a failed test must be reported even when the disk is full.
         """
-        failed = _counted(result.failed)
+        failed = _film_subjects(result.failed)
         if all(self._filmed[requirement] >= FILMS_EACH for requirement in failed):
             failures = " and ".join(failed) or "an assertion"
             return _without(
@@ -63,7 +63,7 @@ class FilmMaker:
             )
         self.count(result.failed)
         if not hasattr(os, "fork"):
-            return self._filmed_here(result)
+            return self._film_here(result)
         return self._in_fork(result)
 
     def _in_fork(self, result: CaseResult) -> FilmResult:
@@ -72,7 +72,7 @@ class FilmMaker:
         if isinstance(process, InFork):
             made = _without("not filmed: it was interrupted")
             try:
-                made = self._filmed_here(result)
+                made = self._film_here(result)
             finally:  # whatever is raised, as by a signal, the fork is not to go on as the session
                 process.send_and_end(msgspec.json.encode(made))
         try:
@@ -84,7 +84,7 @@ class FilmMaker:
         finally:
             process.close()
 
-    def _filmed_here(self, result: CaseResult) -> FilmResult:
+    def _film_here(self, result: CaseResult) -> FilmResult:
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 return self._replay(result, inside(self._folder, f"{FOLDER}/{_file_name(result)}"))
@@ -93,7 +93,7 @@ class FilmMaker:
 
     def count(self, failed: Sequence[str]) -> None:
         """A failure of these requirements is filmed."""
-        self._filmed.update(_counted(failed))
+        self._filmed.update(_film_subjects(failed))
 
     def _replay(self, result: CaseResult, path: Path) -> FilmResult:
         declared = self._settings.testbench.simulation.film
@@ -102,12 +102,12 @@ class FilmMaker:
         film = video(path)
         try:
             film_run = FilmRun(declared, result, film, alarms_of(result, self._known))
-            again = execute(self._settings, result.test, filming=film_run.rolling)
+            again = execute(self._settings, result.test, filming=film_run.roll)
             if film_run.recorder is None:
                 raise TestbenchError("the testbench's run did not call run.go")
             film.finish()
             strip = path.with_name(path.name + ".png")
-            with replaced(strip) as part:
+            with replace_file(strip) as part:
                 film_run.recorder.strip().save(part, format="PNG")
         finally:
             film.discard()
@@ -127,7 +127,7 @@ def _file_name(result: CaseResult) -> str:
     return re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)
 
 
-def _counted(failed: Sequence[str]) -> Sequence[str]:
+def _film_subjects(failed: Sequence[str]) -> Sequence[str]:
     """What the film of a failure counts for: without a requirement, for an assertion."""
     return failed or [""]
 
@@ -143,7 +143,7 @@ class FilmRun:
         self.recorder: FilmRecorder | None = None
 
     @contextlib.contextmanager
-    def rolling(self, run: Run) -> Iterator[None]:
+    def roll(self, run: Run) -> Iterator[None]:
         """Context of the run: a camera in its world takes the pictures."""
         world = run.kernel.world
         if world is None:

@@ -82,7 +82,7 @@ class Caption:
         return mine != theirs
 
 
-def captioned(picture: Image, caption: Caption) -> Image:
+def add_caption(picture: Image, caption: Caption) -> Image:
     """A copy of the picture with the caption in a bar below it, enlarged to whole blocks."""
     from PIL import Image, ImageDraw
 
@@ -94,28 +94,28 @@ def captioned(picture: Image, caption: Caption) -> Image:
     if caption.alarm:
         draw.rectangle((0, 0, picture.width - 1, picture.height - 1), outline=ALARM, width=FRAME_PX)
     top = picture.height + (height - picture.height - BAR_PX) // 2 + 8
-    left = _written(draw, (EDGE_PX, top), f"{caption.time_s:.2f} s", 24, INK)
+    left = _write_text(draw, (EDGE_PX, top), f"{caption.time_s:.2f} s", 24, INK)
     right = _badges(draw, (width - EDGE_PX, top + 2), caption.verdicts, BADGES_SHARE * width)
     if caption.state:
         left = max(left + 24, 150)
-        _written(draw, (left, top), _fitting(draw, f"robot: {caption.state}", right - left - EDGE_PX, 24), 24, INK)
+        _write_text(draw, (left, top), _fit_text(draw, f"robot: {caption.state}", right - left - EDGE_PX, 24), 24, INK)
     if caption.slow:  # on the picture, because the bar's first line may be full
         _label(draw, (2 * EDGE_PX, picture.height - 2 * EDGE_PX), "slow motion")
     room = width - 2 * EDGE_PX
     size = next((size for size in EVENT_PX if draw.textlength(caption.event, font=_font(size)) <= room), EVENT_PX[-1])
-    event = _fitting(draw, caption.event, room, size)
-    _written(draw, (EDGE_PX, top + 34), event, size, INK if caption.alarm else SOFT)
+    event = _fit_text(draw, caption.event, room, size)
+    _write_text(draw, (EDGE_PX, top + 34), event, size, INK if caption.alarm else SOFT)
     return frame
 
 
-def titled(frame: Image, title: str, width: int, *, alarm: bool) -> Image:
+def add_title(frame: Image, title: str, width: int, *, alarm: bool) -> Image:
     """A panel of the strip: a frame scaled to a width, with a title above."""
     from PIL import Image, ImageDraw
 
     small = frame.resize((width, round(frame.height * width / frame.width)), Image.Resampling.LANCZOS)
     panel = Image.new("RGB", (width, small.height + 30), ALARM if alarm else PAPER)
     panel.paste(small, (0, 30))
-    _written(ImageDraw.Draw(panel), (EDGE_PX, 5), title, 18, INK)
+    _write_text(ImageDraw.Draw(panel), (EDGE_PX, 5), title, 18, INK)
     return panel
 
 
@@ -134,7 +134,7 @@ def _label(draw: ImageDraw, corner: tuple[int, int], text: str) -> None:
     left, bottom = corner
     right = left + 24 + round(draw.textlength(text, font=_font(20)))
     draw.rounded_rectangle((left, bottom - 34, right, bottom), radius=6, fill=PAPER)
-    _written(draw, (left + 12, bottom - 30), text, 20, INK)
+    _write_text(draw, (left + 12, bottom - 30), text, 20, INK)
 
 
 def _badges(draw: ImageDraw, corner: tuple[int, int], verdicts: Mapping[str, str], room: float) -> int:
@@ -149,12 +149,12 @@ def _badges(draw: ImageDraw, corner: tuple[int, int], verdicts: Mapping[str, str
         text = f"{name} {verdict}"
         left = right - round(draw.textlength(text, font=_font(16))) - 16
         draw.rounded_rectangle((left, top, right, top + 24), radius=5, fill=BADGES.get(verdict, SOFT))
-        _written(draw, (left + 8, top + 3), text, 16, INK)
+        _write_text(draw, (left + 8, top + 3), text, 16, INK)
         right = left - 8
     if len(shown) < len(verdicts):
         text = f"and {len(verdicts) - len(shown)} more"
         right -= round(draw.textlength(text, font=_font(16))) + 8
-        _written(draw, (right, top + 3), text, 16, SOFT)
+        _write_text(draw, (right, top + 3), text, 16, SOFT)
     return right
 
 
@@ -172,13 +172,13 @@ def _with_room(draw: ImageDraw, verdicts: Mapping[str, str], room: float) -> fro
     return frozenset(shown)
 
 
-def _written(draw: ImageDraw, place: tuple[int, int], text: str, size: int, ink: tuple[int, int, int]) -> int:
+def _write_text(draw: ImageDraw, place: tuple[int, int], text: str, size: int, ink: tuple[int, int, int]) -> int:
     """Write a text; returns where it ends."""
     draw.text(place, text, fill=ink, font=_font(size))
     return place[0] + round(draw.textlength(text, font=_font(size)))
 
 
-def _fitting(draw: ImageDraw, text: str, room: int, size: int) -> str:
+def _fit_text(draw: ImageDraw, text: str, room: int, size: int) -> str:
     if draw.textlength(text, font=_font(size)) <= room:
         return text
     while text and draw.textlength(text + "...", font=_font(size)) > room:
@@ -252,10 +252,10 @@ class FilmRecorder:
         keys = [shown for shown, at in self._schedule.keys.items() if at is not None and at <= time_us]
         keys = [shown for shown in keys if shown not in self._keys and shown != END]
         for shown in keys:
-            self._keys[shown] = captioned(self._camera.picture(fine=True), caption)
+            self._keys[shown] = add_caption(self._camera.picture(fine=True), caption)
         picture = self._camera.picture()
         if keys or self._is_new(picture, caption):
-            frame = captioned(picture, caption)
+            frame = add_caption(picture, caption)
             self._size = frame.size
             self._video.add(frame)
             self.times_s.append(caption.time_s)
@@ -263,7 +263,7 @@ class FilmRecorder:
 
     def end(self, time_us: int) -> None:
         """Take the last picture, at the end of the run (us). It also serves for key moments at this time."""
-        last = captioned(self._camera.picture(fine=True), self._captions(time_us))
+        last = add_caption(self._camera.picture(fine=True), self._captions(time_us))
         for shown, at in self._schedule.keys.items():
             if at is not None:
                 self._keys.setdefault(shown, last)
@@ -279,7 +279,7 @@ class FilmRecorder:
         panels = []
         for shown in self._schedule.keys:
             frame = self._keys.get(shown) or blank(self._size, f"no {shown}")
-            panels.append(titled(frame, shown, PANEL_PX, alarm=shown == VIOLATION and shown in self._keys))
+            panels.append(add_title(frame, shown, PANEL_PX, alarm=shown == VIOLATION and shown in self._keys))
         width, height = panels[0].size
         strip = Image.new("RGB", (width * COLUMNS, height * -(-len(panels) // COLUMNS)))
         for number, panel in enumerate(panels):

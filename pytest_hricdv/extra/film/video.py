@@ -74,7 +74,7 @@ class Mp4:
     def add(self, frame: Image) -> None:
         """See `Video`."""
         if self._encoder is None:
-            self._encoder = self._started(frame.size)
+            self._encoder = self._start_encoder(frame.size)
         assert self._encoder.stdin is not None
         try:
             self._encoder.stdin.write(frame.tobytes())
@@ -104,7 +104,7 @@ class Mp4:
             self._encoder = None
         temporary_path(self.path).unlink(missing_ok=True)
 
-    def _started(self, size: tuple[int, int]) -> subprocess.Popen[bytes]:
+    def _start_encoder(self, size: tuple[int, int]) -> subprocess.Popen[bytes]:
         import imageio_ffmpeg
 
         raw = f"-f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {FRAMES_PER_S} -i -".split()

@@ -54,7 +54,7 @@ class MutationFeature(Feature[MutationOptions]):
         )
         if options.asked and reader.flag("no_cov"):
             raise usage_error("--hri-mutate and --hri-no-cov: which tests to try a fault on is known from coverage")
-        if options.asked and reader.named("shard") is not None:
+        if options.asked and reader.command_line_value("shard") is not None:
             raise usage_error("--hri-mutate and --hri-shard: give one of them; faults are tried on whole suites")
         lines = reader.config.getoption("hri_fail_under") or ()
         needed = [line for line in lines if line.partition("=")[0].strip() == KIND]

@@ -91,7 +91,7 @@ def _texts_with_change(source: Source, names: Names) -> Iterator[tuple[str, int,
     for node, line in source.places():
         for name, operator in OPERATORS.items():
             for old, new in operator(node, source, names):
-                yield name, line, source.changed(old, new)
+                yield name, line, source.replace_node(old, new)
 
 
 def _compile(text: str, path: str) -> object:

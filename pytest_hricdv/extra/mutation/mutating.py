@@ -17,7 +17,7 @@ from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
-from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
+from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, start_process
 from pytest_hricdv.extra.mutation import process as mutant_process
 from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample
 from pytest_hricdv.extra.mutation.options import MutationOptions
@@ -28,7 +28,7 @@ from pytest_hricdv.extra.mutation.records import (
     MutationEnd,
     MutationResult,
     mutant_status,
-    scored,
+    score_mutants,
 )
 from pytest_hricdv.results.baseline import behaviour_of
 from pytest_hricdv.results.behaviour import Behaviour
@@ -89,10 +89,10 @@ class MutationRun:
             drawn = sample(every, self.context.options.seed, options.mutants)
             order = TrialOrder(candidates_of(self.context, [*tests.values()]), options.tests)
             trials = _Trials(drawn, order, tests, self.say)
-            job = self._job(trials.planned(self.context), tests)
+            job = self._job(trials.plan(self.context), tests)
         self.say(f"hricdv: trying {len(drawn)} mutants on {len(tests)} tests, {self.processes} at a time ...")
         ended = trials.follow(job, self.context.collection.config.invocation_params.dir, self.let_through)
-        return scored(
+        return score_mutants(
             mutants=tuple(trials.result(mutant) for mutant in every if mutant.id in trials.runs),
             made=len(every),
             seed=self.context.options.seed,
@@ -144,7 +144,7 @@ class _Trials:
         self._began_s = time.monotonic()
         self._done: set[str] = set()
 
-    def planned(self, context: RunContext) -> list[MutantTrial]:
+    def plan(self, context: RunContext) -> list[MutantTrial]:
         """What is to be tried: not the mutants whose statement no test executes."""
         paths = {file.name: str(file.path) for file in context.code.files}
         plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
@@ -173,7 +173,7 @@ class _Trials:
         return "lost"
 
     def _follow(self, job: MutationJob, directory: Path, let_through: LetThrough, total: int) -> None:
-        with started(mutant_process.__name__, directory, let_through=let_through) as process:
+        with start_process(mutant_process.__name__, directory, let_through=let_through) as process:
             process.send(job)
             for line in process.lines():
                 self._note(msgspec.json.decode(line, type=TrialEvent), total)
@@ -188,7 +188,7 @@ class _Trials:
 
     def result(self, mutant: Mutant) -> MutantResult:
         """What became of a mutant."""
-        executing = self._order.executing(mutant.statement)
+        executing = self._order.suites_of(mutant.statement)
         runs, complete = tuple(self.runs[mutant.id]), not executing or mutant.id in self._done
         status = mutant_status(runs, executed=bool(executing), complete=complete)
         return MutantResult(
@@ -274,7 +274,7 @@ class TrialOrder:
         self._most = most
         self._orders: dict[int, tuple[str, ...]] = {}
 
-    def executing(self, statement: int) -> dict[str, int]:
+    def suites_of(self, statement: int) -> dict[str, int]:
         """Suite -> how many of its tests execute a statement, given by its number."""
         return dict(Counter(test.suite for test in self._tests if test.statements >> statement & 1))
 
@@ -284,12 +284,12 @@ class TrialOrder:
             executing = [test for test in self._tests if test.statements >> statement & 1]
             order = []
             for suite in dict.fromkeys(test.suite for test in executing):
-                order += _ordered([test for test in executing if test.suite == suite])[: self._most]
+                order += _order_tests([test for test in executing if test.suite == suite])[: self._most]
             self._orders[statement] = tuple(order)
         return self._orders[statement]
 
 
-def _ordered(tests: Sequence[TrialCandidate]) -> list[str]:
+def _order_tests(tests: Sequence[TrialCandidate]) -> list[str]:
     """First the test that does least beside, so that a fault that any test notices costs one short run; then those that
     together cover all that these tests cover, the most per second first, because a test like the one before notices
     what that one noticed; then the rest, the shortest first.

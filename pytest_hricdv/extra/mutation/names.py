@@ -78,7 +78,7 @@ class Names:
         return cls(constants, members, dict(assigned), frozenset(commands))
 
 
-def following(item: str, items: Sequence[str]) -> str | None:
+def next_other(item: str, items: Sequence[str]) -> str | None:
     """The next item that differs, from the beginning again after the last one; None where all are equal."""
     start = items.index(item) if item in items else 0
     return next((other for other in (*items[start:], *items[:start]) if other != item), None)

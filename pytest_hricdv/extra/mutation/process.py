@@ -21,7 +21,7 @@ import msgspec
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
 from pytest_hricdv.execution.judge import list_undeclared_violations
-from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, Line, ProcessPool, Send
+from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, OutputLine, ProcessPool, Send
 from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.results.baseline import behaviour_of
@@ -139,7 +139,7 @@ def _try(job: MutationJob, trials: Sequence[MutantTrial]) -> Iterator[MutantRunE
     )
     for event in pool.run(queue):
         trial = event.item
-        if isinstance(event, Line):
+        if isinstance(event, OutputLine):
             ended = msgspec.json.decode(event.text, type=MutantRunEnd)
             runs[trial.mutant].append(ended.run)
             yield ended

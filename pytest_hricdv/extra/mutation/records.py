@@ -151,7 +151,7 @@ class MutationResult(PlainRecord, frozen=True, kw_only=True):
     groups: Mapping[str, OracleScore]
 
 
-def scored(
+def score_mutants(
     *,
     mutants: tuple[MutantResult, ...],
     made: int,

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import libcst as cst
 from libcst import matchers
 
-from pytest_hricdv.extra.mutation.names import OPPOSITES, Names, following, is_time_or_speed
+from pytest_hricdv.extra.mutation.names import OPPOSITES, Names, is_time_or_speed, next_other
 from pytest_hricdv.extra.mutation.source import NOTES, Source, last_name, name_of_call, string_value
 
 Change = tuple[cst.CSTNode, cst.CSTNode]
@@ -93,7 +93,7 @@ def states_swapped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[
     elif isinstance(node, cst.Assign):
         yield from _other_text(node, names.assigned.get(last_name(node.targets[0].target), ()))
     elif isinstance(node, cst.Attribute):
-        member = following(node.attr.value, names.members.get(last_name(node.value), ()))
+        member = next_other(node.attr.value, names.members.get(last_name(node.value), ()))
         if member is not None:
             yield node.attr, cst.Name(member)
     elif isinstance(node, cst.Name) and _is_read(node, source):
@@ -244,14 +244,14 @@ def _other_value(node: cst.DictElement, source: Source) -> Iterator[Change]:
         for entry in table.elements
         if isinstance(entry.value, type(node.value))
     ]
-    other = following(source.module.code_for_node(node.value), texts)
+    other = next_other(source.module.code_for_node(node.value), texts)
     if other is not None:
         yield node.value, cst.parse_expression(other)
 
 
 def _other_text(node: cst.Return | cst.Assign, texts: Sequence[str]) -> Iterator[Change]:
     text = string_value(node.value)
-    other = None if text is None else following(text, texts)
+    other = None if text is None else next_other(text, texts)
     if node.value is not None and other is not None:
         yield node.value, cst.parse_expression(repr(other))
 

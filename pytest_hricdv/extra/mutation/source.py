@@ -62,7 +62,7 @@ class Source:
             here = self.parent(here)
         return here
 
-    def changed(self, old: cst.CSTNode, new: cst.CSTNode) -> str:
+    def replace_node(self, old: cst.CSTNode, new: cst.CSTNode) -> str:
         """The text with one node replaced."""
         tree = self.module.deep_replace(old, new)
         assert isinstance(tree, cst.Module)

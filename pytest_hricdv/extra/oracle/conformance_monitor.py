@@ -86,7 +86,7 @@ class ConformanceMonitor:
                 self._go_on(partial(Product.finish, time_s=occurrence.time_s))
                 continue
             try:
-                event = self._observed_event(occurrence)
+                event = self._observe_event(occurrence)
             except CouplingError as error:
                 self._error = error
                 continue
@@ -111,7 +111,7 @@ class ConformanceMonitor:
         except BdiError as error:
             self._error = error
 
-    def _observed_event(self, occurrence: EventOccurrence) -> ObservedEvent:
+    def _observe_event(self, occurrence: EventOccurrence) -> ObservedEvent:
         heard: list[ModelPercept] = []
         does: dict[int, Bindings] = {}
         fails: dict[int, Bindings] = {}

@@ -42,7 +42,7 @@ class FollowedAgent(CoupledAgent):
         return acts or None
 
 
-class Follower:
+class ModelFollower:
     """The agent of one run.
 
     Args:

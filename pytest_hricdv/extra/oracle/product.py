@@ -11,7 +11,7 @@ from pytest_hricdv.bdi import Structure
 from pytest_hricdv.bdi.logic.unify import unify
 from pytest_hricdv.coupling.event_pattern import Bindings
 from pytest_hricdv.coupling.ready_acts import ReadyAct
-from pytest_hricdv.extra.oracle.follower import Follower
+from pytest_hricdv.extra.oracle.follower import ModelFollower
 from pytest_hricdv.extra.oracle.oracle import Oracle
 from pytest_hricdv.monitor import Trigger
 
@@ -88,7 +88,7 @@ class Product:
         """Observed before the agent was ready for it, and not yet a deviation."""
         self._hears_later: deque[tuple[float, ModelPercept]] = deque()
         self._end_s = math.inf
-        self.follower = Follower(oracle, limits)
+        self.follower = ModelFollower(oracle, limits)
         self.deviation: ModelDeviation | None = None
         self.triggers: list[Trigger] = []
         """The acts that have been observed, in order."""

@@ -41,7 +41,7 @@ def write_bag(path: Path, record: Record) -> bool:
     published = [(time_ns, source) for time_ns, source in sent if not source.direction]
     if not published:
         return False
-    with atomic_file.replaced(path) as temporary, temporary.open("wb") as file:
+    with atomic_file.replace_file(path) as temporary, temporary.open("wb") as file:
         writer = Writer(file, compression=CompressionType.LZ4)
         writer.start(profile=_PROFILE, library=_LIBRARY)
         schemas: dict[str, int] = {}

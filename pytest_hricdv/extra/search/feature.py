@@ -68,7 +68,7 @@ class SearchFeature(Feature[SearchOptions]):
         from pytest_hricdv.extra.search.records import SEARCH
 
         session.say("")
-        after = PostSession(session.rerunning, session.options, settings, session.aggregation.chosen, session.say)
+        after = PostSession(session.rerunner, session.options, settings, session.aggregation.chosen, session.say)
         if settings.shrink:
             results = after.shrink(results)
         if settings.search and not stopped:
@@ -87,7 +87,7 @@ def _search(session: FeatureSession, after: PostSession, results: list[TestResul
         with (
             session.signals.let_through(),
             remote_runs(session.context, lambda text: session.say(f"hricdv: {text}")) as after.remote,
-            session.signals.deferred(),
+            session.signals.defer(),
         ):
             return after.search(results)
     except KeyboardInterrupt:  # before it was connected, or while the connection was closed

@@ -28,8 +28,8 @@ from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session import run_process
 from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.options import Options
-from pytest_hricdv.session.remote import Lost, Question, Service, Workers, remote
-from pytest_hricdv.session.replaying import TestRerunner, named
+from pytest_hricdv.session.remote import LostRequest, Service, Workers, WorkRequest, remote
+from pytest_hricdv.session.replaying import TestRerunner, name_test
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
 from pytest_hricdv.session.serving import arguments_of
@@ -65,7 +65,7 @@ class Shrinker:
         nodeid: of the pytest item that ran it.
     """
 
-    rerunning: TestRerunner
+    rerunner: TestRerunner
     requirement: Criterion
     case: HriCase
     nodeid: str
@@ -109,13 +109,13 @@ class Shrinker:
 
     def _run(self, test: ConcreteTest) -> CaseResult | None:
         # Under the id that the test will have: a run is a function of all of its test.
-        return self.rerunning.run(named(test, f"{self.requirement.id}-{SHRUNK.name}"))
+        return self.rerunner.run(name_test(test, f"{self.requirement.id}-{SHRUNK.name}"))
 
     def _record(self, shrunk: Shrunk, note: str = "") -> ShrunkTest:
         made, replay = None, None
         if self._best is not None and shrunk.test != self.case.concrete:
             origin = ReplayOrigin(SHRUNK.name, self.case.abstract.id, self.requirement.id, shrunk.runs)
-            made, replay = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
+            made, replay = self.rerunner.keep(self.case, self._best, self.nodeid, origin)
         return ShrunkTest(
             id=None if made is None else made.abstract.id,
             replay=replay,
@@ -170,9 +170,9 @@ class RemoteRuns:
             KeyboardInterrupt: it is over.
             ClusterError: the scheduler is gone, or no worker can run it.
         """
-        question = Question(digest(test.to_json())[:24], msgspec.json.encode(RunBatch((_request(test),))))
+        question = WorkRequest(digest(test.to_json())[:24], msgspec.json.encode(RunBatch((_request(test),))))
         for _, answer in self.workers.answers(self.service, deque([question]), self._check):
-            if not isinstance(answer, Lost) and answer.lines:
+            if not isinstance(answer, LostRequest) and answer.lines:
                 result = msgspec.json.decode(answer.lines[0], type=RunReply).result
                 return None if result.outcome == "error" else result.requirements[requirement]
         return None
@@ -224,7 +224,7 @@ class PostSession:
         remote: of a cluster that runs tests of searches; None: they run here.
     """
 
-    rerunning: TestRerunner
+    rerunner: TestRerunner
     options: Options
     settings: SearchOptions
     chosen: Mapping[str, HriCase]
@@ -238,7 +238,7 @@ class PostSession:
 
     def shrink(self, results: Iterable[TestResult]) -> list[TestResult]:
         """Shrink the shortest failure of each requirement; returns the results, with what they were shrunk to."""
-        requirements = {requirement.id: requirement for requirement in self.rerunning.settings.requirements}
+        requirements = {requirement.id: requirement for requirement in self.rerunner.settings.requirements}
         by_nodeid = {result.nodeid: result for result in results}
         for name, failed in shortest_failures(by_nodeid.values(), requirements.values()).items():
             if not self.interrupted:
@@ -250,7 +250,7 @@ class PostSession:
     def _shrunk(self, requirement: Criterion, case: HriCase, nodeid: str) -> ShrunkTest:
         self.say(f"hricdv: shrinking {case.abstract.id}, which failed {requirement.id} ...")
         budget = Budget(self.settings.shrink_runs, self.settings.shrink_seconds)
-        shrunk = Shrinker(self.rerunning, requirement, case, nodeid).shrink(budget)
+        shrunk = Shrinker(self.rerunner, requirement, case, nodeid).shrink(budget)
         self.interrupted = shrunk.end_reason == "interrupted"
         return shrunk
 
@@ -260,7 +260,7 @@ class PostSession:
             if self.interrupted:
                 break
             self.interrupted = record.end_reason == "interrupted"
-            conditions = self.rerunning.settings.known_when
+            conditions = self.rerunner.settings.known_when
             tolerated = requirement.id in self.options.known_violations and requirement.id not in conditions
             if record.status == "violated" and (self.options.strict or not tolerated):
                 self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")
@@ -271,9 +271,9 @@ class PostSession:
 
     def _search_each(self, results: list[TestResult]) -> Iterator[Searched]:
         """Search for each requirement: here one after the other, on a cluster several at a time."""
-        remote, requirements = self.remote, self.rerunning.settings.requirements
+        remote, requirements = self.remote, self.rerunner.settings.requirements
         judged = None if remote is None else remote.run
-        searching = ViolationSearch(self.rerunning, self.chosen, self.options.seed, judged)
+        searching = ViolationSearch(self.rerunner, self.chosen, self.options.seed, judged)
 
         def search(requirement: Criterion) -> Searched:
             return requirement, *searching.search(requirement, results, Budget(self.settings.search))
@@ -289,7 +289,7 @@ class PostSession:
             searches = pool.map(search, requirements)
             try:
                 for _ in requirements:
-                    with self.rerunning.let_through():
+                    with self.rerunner.let_through():
                         ended = next(searches)
                     yield ended
             except KeyboardInterrupt:

@@ -18,7 +18,7 @@ from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.monitor import Criterion, RequirementResult
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
-from pytest_hricdv.session.replaying import TestRerunner, named
+from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 SEARCH = "search"
 STARTS = 5
@@ -39,7 +39,7 @@ class ViolationSearch:
         judged: runs a test elsewhere, and says what became of a requirement; None: tests run here.
     """
 
-    rerunning: TestRerunner
+    rerunner: TestRerunner
     chosen: Mapping[str, HriCase]
     seed: int
     judged: Callable[[ConcreteTest, str], RequirementResult | None] | None = None
@@ -91,29 +91,29 @@ class ViolationSearch:
     def _judge(self, test: ConcreteTest, requirement: str) -> RequirementResult | None:
         if self.judged is not None:
             return self.judged(test, requirement)
-        result = self.rerunning.run(test)
+        result = self.rerunner.run(test)
         return None if result is None else result.verdict(requirement)
 
     def _is_violated(self, requirement: Criterion, result: RequirementResult) -> bool:
-        return self.rerunning.is_violated(requirement.id, result)
+        return self.rerunner.is_violated(requirement.id, result)
 
     def _keep(
         self, requirement: Criterion, start: TestResult, outcome: SearchOutcome, record: SearchResult
     ) -> tuple[SearchResult, HriCase | None]:
         """The record with the test that was outcome, which is kept as a replay file."""
         try:
-            result = self.rerunning.run(_rename(outcome.test, requirement))
+            result = self.rerunner.run(_rename(outcome.test, requirement))
         except KeyboardInterrupt:  # that it is violated is known, and the test is not
             return replace(record, end_reason="interrupted"), None
         if result is None:
             return record, None
         origin = ReplayOrigin(SEARCH, start.id, requirement.id, outcome.runs)
-        made, replay = self.rerunning.keep(self.chosen[start.nodeid], result, start.nodeid, origin)
+        made, replay = self.rerunner.keep(self.chosen[start.nodeid], result, start.nodeid, origin)
         return replace(record, id=made.abstract.id, replay=replay, abstract=made.abstract.lines), made
 
 
 def _rename(test: ConcreteTest, requirement: Criterion) -> ConcreteTest:
-    return named(test, f"{requirement.id}-{SEARCH}")
+    return name_test(test, f"{requirement.id}-{SEARCH}")
 
 
 def _objective(result: TestResult, requirement: str) -> tuple[float, str, str]:

@@ -50,9 +50,9 @@ class SuggestionFeature(Feature[SuggestionOptions]):
             seconds=reader.integer("suggest_seconds", None, least=1),
             anew=reader.flag("suggest_anew"),
         )
-        if options.asked and reader.named("shard") is not None:
+        if options.asked and reader.command_line_value("shard") is not None:
             raise usage_error("--hri-suggest and --hri-shard: give one of them; suggestions rest on whole suites")
-        if reader.named("suggest") and not reader.text("suite"):
+        if reader.command_line_value("suggest") and not reader.text("suite"):
             raise usage_error("--hri-suggest: expected a suite to learn of, as --hri-suite=rl (suggest --suite=rl)")
         return options
 

@@ -19,7 +19,7 @@ import msgspec
 from pytest_hricdv.execution.case import execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
 from pytest_hricdv.execution.judge import list_undeclared_violations
-from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
+from pytest_hricdv.execution.process_pool import OutputLine, ProcessPool, Send
 from pytest_hricdv.extra.suggestion.stored_run import Authorship, StoredRun, read, store, write
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement, parse_formula
@@ -96,7 +96,7 @@ def events(job: RecordingJob) -> Iterator[VersionEnd]:
         lambda version, send: _Recorder(job, version, send).run(), job.processes, SILENCE * job.run_s
     )
     for event in pool.run(queue):
-        if isinstance(event, Line):
+        if isinstance(event, OutputLine):
             continue  # a run is stored
         version = event.item
         left = list(runs_to_repeat(folder, version))

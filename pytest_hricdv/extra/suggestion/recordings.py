@@ -13,7 +13,7 @@ import msgspec
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.execution.faulty_import import SeededFault
 from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
-from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
+from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, start_process
 from pytest_hricdv.extra.suggestion import process as recording_process
 from pytest_hricdv.extra.suggestion.process import RecordingJob, RecordingRequest, Version, VersionEnd, runs_to_repeat
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun, read
@@ -163,7 +163,7 @@ class Recordings:
     def _follow(self, job: RecordingJob, what: str) -> None:
         began_s, total, done = time.monotonic(), len(job.versions), 0
         directory = self.context.collection.config.invocation_params.dir
-        with started(recording_process.__name__, directory, let_through=self.let_through) as recording:
+        with start_process(recording_process.__name__, directory, let_through=self.let_through) as recording:
             recording.send(job)
             for line in recording.lines():
                 msgspec.json.decode(line, type=VersionEnd)

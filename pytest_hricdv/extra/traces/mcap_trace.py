@@ -160,7 +160,7 @@ def write(path: Path, trace: McapTrace) -> None:
     Raises:
         OSError: the file cannot be written; an old one is left as it was.
     """
-    with atomic_file.replaced(path) as temporary, temporary.open("wb") as file:
+    with atomic_file.replace_file(path) as temporary, temporary.open("wb") as file:
         writer = Writer(file, compression=CompressionType.LZ4)
         writer.start(library=LIBRARY)
         writer.add_metadata("hricdv", trace.facts)

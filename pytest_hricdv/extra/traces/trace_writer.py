@@ -101,13 +101,13 @@ class TraceWriter:
         observed: list[ObservedWorld] = []
 
         @contextlib.contextmanager
-        def observing(again: Run) -> Iterator[None]:
+        def observe(again: Run) -> Iterator[None]:
             if again.kernel.world is not None:
                 observed.append(ObservedWorld(again.kernel.world, bodies, SCENE_PERIOD_US))
                 again.kernel.world = observed[0]
             yield
 
-        again = execute(self._settings, run.test, filming=observing)
+        again = execute(self._settings, run.test, filming=observe)
         same = again.record.sha256 == run.record.sha256
         note = "" if same else f"the scene is of a replay that differs from the run (record {again.record.sha256})"
         return observed[0].changes if observed else (), note

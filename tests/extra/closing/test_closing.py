@@ -11,13 +11,13 @@ from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.loop import Runner
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.suite import repeatable_suite
-from tests.plugin.project import counted_up_to_313, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import counted_up_to_313, outcomes, plain_and_slowly_on_workers, report
 
 SUITE = "--hri-suite=closure"
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 @counted_up_to_313
 def test_the_loop_reaches_all_that_the_model_can_reach(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(SUITE, "--hri-close-runs=60", *options)

@@ -25,7 +25,7 @@ from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster import service as worker_side
 from pytest_hricdv.extra.cluster.cluster import Cluster, connect
 from pytest_hricdv.extra.cluster.connection import Address
-from pytest_hricdv.session.remote import Answer, ClusterError, Lost, Question, Service
+from pytest_hricdv.session.remote import Answer, ClusterError, LostRequest, Service, WorkRequest
 from tests.extra.campaign.conftest import environment
 
 ECHO = """
@@ -80,13 +80,13 @@ def service(echo: Path, *, has: str = "0123456789abcdef", silent_s: float = 20.0
     return Service("echo_service", job, str(echo), PROJECT, silent_s)
 
 
-def ask(cluster: Cluster, asked: Service, *questions: str) -> dict[str, Answer | Lost]:
+def ask(cluster: Cluster, asked: Service, *questions: str) -> dict[str, Answer | LostRequest]:
     """Key -> answer to questions, each a JSON list of words."""
-    queue = deque(Question(text, text.encode()) for text in questions)
+    queue = deque(WorkRequest(text, text.encode()) for text in questions)
     return {question.key: answer for question, answer in cluster.answers(asked, queue)}
 
 
-def lines(answer: Answer | Lost) -> list[str]:
+def lines(answer: Answer | LostRequest) -> list[str]:
     """What an answer says."""
     assert isinstance(answer, Answer)
     return [line.decode().strip() for line in answer.lines]
@@ -313,7 +313,7 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path)
                 os.kill(process, 9)
 
     with connect(Address(workers=2), unheard) as made:
-        queue = deque(Question(str(number), f'["{number}"]'.encode()) for number in range(30))
+        queue = deque(WorkRequest(str(number), f'["{number}"]'.encode()) for number in range(30))
         found = [(question.key, lines(answer)) for question, answer in made.answers(service(echo), queue, kill_one)]
     assert sorted(found) == sorted((str(number), [f'"{number}!"']) for number in range(30))
     assert len(told) == 3

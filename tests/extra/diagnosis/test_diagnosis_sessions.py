@@ -7,7 +7,7 @@ import re
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, command, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, command, plain_and_slowly_on_workers, report
 
 IMPORT = "\n    from pytest_hricdv.testbench import Disturbance"
 SURGE = """code=("lamps",),
@@ -49,7 +49,7 @@ BUDGET = "--hri-diagnose=11"
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_causes_come_before_failures_and_are_confirmed_by_runs(
     surging: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

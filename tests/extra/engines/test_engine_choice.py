@@ -6,7 +6,12 @@ import dataclasses
 
 import pytest
 
-from pytest_hricdv.session.testbench_search import engine_modules, import_engine, on_installed_engine, passed_over
+from pytest_hricdv.session.testbench_search import (
+    engine_modules,
+    engines_not_installed,
+    import_engine,
+    on_installed_engine,
+)
 from pytest_hricdv.testbench import Simulation, Testbench
 from tests.actors.corridor.bench import ward
 
@@ -31,7 +36,7 @@ def test_the_first_that_is_there_is_used(
     engines: dict[str, str], used: str, missing: tuple[str, ...], modules: tuple[str, ...]
 ) -> None:
     chosen = bench(**engines)
-    assert (chosen.simulation.engine, passed_over(chosen), engine_modules(chosen)) == (used, missing, modules)
+    assert (chosen.simulation.engine, engines_not_installed(chosen), engine_modules(chosen)) == (used, missing, modules)
 
 
 def test_what_is_missing_is_said_with_what_else_there_is() -> None:

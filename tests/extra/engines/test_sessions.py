@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, plain_and_slowly_on_workers, report
 
 BY_HAND = "--hri-suite=by-hand"
 
@@ -46,7 +46,7 @@ def outcomes(lamps: pytest.Pytester) -> dict[str, list[dict[str, Any]]]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_the_first_engine_is_used_unless_another_one_is_asked_for(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -99,7 +99,7 @@ def test_a_testbench_without_engines_says_so(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_engines_that_agree_change_nothing(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     two_engines(lamps, shift=-1e-9)
     lamps.runpytest_inprocess(BY_HAND, *options)
@@ -125,7 +125,7 @@ def test_engines_that_agree_change_nothing(lamps: pytest.Pytester, options: tupl
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_verdict_that_depends_on_the_engine_is_no_pass(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     two_engines(lamps, shift=0.5)
     result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both", "--hri-strict", "-rx", *options)

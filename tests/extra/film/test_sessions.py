@@ -13,7 +13,7 @@ from PIL import Image
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.extra.film.film_maker import FilmMaker
 from pytest_hricdv.extra.film.records import FilmResult
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, plain_and_slowly_on_workers, report
 from tests.report.parsed import Page, details
 
 for _name in ("PIL.Image", "PIL.ImageDraw", "PIL.ImageFont", "PIL.PngImagePlugin", "PIL.GifImagePlugin"):
@@ -81,7 +81,7 @@ def films(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_failing_and_known_failing_tests_are_filmed_and_linked(
     filmed: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

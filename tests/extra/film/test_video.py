@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from pytest_hricdv.extra.film.recorder import BADGES, EDGE_PX, Caption, captioned
+from pytest_hricdv.extra.film.recorder import BADGES, EDGE_PX, Caption, add_caption
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Gif, Mp4, Video, video
 from tests.extra.film.decoded import about, decoded
 
@@ -77,18 +77,18 @@ def test_a_frame_has_whole_blocks_and_leaves_its_picture_untouched(size: tuple[i
     picture = Image.new("RGB", size, (1, 2, 3))
     before = picture.tobytes()
     caption = Caption(1.0, "Reset", {"R1": "NC", "R2": "Failed"}, "a very long message " * 40, alarm=True, slow=True)
-    result = captioned(picture, caption)
+    result = add_caption(picture, caption)
     assert picture.tobytes() == before
     assert (result.width % 16, result.height % 16) == (0, 0)
     assert result.height >= size[1] + 64
     assert result.getpixel((size[0] // 2, 1)) == (214, 48, 49)
-    assert captioned(picture, Caption(1.0, "", {}, "")).getpixel((0, 0)) == (1, 2, 3)
+    assert add_caption(picture, Caption(1.0, "", {}, "")).getpixel((0, 0)) == (1, 2, 3)
 
 
 def test_slow_motion_is_told_on_the_picture() -> None:
     picture = Image.new("RGB", (960, 432), (1, 2, 3))
     slow, usual = (
-        captioned(picture, Caption(1.0, "Move_hand", {}, "a message", slow=is_slow)) for is_slow in (True, False)
+        add_caption(picture, Caption(1.0, "Move_hand", {}, "a message", slow=is_slow)) for is_slow in (True, False)
     )
     assert slow.crop((0, 432, *slow.size)).tobytes() == usual.crop((0, 432, *usual.size)).tobytes()
     assert slow.crop((0, 0, 960, 432)).tobytes() != usual.crop((0, 0, 960, 432)).tobytes()
@@ -98,7 +98,7 @@ def test_of_many_verdicts_those_that_failed_have_a_place_beside_the_time() -> No
     picture = Image.new("RGB", (960, 432), (1, 2, 3))
     verdicts = {f"R{number}": "Passed" for number in range(1, 41)}
     many, worse, timeless = (
-        captioned(picture, Caption(1.0, "", each, "")) for each in (verdicts, {**verdicts, "R39": "Failed"}, {})
+        add_caption(picture, Caption(1.0, "", each, "")) for each in (verdicts, {**verdicts, "R39": "Failed"}, {})
     )
     for frame in (many, worse):
         left = (0, 432, 380, frame.height)
@@ -111,7 +111,7 @@ def test_of_many_verdicts_those_that_failed_have_a_place_beside_the_time() -> No
 def test_a_long_state_ends_where_the_verdicts_begin() -> None:
     picture = Image.new("RGB", (960, 432), (1, 2, 3))
     verdicts = {f"R{number}": "Passed" for number in range(1, 8)}
-    named, nameless = (captioned(picture, Caption(1.0, state, verdicts, "")) for state in ("Move_hand" * 20, ""))
+    named, nameless = (add_caption(picture, Caption(1.0, state, verdicts, "")) for state in ("Move_hand" * 20, ""))
     begin = min(x for x in range(960) if nameless.getpixel((x, 458)) == BADGES["Passed"])
     assert (
         named.crop((begin - EDGE_PX, 432, *named.size)).tobytes()

@@ -11,7 +11,7 @@ import pytest
 from pytest_hricdv.extra.mutation import mutating
 from pytest_hricdv.session.collection import Collection
 from tests import json_schema
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, plain_and_slowly_on_workers, report
 from tests.plugin.test_bad_input import refused
 
 SUITE = "--hri-suite=by-hand"
@@ -65,7 +65,7 @@ def fates(found: dict[str, Any]) -> dict[str, tuple[str, set[str]]]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(guide.path, "requirements.toml", "[R1]\n", '[R1]\ngroup = "light"\n')
     result = guide.runpytest_inprocess(*ASKED, *options)

@@ -16,7 +16,7 @@ def test_only_tests_that_execute_the_statement_are_tried() -> None:
     order = TrialOrder(TESTS, None)
     assert set(order.tests(2)) == {"rich", "same"}
     assert (order.tests(3), order.tests(4)) == (("elsewhere",), ())
-    assert order.executing(0) == {"s": 4, "t": 1}
+    assert order.suites_of(0) == {"s": 4, "t": 1}
 
 
 def test_the_nearest_is_first_then_what_adds_most_then_what_is_like_others() -> None:

@@ -7,7 +7,7 @@ import shlex
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, plain_and_slowly_on_workers, report
 from tests.plugin.test_replay import refused
 
 TIGHT = ("eventually[0:2](on(answer))", "eventually[0:0.98](on(answer))")
@@ -22,7 +22,7 @@ def tight(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(
     tight: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -7,7 +7,7 @@ import shlex
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import A_WORKER, change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import A_WORKER, change, plain_and_slowly_on_workers, report
 from tests.plugin.test_replay import refused
 
 LONG = ["enter hall", "greet", *(f"set_lamp level = {level}" for level in (10, 0, 100, 10)), "leave"]
@@ -23,7 +23,7 @@ def long(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 @pytest.mark.slow
-@plain_and_slowly_in_other_modes
+@plain_and_slowly_on_workers
 def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replayed(
     long: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv._base.input_file import unmerged_log
+from pytest_hricdv._base.input_file import write_ahead_log
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.extra.ros2.clocks import system_ns
@@ -259,7 +259,7 @@ def _read(path: Path, content: BagContent, topics: Collection[str] | None) -> No
         raise BagError(
             f'bag {path}: {error.name} is needed to read it; install the extra: pip install "pytest-hricdv[ros2]"'
         ) from None
-    if log := unmerged_log(path):
+    if log := write_ahead_log(path):
         raise BagError(
             f"bag {path}: {log.name} has messages that are not in the database yet, as after an interrupted recording; "
             f"merge them: sqlite3 {log.name.removesuffix('-wal')} 'PRAGMA wal_checkpoint(TRUNCATE)'"
