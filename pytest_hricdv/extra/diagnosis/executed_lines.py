@@ -173,7 +173,7 @@ def neighbour_runner(rerunner: TestRerunner, code: CodeMap) -> Showing:
     """Runs tests traced, in a fork where there is one, and keeps what the page shows.
 
     Args:
-        rerunning: runs tests.
+        rerunner: runs tests.
         code: under test.
     """
 

@@ -77,7 +77,7 @@ def kept(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -
     """Run it once more and keep it as a replay file; returns the file's name, None where there is none.
 
     Args:
-        rerunning: runs tests.
+        rerunner: runs tests.
         case: the test that it was made of.
         nodeid: of this.
         minimal: what was left.

@@ -77,7 +77,7 @@ def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteT
     """Runs tests in a fork, where there is one: whatever they do to their process, the session's results are safe.
 
     Args:
-        rerunning: runs tests.
+        rerunner: runs tests.
         code: under test.
         traced: id -> tests whose runs are traced.
     """

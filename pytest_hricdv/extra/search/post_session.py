@@ -59,7 +59,7 @@ class Shrinker:
     distributed over workers, and no requirement is shrunk twice.
 
     Args:
-        rerunning: runs tests.
+        rerunner: runs tests.
         requirement: that failed.
         case: the test that failed it.
         nodeid: of the pytest item that ran it.
@@ -216,7 +216,7 @@ class PostSession:
     """Shrinks and searches; stops at Ctrl-C, and keeps what was found until then.
 
     Args:
-        rerunning: runs tests.
+        rerunner: runs tests.
         options: of the session.
         settings: how to shrink and to search.
         chosen: node id -> test, of the session.

@@ -33,7 +33,7 @@ class ViolationSearch:
     itself violates needs no search; one that no test triggers has no margin to follow.
 
     Args:
-        rerunning: runs tests.
+        rerunner: runs tests.
         chosen: node id -> test, of the session.
         seed: of the session.
         judged: runs a test elsewhere, and says what became of a requirement; None: tests run here.
