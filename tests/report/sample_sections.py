@@ -158,7 +158,14 @@ CAUSES = [
         "state": "Offer",
         "minimal": ["tell leg"],
         "locations": [
-            {"file": "controller/states.py", "line": 42, "function": "offer", "score": 0.87, "text": "state(42)"}
+            {
+                "file": "controller/states.py",
+                "line": 42,
+                "function": "offer",
+                "score": 0.87,
+                "likely": True,
+                "text": "state(42)",
+            }
         ],
         "deciding_change": "<b>without</b> the disturbance it passes",
     },

@@ -168,7 +168,16 @@ CAUSES: list[dict[str, Any]] = [
         "tests": [],
         "state": "release_all",
         "minimal": ["tell leg", "receivesignal"],
-        "locations": [{"file": "controller/states.py", "line": 58, "function": "discard", "score": 0.9, "text": "*y*"}],
+        "locations": [
+            {
+                "file": "controller/states.py",
+                "line": 58,
+                "function": "discard",
+                "score": 0.9,
+                "likely": True,
+                "text": "*y*",
+            }
+        ],
         "deciding_change": "passes when she steps in 2.1 s later",
     },
     {"id": "00000002", "requirements": ["R3"], "tests": [], "is_known": True},

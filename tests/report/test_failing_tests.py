@@ -14,7 +14,9 @@ from pytest_hricdv.report.formatting import width
 from pytest_hricdv.results.model import Report, TestResult
 from tests.report import sample, sample_tests
 
-PLACE = SuspiciousPlace(file="controller/states.py", line=58, function="discard", score=0.873, text="self.hand.open()")
+PLACE = SuspiciousPlace(
+    file="controller/states.py", line=58, function="discard", score=0.873, likely=True, text="self.hand.open()"
+)
 
 
 def failing(number: int, *names: str) -> TestResult:

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group, group_failures
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.extra.diagnosis.pair_search import PairSearch, kept
-from pytest_hricdv.extra.diagnosis.places import weight_suspects
+from pytest_hricdv.extra.diagnosis.places import LEAST, weight_suspects
 from pytest_hricdv.extra.diagnosis.records import (
     CAUSES,
     DIAGNOSIS,
@@ -73,6 +73,17 @@ class Subject:
         """Failures that have probably one cause."""
         disturbances = {name: _disturbances(test) for name, test in self.tests.items()}
         return group_failures(disturbances, self.failures, self.spectra, evidence)
+
+    def failing_otherwise(self, group: Group) -> set[str]:
+        """Node ids of tests that violate the same requirements, for this cause or another: none of them has passed."""
+        return {failure.nodeid for failure in self.failures if failure.requirement in group.requirements}
+
+    def compares(self, group: Group) -> bool:
+        """Whether the code was measured in a run that fails for the cause, and in one that passes."""
+        measured = self.spectra.bits.keys()
+        return not measured.isdisjoint(group.nodeids) and bool(
+            measured - {*group.nodeids} - self.failing_otherwise(group)
+        )
 
 
 def _disturbances(test: TestResult) -> tuple[str, ...]:
@@ -218,6 +229,7 @@ def cause_of(
         failure.nodeid for failure in group.failures if (failure.nodeid, failure.requirement) in evidence.confirmed
     }
     shortest = next((test for test in tests if test.nodeid in confirmed), tests[0])
+    has_experiment = bool(confirmed) or (decision is not None and decision.kind != "")
     return Cause(
         id=id_of(group),
         requirements=group.requirements,
@@ -227,7 +239,7 @@ def cause_of(
         minimal=_as_begun(shortest),
         minimal_of=shortest.id,
         replay=shortest.replay,
-        locations=_places(subject, ranked),
+        locations=_places(subject, ranked, has_evidence=has_experiment or subject.compares(group)),
         deciding_change=_decides(group, len(confirmed), decision),
         minimal_pair=decision,
         confirmed=len(confirmed),
@@ -279,13 +291,12 @@ def rank_places(subject: Subject, group: Group, traces: Sequence[ViolationTrace]
         group: that have the cause.
         traces: of runs that failed for it, up to what failed first.
     """
-    otherwise = {failure.nodeid for failure in subject.failures if failure.requirement in group.requirements}
     code = subject.spectra.code
-    suspects = subject.spectra.suspects(group.nodeids, otherwise)
+    suspects = subject.spectra.suspects(group.nodeids, subject.failing_otherwise(group))
     return weight_suspects(suspects, traces, () if code is None else code.files)
 
 
-def _places(subject: Subject, ranked: Sequence[Suspect]) -> tuple[SuspiciousPlace, ...]:
+def _places(subject: Subject, ranked: Sequence[Suspect], *, has_evidence: bool) -> tuple[SuspiciousPlace, ...]:
     sources = {file.file: file.source for file in subject.report.code_under_test.map}
     return tuple(
         SuspiciousPlace(
@@ -293,6 +304,7 @@ def _places(subject: Subject, ranked: Sequence[Suspect]) -> tuple[SuspiciousPlac
             line=suspect.line,
             function=_function(functions(sources[suspect.file]), suspect.line),
             score=round(suspect.score, 4),
+            likely=has_evidence and round(suspect.score, 4) >= LEAST,
             text=_line(sources[suspect.file], suspect.line),
         )
         for suspect in ranked[:MAX_PLACES]

@@ -24,7 +24,8 @@ HALF = 4
 next ones, from half to twice as much, over 23 faults in the testbenches of two tutorials, none was clearly better."""
 
 LEAST = 0.5
-"""The weight of what was executed long before the violation: its score counts half."""
+"""The weight of what was executed long before the violation: its score counts half. So this is also the lowest score
+of a statement that only failing tests execute, before the violation and once: a likely location has at least it."""
 
 LATER = 0.1
 """The weight of what was executed after the violation only: it has not led to it, if it was traced completely."""

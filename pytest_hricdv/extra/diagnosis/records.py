@@ -26,6 +26,8 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
         file: as the report names it.
         line: its first line.
         function: it is in.
+        likely: whether it rests on evidence: a failing and a passing run were compared, or an experiment has shown the
+            cause; and its score is high enough. Only such a statement is shown as the location of the cause.
         score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see `location`).
         text: the line.
     """
@@ -34,6 +36,7 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
     line: Count
     function: str
     score: NotNegative
+    likely: bool
     text: str = ""
 
 
@@ -158,6 +161,11 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     confirmed: Count = 0
     is_known: bool = False
     probability: Probability | None = None
+
+    @property
+    def likely_locations(self) -> tuple[SuspiciousPlace, ...]:
+        """Those that are shown."""
+        return tuple(location for location in self.locations if location.likely)
 
 
 class Experiment(PlainRecord, frozen=True, kw_only=True):

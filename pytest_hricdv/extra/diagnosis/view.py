@@ -43,7 +43,7 @@ def cause_lines(
         most_places: so many statements are named.
         status: as `new`, compared with a baseline; empty where there is nothing to say.
     """
-    places = cause.locations[:most_places]
+    places = cause.likely_locations[:most_places]
     lines = [
         *_sentence(title_of(number, cause, status), columns, "  "),
         *(_place(place.file, place.line, place.function, place.score, place.text, columns) for place in places),
@@ -144,7 +144,7 @@ class DiagnosisView(View):
                 title=title_of(number, cause, status.get(cause.id, "")),
                 lines=cause_lines(number, cause, options, columns, status.get(cause.id, ""), places),
                 tests=tuple(nodeid for name in cause.tests for nodeid in nodeids.get(name, ())),
-                place=next(((place.file, place.line) for place in cause.locations), None),
+                place=next(((place.file, place.line) for place in cause.likely_locations), None),
                 is_known=cause.is_known,
                 anchor=f"cause-{cause.id}",
                 decides=cause.deciding_change,

@@ -46,6 +46,16 @@ def test_each_cause_has_its_share_of_runs_with_an_interval() -> None:
     assert [line.text for line in FailingTests.of(report).lines(None)][1].startswith(title)
 
 
+def test_a_location_is_likely_only_where_runs_that_pass_were_compared_and_its_score_is_high() -> None:
+    (cause,) = CAUSES.of(associated(campaign(20, 2), is_of_all_runs=True))
+    assert {location.likely for location in cause.locations} == {True}
+    (cause,) = CAUSES.of(associated(campaign(200, 10), is_of_all_runs=True))
+    assert {location.likely for location in cause.locations} == {False}, "as many passing tests execute each line"
+    (cause,) = CAUSES.of(associated(campaign(5, 1), is_of_all_runs=True))
+    assert cause.locations[0].score == 1.0
+    assert {location.likely for location in cause.locations} == {False}, "no test passed"
+
+
 def test_of_runs_that_are_not_all_listed_nobody_knows_the_share() -> None:
     (cause,) = CAUSES.of(associated(campaign(20, 10), is_of_all_runs=False))
     assert cause.probability is None

@@ -13,6 +13,7 @@ from pytest_hricdv.extra.diagnosis.records import (
     Diagnosis,
     DiagnosisEnd,
     ShownEvent,
+    SuspiciousPlace,
 )
 from pytest_hricdv.extra.diagnosis.view import VIEW
 from tests.report import sample
@@ -39,3 +40,16 @@ def test_a_decision_on_a_test_that_the_report_has_not_is_shown_without_links() -
     page = render(CAUSES.put(REPORT, (replace(CAUSE, minimal_pair=decision),)))
     assert "<th>gone fails</th>" in page
     assert "1.500 s" in page
+
+
+def test_only_likely_locations_are_shown() -> None:
+    locations = tuple(
+        SuspiciousPlace(file="a.py", line=line, function="move", score=0.9, likely=line == 7) for line in (3, 7)
+    )
+    report = CAUSES.put(REPORT, (replace(CAUSE, locations=locations),))
+    shown = VIEW.causes(report, 100)
+    assert shown is not None
+    assert shown.causes[0].place == ("a.py", 7)
+    texts = [*(line.text for line in shown.causes[0].lines), render(report)]
+    assert any("a.py:7" in text for text in texts)
+    assert not any("a.py:3" in text for text in texts)
