@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import msgspec
 import pytest
 
-from pytest_hricdv.extra.audit.sampling import choose_tests
+from pytest_hricdv.extra.audit.auditor import choose_tests
 from pytest_hricdv.results.model import TestResult
 from tests.report import sample
 
@@ -31,7 +31,7 @@ def in_order(*kinds: Kind) -> list[TestResult]:
             nodeid=f"t{number}",
             id=f"t{number}",
             outcome=kind.outcome,
-            ended=kind.ended,
+            end_reason=kind.ended,
             sim_s=kind.sim_s,
             wall_s=kind.wall_s,
         )

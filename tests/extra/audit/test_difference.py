@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from pytest_hricdv.extra.audit.sampling import NOTHING, first_difference
+from pytest_hricdv.extra.audit.auditor import NOTHING, first_difference
 from pytest_hricdv.results.model import TestResult, Timeline
 from tests.report import sample
 
