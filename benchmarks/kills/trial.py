@@ -17,7 +17,7 @@ from benchmarks.kills.victim import ARRIVED, MODES, Victim
 from pytest_hricdv.report.__main__ import rebuild_report
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
 from pytest_hricdv.results.derivation import derive
-from pytest_hricdv.results.journal import NAME, Began, Journal, read
+from pytest_hricdv.results.journal import NAME, Journal, StartRecord, read
 from pytest_hricdv.results.model import Report
 
 KILLS = 8
@@ -177,7 +177,7 @@ class Trial:
             self._fault(f"exit status 0, and {report.not_run} tests were not run")
         return report
 
-    def _begun(self) -> list[Began]:
+    def _begun(self) -> list[StartRecord]:
         journal = self.report / NAME
         return read(journal).began if journal.is_file() else []
 

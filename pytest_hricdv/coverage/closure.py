@@ -36,7 +36,7 @@ class MeasuredTest:
 
 
 @dataclass(frozen=True)
-class GrowthStep:
+class CoverageStep:
     """A test of the minimal suite: points it adds to the tests before it; points and cost of all up to it."""
 
     name: str
@@ -45,7 +45,7 @@ class GrowthStep:
     cost_s: float
 
 
-def minimal_suite(tests: Sequence[MeasuredTest]) -> tuple[GrowthStep, ...]:
+def minimal_suite(tests: Sequence[MeasuredTest]) -> tuple[CoverageStep, ...]:
     """A small part of the tests that covers as much as all of them, those that add most per simulated second first.
 
     Greedy: within a factor of ln(n) + 1 of the cheapest suite (Chvatal 1979). Tests that later ones made redundant are
@@ -112,14 +112,14 @@ def _without_redundant(chosen: Sequence[MeasuredTest]) -> list[MeasuredTest]:
     return kept
 
 
-def _sort(chosen: Sequence[MeasuredTest]) -> tuple[GrowthStep, ...]:
-    steps: list[GrowthStep] = []
+def _sort(chosen: Sequence[MeasuredTest]) -> tuple[CoverageStep, ...]:
+    steps: list[CoverageStep] = []
     covered, cost_s = 0, 0.0
     for test in _greedy(chosen):
         gain = (test.points & ~covered).bit_count()
         covered |= test.points
         cost_s += test.cost_s
-        steps.append(GrowthStep(test.name, gain, covered.bit_count(), round(cost_s, 6)))
+        steps.append(CoverageStep(test.name, gain, covered.bit_count(), round(cost_s, 6)))
     return tuple(steps)
 
 
@@ -199,11 +199,11 @@ def declare(product: CrossProduct, proof: Proof, by_model: Mapping[Bin, str]) ->
         proof: what is known of the model (see `pytest_hricdv.coverage.reachability`).
         by_model: the bins that the model proves impossible, each with the reason.
     """
-    impossible = [ImpossibleBin(bin=bin_, reason=why, by="declared") for bin_, why in product.ruled_out.items()]
+    impossible = [ImpossibleBin(bin=bin_, reason=why, by="declared") for bin_, why in product.impossible_bins.items()]
     impossible += [
         ImpossibleBin(bin=bin_, reason=why, by="model")
         for bin_, why in by_model.items()
-        if bin_ not in product.ruled_out
+        if bin_ not in product.impossible_bins
     ]
     return ProductDeclaration(
         coordinates=tuple(Coordinate(name=name, bins=bins) for name, bins in product.coordinates.items()),

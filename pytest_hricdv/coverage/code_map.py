@@ -123,7 +123,7 @@ class CodeMap:
         return cls(listed.packages, tuple(files), listed.sha256) if files else None
 
     @property
-    def listed(self) -> tuple[MappedFile, ...]:
+    def records(self) -> tuple[MappedFile, ...]:
         """The files as a report lists them, so that it can be merged where the code is not."""
         return tuple(
             MappedFile(file=file.name, statements=file.statements, branches=file.branches, source=file.text)
@@ -152,7 +152,7 @@ class CodeMap:
             return Bits(statements, None)
         return Bits(statements, _bitset((f.branches, arcs.get(str(f.path), ())) for f in self.files))
 
-    def translated(self, lines: Mapping[str, Iterable[int]], arcs: Mapping[str, Iterable[Arc]] | None) -> Bits:
+    def translate(self, lines: Mapping[str, Iterable[int]], arcs: Mapping[str, Iterable[Arc]] | None) -> Bits:
         """Lines and arcs as the tracer recorded them (keyed by `str(file.path)`) as bit sets.
 
         Branches that need not be taken, as of a line with `pragma: no branch`, count as taken, as for coverage.py.
@@ -174,7 +174,7 @@ class CodeMap:
         """The same code, of which no statement is waived."""
         return replace(self, files=tuple(replace(file, waivers=()) for file in self.files))
 
-    def waived(self) -> Bits:
+    def waiver_bits(self) -> Bits:
         """Statements under a waiver, and branches that lead to or from one."""
         lines = {str(f.path): {w.line for w in f.waivers} for f in self.files}
         arcs = {
@@ -183,7 +183,7 @@ class CodeMap:
         }
         return self.bits(lines, arcs)
 
-    def uncovered(self, bits: Bits) -> tuple[tuple[SourceFile, tuple[int, ...], tuple[Arc, ...]], ...]:
+    def list_misses(self, bits: Bits) -> tuple[tuple[SourceFile, tuple[int, ...], tuple[Arc, ...]], ...]:
         """Per file: the statements and branches that `bits` lacks."""
         lacking = []
         statement = branch = 0

@@ -56,9 +56,9 @@ class CrossProduct:
 
     A run reports the other coordinates, in their order, once for each hit (see `Outcome.cross`); the verdict is added:
 
-    >>> rides.checked([("nurse", "ward"), ("nurse", "roof")], {"R1": "Passed"}).bins
+    >>> rides.check([("nurse", "ward"), ("nurse", "roof")], {"R1": "Passed"}).bins
     (('nurse', 'roof', 'Passed'), ('nurse', 'ward', 'Passed'))
-    >>> rides.checked([("nurse", "cellar")], {"R1": "NC"}).faults
+    >>> rides.check([("nurse", "cellar")], {"R1": "NC"}).faults
     ("('nurse', 'cellar') is no bin; coordinates are rider, floor",)
     """
 
@@ -87,7 +87,7 @@ class CrossProduct:
         return tuple(product(*self.coordinates.values()))
 
     @cached_property
-    def ruled_out(self) -> dict[Bin, str]:
+    def impossible_bins(self) -> dict[Bin, str]:
         """Every bin that is declared impossible -> the reason."""
         return self._spread(self.impossible)
 
@@ -96,7 +96,7 @@ class CrossProduct:
         """Every bin that is declared illegal -> the reason."""
         return self._spread(self.illegal)
 
-    def checked(self, hits: Iterable[Bin], verdicts: Mapping[str, str]) -> CheckedHits:
+    def check(self, hits: Iterable[Bin], verdicts: Mapping[str, str]) -> CheckedHits:
         """The hits that a run reported, with the verdict at every coordinate that is named after a requirement.
 
         A hit that is no bin, or that was declared impossible, is left out.
@@ -108,8 +108,8 @@ class CrossProduct:
             if hit is None:
                 names = ", ".join(name for name in self.coordinates if name not in verdicts)
                 faults.add(f"{tuple(reported)} is no bin; coordinates are {names}")
-            elif hit in self.ruled_out:
-                faults.add(f"{' x '.join(hit)} was hit but is declared impossible: {self.ruled_out[hit]}")
+            elif hit in self.impossible_bins:
+                faults.add(f"{' x '.join(hit)} was hit but is declared impossible: {self.impossible_bins[hit]}")
             else:
                 bins.append(hit)
                 if hit in self.forbidden:

@@ -10,7 +10,7 @@ from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap, SourceFile
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.cross_records import ExplorationRecord, ProductDeclaration
 from pytest_hricdv.coverage.records import Gap, GapKind
-from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, unused_alternatives
+from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, list_vacuous_alternatives
 from pytest_hricdv.monitor import RequirementResult
 
 MODULE = "the module"
@@ -33,7 +33,7 @@ def code_gaps(code: CodeMap, total: Bits, runs: Iterable[RunCoverage]) -> Iterat
     """Lines and branches that no test ran, by function; waived ones with the waiver's reason."""
     measured = [(run.id, run.code) for run in runs if run.code is not None]
     first = 0
-    for file, lines, arcs in code.uncovered(total):
+    for file, lines, arcs in code.list_misses(total):
         part = _FileGaps(file, {line: first + place for place, line in enumerate(file.statements)}, measured)
         first += len(file.statements)
         waived = {waiver.line: waiver.reason for waiver in file.waivers}
@@ -188,7 +188,7 @@ def requirement_gaps(requirements: Iterable[str], tests: Sequence[TestCoverage])
     for name in requirements:
         results = [(test.id, test.requirements[name]) for test in tests if test.was_run]
         if any(result.triggers for _, result in results):
-            for unused in unused_alternatives(result for _, result in results):
+            for unused in list_vacuous_alternatives(result for _, result in results):
                 yield _gap("requirements", name, (unused,), "no test made its response hold by this alternative")
             continue
         test, missing = near_miss(results)

@@ -32,7 +32,7 @@ class _Tracers:
         self._previous: Any = None
 
     @contextmanager
-    def kept(self) -> Iterator[None]:
+    def keep(self) -> Iterator[None]:
         """While the body runs, the current greenlet has a trace function of its own."""
         here = greenlet.getcurrent()
         if not self._own:
@@ -90,7 +90,7 @@ _TRACERS = _Tracers()
 def keep_to_this_greenlet() -> Iterator[None]:
     """While the body runs, what it sets with `sys.settrace` holds in the current greenlet only."""
     if is_held_by_thread():
-        with _TRACERS.kept():
+        with _TRACERS.keep():
             yield
         return
     outer = sys.gettrace()

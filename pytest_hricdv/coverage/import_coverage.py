@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap
-from pytest_hricdv.coverage.import_process import described, import_again
+from pytest_hricdv.coverage.import_process import describe_error, import_again
 from pytest_hricdv.coverage.imports import ImportWatch, file_of
 from pytest_hricdv.coverage.own_coverage import FilesOf, OwnCoverage, debugger, exactly, literally, users_tracer
 from pytest_hricdv.coverage.source_files import INSTALLED
@@ -36,7 +36,7 @@ BEFORE = "modules that were imported before imports were followed"
 
 
 @dataclass
-class Measured:
+class TracerRecord:
     """What a tracer recorded: file -> lines, and file -> arcs."""
 
     lines: dict[str, set[int]] = field(default_factory=dict)
@@ -68,7 +68,7 @@ class ImportCoverage:
         self._own_is_of_project = True
         self._code: CodeMap | None = None
         self._files: frozenset[Path] = frozenset()
-        self._measured: dict[str, Measured] = {}
+        self._measured: dict[str, TracerRecord] = {}
         self._pending: dict[str, OwnCoverage] = {}
         self._bits: dict[frozenset[str], Bits] = {}
         self._problems: dict[str, str] = {}
@@ -105,7 +105,7 @@ class ImportCoverage:
         loaded = [name for name, _ in files if name in lost or name not in self.watch.files]
         if loaded:
             answer = import_again(loaded, [str(file.path) for file in code.files], before)
-            measured = self._measured[BEFORE] = Measured()
+            measured = self._measured[BEFORE] = TracerRecord()
             for name in answer.lines:
                 measured.add(name, answer.lines[name], answer.arcs[name])
             self._problems = answer.problems
@@ -125,7 +125,7 @@ class ImportCoverage:
             data = FilesOf(users_data(current))
             for name in names:
                 file = str(self.watch.files[name])
-                self._measured.setdefault(name, Measured()).add(file, data.lines(file), data.arcs(file))
+                self._measured.setdefault(name, TracerRecord()).add(file, data.lines(file), data.arcs(file))
             self._bits.clear()
         self._users.clear()
 
@@ -146,7 +146,7 @@ class ImportCoverage:
         if self._own is None:
             return _empty()
         self._pending[name] = self._own
-        return self._own.recording(f"{PREFIX}{name}")
+        return self._own.record(f"{PREFIX}{name}")
 
     @contextmanager
     def _join(self, name: str, file: str, current: coverage.Coverage) -> Iterator[None]:
@@ -154,21 +154,21 @@ class ImportCoverage:
 
         A module's own file has been run by its import only. In the others, an import runs what was not run before.
         """
-        earlier, self._depth = (Measured() if self._depth else self._load(current)), self._depth + 1
+        earlier, self._depth = (TracerRecord() if self._depth else self._load(current)), self._depth + 1
         try:
             yield
         finally:
             self._depth -= 1
             files = [file] if self._depth else [str(path) for path in self.watch.files.values()]
-            data, measured = FilesOf(users_data(current)), self._measured.setdefault(name, Measured())
+            data, measured = FilesOf(users_data(current)), self._measured.setdefault(name, TracerRecord())
             for path in files:
                 lines, arcs = earlier.of_file(path)
                 measured.add(path, set(data.lines(path)) - lines, set(data.arcs(path)) - arcs)
             self._bits.clear()
 
-    def _load(self, current: coverage.Coverage) -> Measured:
+    def _load(self, current: coverage.Coverage) -> TracerRecord:
         """What the user's measurement has of the modules that are loaded now."""
-        data, measured = FilesOf(users_data(current)), Measured()
+        data, measured = FilesOf(users_data(current)), TracerRecord()
         for path in map(str, self.watch.files.values()):
             measured.add(path, data.lines(path), data.arcs(path))
         return measured
@@ -180,8 +180,8 @@ class ImportCoverage:
         for own in {id(own): own for own in self._pending.values()}.values():
             data = own.data()
             names = [name for name, by in self._pending.items() if by is own]
-            for name, measured in recorded(data, names).items():
-                mine = self._measured.setdefault(name, Measured())
+            for name, measured in read_import_records(data, names).items():
+                mine = self._measured.setdefault(name, TracerRecord())
                 for file in measured.lines:
                     mine.add(file, *measured.of_file(file))
             if self._own_is_of_project:
@@ -198,18 +198,18 @@ class ImportCoverage:
             asked: names of the modules that it imported.
         """
         of_files = self.watch.of_files(set(map(Path, files)))
-        return bits | self._coverage_by(self.watch.needed({*self.base, *asked, *of_files}))
+        return bits | self._coverage_by(self.watch.close_over_imports({*self.base, *asked, *of_files}))
 
     def _coverage_by(self, names: frozenset[str]) -> Bits:
         assert self._code is not None, "the code under test is known before it is measured"
         if names not in self._bits:
-            union = Measured()
+            union = TracerRecord()
             for name in (*names, BEFORE):
-                measured = self._measured.get(name, Measured())
+                measured = self._measured.get(name, TracerRecord())
                 for file in measured.lines:
                     union.add(file, *measured.of_file(file))
             unmeasured = tuple(sorted(self._names_to_measure(names)))
-            self._bits[names] = replace(self._code.translated(union.lines, union.arcs), unmeasured=unmeasured)
+            self._bits[names] = replace(self._code.translate(union.lines, union.arcs), unmeasured=unmeasured)
         return self._bits[names]
 
     def _names_to_measure(self, names: Iterable[str]) -> Iterator[tuple[str, str]]:
@@ -217,7 +217,7 @@ class ImportCoverage:
         of_code = self._code.files if self._code else ()
         shown = {file.path: file.name for file in of_code}
         statements = {file.path for file in of_code if file.statements}
-        recorded = {
+        with_lines = {
             Path(path) for measured in self._measured.values() for path, lines in measured.lines.items() if lines
         }
         files = self.watch.files | (dict(list_loaded_files()) if self._problems else {})
@@ -229,8 +229,8 @@ class ImportCoverage:
             if path not in shown:
                 continue
             if error is not None:
-                yield shown[path], f"its import raised {described(error)}"
-            elif path in statements and path not in recorded:
+                yield shown[path], f"its import raised {describe_error(error)}"
+            elif path in statements and path not in with_lines:
                 yield shown[path], "it was imported, and the running measurement (--cov) has nothing of that"
 
 
@@ -243,9 +243,9 @@ def _empty() -> Iterator[None]:
     yield
 
 
-def recorded(data: CoverageData, names: Iterable[str]) -> dict[str, Measured]:
+def read_import_records(data: CoverageData, names: Iterable[str]) -> dict[str, TracerRecord]:
     """What was recorded while these modules were imported."""
-    contexts = {f"{PREFIX}{name}": Measured() for name in names}
+    contexts = {f"{PREFIX}{name}": TracerRecord() for name in names}
     for file in data.measured_files():
         data.set_query_contexts(None)
         recording = {context for by in data.contexts_by_lineno(file).values() for context in by}

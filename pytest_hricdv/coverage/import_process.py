@@ -66,7 +66,7 @@ def import_again(names: Sequence[str], files: Sequence[str], before: Sequence[st
     return ImportAnswer(read["lines"], arcs, read["problems"])
 
 
-def described(error: BaseException) -> str:
+def describe_error(error: BaseException) -> str:
     """What was raised, in one line."""
     return " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split())
 
@@ -78,11 +78,11 @@ def main() -> None:
         pkgutil.resolve_name(name)()
     own, problems = OwnCoverage([literally(file) for file in task["files"]]), dict[str, str]()
     for name in task["names"]:
-        with own.recording(name):
+        with own.record(name):
             try:
                 importlib.import_module(name)
             except BaseException as error:  # also SystemExit
-                problems[name] = f"raised {described(error)}"
+                problems[name] = f"raised {describe_error(error)}"
     data = own.data()
     answer: dict[str, Any] = {
         "lines": {name: data.lines(name) or [] for name in task["files"]},

@@ -85,7 +85,7 @@ class ImportWatch(MetaPathFinder):
         self.failures.pop(name, None)
         if self._asking:
             self._asking[-1].add(name)  # it may be imported by no statement, as by an import hook
-        with self.asking() as needs:
+        with self.note_imports() as needs:
             self._needs[name] = needs
             try:
                 with self._measuring(name):
@@ -95,7 +95,7 @@ class ImportWatch(MetaPathFinder):
                 raise
 
     @contextmanager
-    def asking(self) -> Iterator[set[str]]:
+    def note_imports(self) -> Iterator[set[str]]:
         """The names of the modules that are asked for meanwhile, loaded before or not."""
         names: set[str] = set()
         is_outermost = not self._asking
@@ -110,7 +110,7 @@ class ImportWatch(MetaPathFinder):
     def _note(self) -> Iterator[None]:
         """What import statements and `importlib.import_module` ask for is noted."""
         real_import, real_import_module = builtins.__import__, importlib.import_module
-        importing, importing_module = self._note_imports(real_import), self._note_module(real_import_module)
+        importing, importing_module = self._wrap_import(real_import), self._wrap_import_module(real_import_module)
         builtins.__import__, importlib.import_module = importing, importing_module
         try:
             yield
@@ -120,7 +120,7 @@ class ImportWatch(MetaPathFinder):
             if importlib.import_module is importing_module:
                 importlib.import_module = real_import_module
 
-    def _note_module(self, real_import_module: Callable[..., ModuleType]) -> Callable[..., ModuleType]:
+    def _wrap_import_module(self, real_import_module: Callable[..., ModuleType]) -> Callable[..., ModuleType]:
         def import_module(name: str, package: str | None = None) -> ModuleType:
             __tracebackhide__ = True
             module = real_import_module(name, package)
@@ -130,8 +130,8 @@ class ImportWatch(MetaPathFinder):
 
         return import_module
 
-    def _note_imports(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
-        def importing(
+    def _wrap_import(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
+        def import_statement(
             name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
         ) -> Any:
             __tracebackhide__ = True
@@ -145,9 +145,9 @@ class ImportWatch(MetaPathFinder):
                 parts = (f"{wanted}.{part}" for part in fromlist or ())
                 asking.update(part for part in parts if part in sys.modules or part in self.files)
 
-        return importing
+        return import_statement
 
-    def needed(self, names: Iterable[str]) -> frozenset[str]:
+    def close_over_imports(self, names: Iterable[str]) -> frozenset[str]:
         """Those of the modules that were followed, and all that they imported in turn."""
         needed: set[str] = set()
         waiting = list(names)
@@ -159,7 +159,7 @@ class ImportWatch(MetaPathFinder):
                 waiting += _with_parents(name)
         return frozenset(needed)
 
-    def failed(self, error: BaseException) -> tuple[str, BaseException] | None:
+    def find_failure(self, error: BaseException) -> tuple[str, BaseException] | None:
         """The module whose import raised an error, or what this error came of, and what it raised; None if none did.
 
         Of several modules that import each other, the one that raised it itself.

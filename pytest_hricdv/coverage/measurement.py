@@ -44,10 +44,10 @@ class Measurement(Protocol):
     def reason(self) -> str:
         """Why nothing can be measured; empty where it can."""
 
-    def importing(self, context: str) -> AbstractContextManager[None]:
+    def watch_imports(self, context: str) -> AbstractContextManager[None]:
         """While the test runs that is measured under `context`: which modules it imports is noted."""
 
-    def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
+    def measure(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """`body`, measured under `context` when it is run in a greenlet of its own."""
 
     def take(self, context: str) -> Bits | None:
@@ -63,20 +63,20 @@ class NoMeasurement:
 
     reason: str
 
-    def importing(self, context: str) -> AbstractContextManager[None]:
+    def watch_imports(self, context: str) -> AbstractContextManager[None]:
         """Notes nothing."""
         return nullcontext()
 
-    def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
+    def measure(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """`body`, with the user's tracer limited to it; otherwise greenlet switches drop covered lines."""
         tracer = users_tracer()
 
-        def traced() -> None:
+        def run_body() -> None:
             with keep_to_this_greenlet():
                 sys.settrace(tracer)
                 body()
 
-        return body if tracer is None else traced
+        return body if tracer is None else run_body
 
     def take(self, context: str) -> Bits | None:
         """Nothing."""
@@ -98,24 +98,24 @@ class OwnMeasurement:
         self._asked: dict[str, set[str]] = {}
 
     @contextmanager
-    def importing(self, context: str) -> Iterator[None]:
+    def watch_imports(self, context: str) -> Iterator[None]:
         """See `Measurement`."""
-        with self._imports.watch.asking() as self._asked[context]:
+        with self._imports.watch.note_imports() as self._asked[context]:
             yield
 
     def begin(self) -> None:
         """Measure nothing: what coverage does at its first start, forks of this process then need not do again."""
-        greenlet.greenlet(self.measured("", lambda: None)).switch()
+        greenlet.greenlet(self.measure("", lambda: None)).switch()
         self.take("")
 
-    def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
+    def measure(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
 
-        def traced() -> None:
-            with self._own.recording(context):
+        def run_body() -> None:
+            with self._own.record(context):
                 body()
 
-        return traced
+        return run_body
 
     def take(self, context: str) -> Bits | None:
         """See `Measurement`. A run that a debugger interrupted is unmeasured: its data would be incomplete."""
@@ -157,16 +157,16 @@ class JoinedMeasurement:
         self._users_context: str | None = None
 
     @contextmanager
-    def importing(self, context: str) -> Iterator[None]:
+    def watch_imports(self, context: str) -> Iterator[None]:
         """See `Measurement`."""
         self._imports.begin()
-        with self._imports.watch.asking() as self._asked[context]:
+        with self._imports.watch.note_imports() as self._asked[context]:
             yield
 
-    def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
+    def measure(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
 
-        def traced() -> None:
+        def run_body() -> None:
             self._greenlets += 1
             if self._greenlets == 1 and not self._contexts_by_test:
                 self._users_context = self._switch(context)
@@ -180,7 +180,7 @@ class JoinedMeasurement:
                     if self._greenlets == 0 and not self._contexts_by_test:
                         self._switch(self._users_context)
 
-        return traced
+        return run_body
 
     def take(self, context: str) -> Bits | None:
         """See `Measurement`."""
@@ -222,7 +222,7 @@ def read(data: CoverageData, code: CodeMap, pattern: str) -> tuple[Bits, tuple[s
         arcs = {name: files.arcs(name) for name in names} if data.has_arcs() else None
     finally:
         data.set_query_contexts(None)
-    return code.translated(lines, arcs), tuple(name for name, executed in lines.items() if executed)
+    return code.translate(lines, arcs), tuple(name for name, executed in lines.items() if executed)
 
 
 def choose(

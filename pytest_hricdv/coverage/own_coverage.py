@@ -51,7 +51,7 @@ class OwnCoverage:
         self._tracer: Any = None
 
     @contextmanager
-    def recording(self, context: str) -> Iterator[None]:
+    def record(self, context: str) -> Iterator[None]:
         """Record what the body runs in this greenlet.
 
         It may be entered in several greenlets at once, under the same context; and within itself, under another one.

@@ -39,7 +39,7 @@ def explore(context: GenerationContext, products: Mapping[str, CrossProduct], ca
         CoverageError: a cross product's `planned` returned what is no bin of its first coordinates.
     """
     try:
-        exploration = explored(context, cache)
+        exploration = explore_model(context, cache)
     except GenerateError as error:
         exploration = Exploration(reason=f"the model cannot be explored: {error}")
     return reachable(exploration, products)
@@ -67,12 +67,12 @@ def reachable(exploration: Exploration, products: Mapping[str, CrossProduct]) ->
     return Reachability(record, declared)
 
 
-def unexplored(products: Mapping[str, CrossProduct]) -> Reachability:
+def skip_exploration(products: Mapping[str, CrossProduct]) -> Reachability:
     """The cross products as declared, where the model was not explored."""
     return Reachability(products={name: declare(product, Proof(), {}) for name, product in products.items()})
 
 
-def explored(context: GenerationContext, cache: Any | None) -> Exploration:
+def explore_model(context: GenerationContext, cache: Any | None) -> Exploration:
     """Explore a model, or take its exploration from the cache. Raises GenerateError where the model fails."""
 
     def explore_now() -> Exploration:
@@ -83,7 +83,7 @@ def explored(context: GenerationContext, cache: Any | None) -> Exploration:
     return _keep("exploration", context, cache, explore_now)
 
 
-def sampled(context: GenerationContext, reason: str, cache: Any | None) -> Exploration:
+def sample_model(context: GenerationContext, reason: str, cache: Any | None) -> Exploration:
     """Runs of a model that cannot be explored, of belief sets that are drawn; or from the cache.
 
     Args:

@@ -107,7 +107,7 @@ def code_coverage(code: CodeMap, bits: Bits | None) -> SuiteCode:
     """
     if bits is None:
         return SuiteCode(statements=None, branches=None)
-    waived = code.waived()
+    waived = code.waiver_bits()
     refuse_broken_waivers(code, bits)
     assert waived.branches is not None
     branches = None
@@ -118,7 +118,7 @@ def code_coverage(code: CodeMap, bits: Bits | None) -> SuiteCode:
 
 def refuse_broken_waivers(code: CodeMap, bits: Bits) -> None:
     """Raises CoverageError when a statement ran that carries `# unreachable`."""
-    uncovered = {(file.name, line) for file, lines, _ in code.uncovered(bits) for line in lines}
+    uncovered = {(file.name, line) for file, lines, _ in code.list_misses(bits) for line in lines}
     for waiver in code.waivers:
         if (waiver.file, waiver.line) not in uncovered:
             raise CoverageError(
@@ -150,7 +150,7 @@ def file_coverage(code: CodeMap, bits: Bits | None) -> tuple[FileCoverage, ...]:
             missing_lines=lines,
             missing_branches=arcs,
         )
-        for file, lines, arcs in code.uncovered(bits)
+        for file, lines, arcs in code.list_misses(bits)
     )
 
 
@@ -193,12 +193,12 @@ def tally(requirement: str, tests: Iterable[TestCoverage]) -> RequirementTally:
         untriggered=sum(result.untriggered for result in results),
         pending=sum(result.pending for result in results),
         outside=sum(result.outside for result in results),
-        vacuous_alternatives=unused_alternatives(results),
+        vacuous_alternatives=list_vacuous_alternatives(results),
         masked_messages=dict(sum((Counter(result.masked_messages) for result in results), Counter())),
     )
 
 
-def unused_alternatives(results: Iterable[RequirementResult]) -> tuple[str, ...]:
+def list_vacuous_alternatives(results: Iterable[RequirementResult]) -> tuple[str, ...]:
     """The alternatives of a requirement's response by which it held in no test that triggered it; none if none did."""
     triggered = [result.vacuous_alternatives for result in results if result.triggers]
     return tuple(text for text in triggered[0] if all(text in unused for unused in triggered)) if triggered else ()

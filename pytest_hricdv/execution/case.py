@@ -195,7 +195,7 @@ def execute(
     recorder.listeners += [MonitorFeed(watcher, vocabulary) for watcher in watchers]
     # Disable the watchdog while debugging.
     kernel = Kernel(stuck_after_s=math.inf if debugger() else testbench.time.stall_timeout_s)
-    code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))
+    code = CodeUnderTest(kernel, lambda body: measurement.measure(context, body))
     begun(code)
     run = Run(
         test=test,
@@ -222,7 +222,7 @@ def execute(
     kernel.code = modules.packages
     try:
         with (
-            measurement.importing(context),
+            measurement.watch_imports(context),
             modules.install(),
             guard_run(kernel),
             seed_run(test.seed),

@@ -161,7 +161,7 @@ def of_bins(
     faults = [f"cross product: run reported bins of {name!r}, but declared are: {declared}" for name in unknown]
     hits = {}
     for name, product in testbench.cross.items():
-        checked = product.checked(outcome.cross.get(name, ()), judged)
+        checked = product.check(outcome.cross.get(name, ()), judged)
         hits[name] = checked.bins
         faults += [f"cross product {name!r}: {fault}" for fault in checked.faults]
     return hits, faults

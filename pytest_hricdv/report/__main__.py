@@ -18,7 +18,7 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.registry import offers
 from pytest_hricdv.report import EXPORT_FORMATS, terminal
-from pytest_hricdv.report.carrying import Carrying
+from pytest_hricdv.report.carrying import FileCarrier
 from pytest_hricdv.report.exports import ExportTargets, write_exports
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.files import write, write_text
@@ -36,9 +36,9 @@ from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.gate_check import check_gates, gates_of
 from pytest_hricdv.results.gates import Threshold, ThresholdError, parse_threshold, threshold_kinds
-from pytest_hricdv.results.journal import NAME, Ended, Journal, JournalWriter
+from pytest_hricdv.results.journal import NAME, EndRecord, Journal, JournalWriter
 from pytest_hricdv.results.journal import read as read_journal
-from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
+from pytest_hricdv.results.merging import MergeError, count_expected, list_missing_shards, merge, sessions_of
 from pytest_hricdv.results.model import GateResult, Report, TestResult
 from pytest_hricdv.results.report_builder import rebuild
 
@@ -162,7 +162,7 @@ def _rebuild_unlocked(folder: Path, path: Path, journal: Journal) -> tuple[Repor
         report = of_part(report, journal.kept)
     write(report, folder)
     writer = JournalWriter(path, journal.size)
-    writer.append(Ended(journal.wall_s - journal.earlier_s))
+    writer.append(EndRecord(journal.wall_s - journal.earlier_s))
     writer.close()
     return report, problem
 
@@ -204,11 +204,11 @@ def _threshold(text: str) -> Threshold:
 
 def _merge(options: argparse.Namespace) -> int:
     folders = [path if path.is_dir() else path.parent for path in options.reports]
-    carrying = Carrying(folders, options.output)
+    carrying = FileCarrier(folders, options.output)
     # Sessions are noted before files are renamed: their hashes do not depend on where a report lies.
     loaded = (structs.replace(report, sessions=sessions_of(report)) for report in map(load, options.reports))
     reports = [
-        (str(path), carrying.renamed(report, folder))
+        (str(path), carrying.rename_files(report, folder))
         for path, folder, report in zip(options.reports, folders, loaded, strict=True)
     ]
     merged, checked = _judge(merge(reports), options)
@@ -273,7 +273,7 @@ def _print_report(report: Report, checked: GateResult, folder: Path) -> int:
         *terminal.findings(report),
     ):
         print(harmless_line(line.text))
-    print(f"{report.reported}/{expected(report)} tests merged")
+    print(f"{report.reported}/{count_expected(report)} tests merged")
     for text in checked.improved:
         print(harmless_line(text))
     failed = [*(f"{test.id}: {test.outcome}" for test in report.tests if test.fails), *checked.failed]
@@ -284,10 +284,10 @@ def _print_report(report: Report, checked: GateResult, folder: Path) -> int:
 
 def _judge(report: Report, options: argparse.Namespace) -> tuple[Report, GateResult]:
     """Check a report against all gates, and compare it; write the baseline where that was asked for."""
-    missing = expected(report) - report.reported
-    failed = [f"shard {shard} is missing" for shard in missing_shards(report)]
+    missing = count_expected(report) - report.reported
+    failed = [f"shard {shard} is missing" for shard in list_missing_shards(report)]
     if missing > 0:
-        failed.append(f"{missing} of {expected(report)} tests have no result: totals are lower bounds")
+        failed.append(f"{missing} of {count_expected(report)} tests have no result: totals are lower bounds")
     failed += report.problems
     old = _baseline(report, options)
     compared = None if options.update_baseline else old

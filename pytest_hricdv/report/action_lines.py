@@ -16,7 +16,7 @@ _LEAST_LATER = 4
 """Of these, so many are kept for what came after the instant: enough to see how the run went on (chosen)."""
 
 
-def listed(actions: Sequence[str], name: str, who: str = "the human") -> Iterator[str]:
+def list_actions(actions: Sequence[str], name: str, who: str = "the human") -> Iterator[str]:
     """The first actions of a test, where it is not known when they began.
 
     Args:

@@ -94,7 +94,7 @@ def _test_annotations(report: Report, tests: Sequence[TestResult], places: Mappi
 
 
 def _gate_annotations(report: Report) -> Iterator[str]:
-    for text in totals.failed_gates(report):
+    for text in totals.list_gate_failures(report):
         yield _annotation(None, "gate failed", text)
 
 

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv._base.contained import files_inside, inside
-from pytest_hricdv.report.files import refused
+from pytest_hricdv.report.files import write_error
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.section import report_sections, test_sections
@@ -28,7 +28,7 @@ _MOST_BYTES = 2_000_000_000
 
 
 @dataclass
-class Carrying:
+class FileCarrier:
     """The files of several reports, to be copied into the folder of another one.
 
     Where files with one name differ, as of two runs of one test that differ, all of them get names with a hash: so the
@@ -65,7 +65,7 @@ class Carrying:
                         raise OSError(errno.EFBIG, f"too large; expected at most {_MOST_BYTES:,} bytes", str(path))
                     yield path
 
-    def renamed(self, report: Report, source: Path) -> Report:
+    def rename_files(self, report: Report, source: Path) -> Report:
         """A report with the names that its files will have."""
         names = _NewNames(self, source)
         report = replace(report, tests=tuple(map(names.of_test, report.tests)))
@@ -87,7 +87,7 @@ class Carrying:
                     with atomic_file.replace_file(target) as part:
                         shutil.copyfile(path, part)
         except OSError as error:
-            raise refused(self.target, error) from error
+            raise write_error(self.target, error) from error
 
     def name(self, path: Path) -> str:
         """Of a file, relative to the target."""
@@ -101,7 +101,7 @@ class Carrying:
 class _NewNames:
     """Changes the names in one report, whose files are in `source`; a file that is missing keeps its name."""
 
-    carrying: Carrying
+    carrying: FileCarrier
     source: Path
 
     def of_test(self, test: TestResult) -> TestResult:

@@ -7,13 +7,13 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.monitor import NearMiss, RequirementResult
 from pytest_hricdv.report import action_lines, log_lines
-from pytest_hricdv.report.formatting import by_requirement, enumerated, plural, quantity, seconds
+from pytest_hricdv.report.formatting import by_requirement, enumerate_names, plural, quantity, seconds
 from pytest_hricdv.report.log_lines import LogLine
 from pytest_hricdv.report.violations import (
-    failed_in_order,
     first_violation,
     headline,
     margin_text,
+    order_failures,
     unit_of,
     violation_line,
 )
@@ -60,7 +60,7 @@ def failure(
         Several lines without a last end of line; control characters of names are shown as escapes.
     """
     reasons = known_violations or {}
-    failed = failed_in_order(test, reasons)
+    failed = order_failures(test, reasons)
     first = headline(test, requirements, units or {}, reasons)
     lines: list[str] = [first, ""] if first else []
     for name in failed:
@@ -82,7 +82,7 @@ def failure(
     return "\n".join(visible(line) for line in lines)
 
 
-def aborted(
+def describe_abort(
     test: TestResult,
     place: str,
     *,
@@ -263,17 +263,17 @@ def _actions(
 ) -> Iterator[str]:
     """What the human did, to the end or around an instant (s) at which something happened."""
     name = f"abstract test {test.id}, own seed {test.seed}"
-    who = enumerated(
+    who = enumerate_names(
         [*(actors_of(test.abstract) or ["the human"]), *actors_of(act for _, act in test.bystander_events)]
     )
     if test.action_times_s and at_s is not None:
-        numbers = [number for _, number in test.begun]
+        numbers = [number for _, number in test.action_starts]
         left = [number for number in range(len(test.abstract)) if number not in numbers]
-        begun = [(time_s, test.abstract[number]) for time_s, number in test.begun]
+        begun = [(time_s, test.abstract[number]) for time_s, number in test.action_starts]
         begun = sorted([*begun, *test.bystander_events], key=lambda entry: entry[0])
         actions = [*(action for _, action in begun), *(test.abstract[number] for number in left)]
         return action_lines.around(actions, [time_s for time_s, _ in begun], at_s, name, event, who, most)
-    return action_lines.listed(test.abstract, name, who)
+    return action_lines.list_actions(test.abstract, name, who)
 
 
 def _log_around(logged: Sequence[LogLine], at_s: float) -> list[str]:

@@ -67,7 +67,7 @@ def write_exports(report: Report, targets: ExportTargets, root: str) -> ExportRe
         if path is None:
             continue
         if name in OF_CODE and not report.code_under_test.measured:
-            notes.append(f"{name}: not written, the code was not measured: {totals.unmeasured(report)}")
+            notes.append(f"{name}: not written, the code was not measured: {totals.explain_no_coverage(report)}")
             continue
         try:
             notes.append(f"{name}: {files.write_text(path, text())}")

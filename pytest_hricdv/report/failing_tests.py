@@ -9,7 +9,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.judge import ENGINE_SENSITIVE
 from pytest_hricdv.report.formatting import Line, pad, plural, width, wrap
 from pytest_hricdv.report.view import FailureCause, FailureCauses, views
-from pytest_hricdv.report.violations import failed_in_order, is_known
+from pytest_hricdv.report.violations import is_known, order_failures
 from pytest_hricdv.results.model import Report, TestResult
 
 MOST_ROWS = 40
@@ -125,7 +125,7 @@ class FailingTests:
     def _failure_names(self, test: TestResult) -> list[str]:
         """The requirements that a test failed for, by the time of their violation."""
         declared = {} if self.report.strict else self.report.known_violations
-        names = [name for name in failed_in_order(test, declared) if not is_known(name, test, declared)]
+        names = [name for name in order_failures(test, declared) if not is_known(name, test, declared)]
         names += ["fault"] if test.errors else []
         # On the engine that the report is of, such a test may violate nothing.
         by_engine = ENGINE_SENSITIVE if test.failure.startswith(ENGINE_SENSITIVE) else "failed"

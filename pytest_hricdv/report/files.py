@@ -52,7 +52,7 @@ def prepare(directory: Path) -> None:
         finally:
             probe.unlink(missing_ok=True)
     except OSError as error:
-        raise refused(directory, error) from error
+        raise write_error(directory, error) from error
 
 
 def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
@@ -77,7 +77,7 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
             shutil.rmtree(earlier)
         _move(names, directory, earlier)
     except OSError as error:
-        raise refused(directory, error) from error
+        raise write_error(directory, error) from error
     return bool(names)
 
 
@@ -92,7 +92,7 @@ def keep_whole(directory: Path) -> None:
         _refuse_links(directory)
         (directory / EARLIER).rename(directory / WHOLE)
     except OSError as error:
-        raise refused(directory, error) from error
+        raise write_error(directory, error) from error
 
 
 def forget_whole(directory: Path) -> None:
@@ -106,7 +106,7 @@ def forget_whole(directory: Path) -> None:
         if (directory / WHOLE).exists():
             shutil.rmtree(directory / WHOLE)
     except OSError as error:
-        raise refused(directory, error) from error
+        raise write_error(directory, error) from error
 
 
 def reinstate(directory: Path) -> None:
@@ -121,7 +121,7 @@ def reinstate(directory: Path) -> None:
         _move(_MOVED, directory / EARLIER, directory)
         (directory / EARLIER).rmdir()
     except OSError as error:
-        raise refused(directory, error) from error
+        raise write_error(directory, error) from error
 
 
 def _move(names: Sequence[str], source: Path, target: Path) -> None:
@@ -169,7 +169,7 @@ def write_inside(directory: Path, name: str, text: str) -> Path:
     try:
         return atomic_file.write_text(inside(directory, name), text)
     except OSError as error:
-        raise refused(directory, error) from error
+        raise write_error(directory, error) from error
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -181,7 +181,7 @@ def write_text(path: Path, text: str) -> Path:
     try:
         return atomic_file.write_text(path, text)
     except OSError as error:
-        raise refused(path.parent, error) from error
+        raise write_error(path.parent, error) from error
 
 
 def _page(report: Report) -> tuple[str, dict[str, str]]:
@@ -203,7 +203,7 @@ def _remove_leftovers(directory: Path, written: Sequence[Path]) -> None:
         (directory / FOLDER).rmdir()  # refused as long as anything is in it
 
 
-def refused(directory: Path, error: OSError) -> ReportError:
+def write_error(directory: Path, error: OSError) -> ReportError:
     """The error of a folder that cannot be written, with what to do."""
     remedy = _REMEDIES.get(error.errno or 0, f"{error.strerror}: {_OTHER_FOLDER}")
     place = error.filename2 or error.filename or directory

@@ -69,7 +69,7 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}{ending}"
 
 
-def enumerated(names: Sequence[str]) -> str:
+def enumerate_names(names: Sequence[str]) -> str:
     """`nurse`, `nurse and child`, `nurse, porter and child`."""
     return " and ".join([*filter(None, [", ".join(names[:-1])]), *names[-1:]])
 
@@ -114,7 +114,7 @@ def fit(text: str, columns: int) -> str:
     return _cut_end(text, columns - len(dots)).rstrip() + dots
 
 
-def fitting(texts: Iterable[str], columns: int) -> str:
+def fit_list(texts: Iterable[str], columns: int) -> str:
     """The first of the texts that takes at most so many columns, without `...`: the fullest first, each says less.
 
     Where not even the last fits, as much of it as there is room for.
@@ -171,7 +171,7 @@ def wrap(words: Iterable[str], columns: int) -> list[str]:
     return lines
 
 
-def continued(text: str, columns: int) -> list[str]:
+def wrap_line(text: str, columns: int) -> list[str]:
     """The text in lines of at most so many columns, the further ones indented by two more; of a long one, the begin."""
     if width(text) <= columns:
         return [text]
@@ -184,7 +184,7 @@ def continued(text: str, columns: int) -> list[str]:
     return [indent + lines[0], *(f"{indent}  {line}" for line in lines[1:])]
 
 
-def labelled(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
+def label_lines(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
     """A label with a text beside it, which continues below itself if it is too long.
 
     A label that is too long is above the text: labels tell lines apart.
@@ -199,7 +199,7 @@ def labelled(label: str, text: str, columns: int, style: Style = "plain") -> Ite
         start = " " * width(start)
 
 
-def counted_notes(notes: Iterable[str], columns: int) -> Iterator[Line]:
+def count_notes(notes: Iterable[str], columns: int) -> Iterator[Line]:
     """Notes on tests below a line, each once, with the number of tests that have it; empty ones are left out."""
     for note, count in Counter(filter(None, notes)).items():
         for line in wrap(visible(f"{count} {note}").split(" "), columns - 2):

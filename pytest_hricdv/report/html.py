@@ -18,7 +18,13 @@ from pytest_hricdv.report import behaviour_view, explanation, formatting, tests_
 from pytest_hricdv.report.holes import hole_causes
 from pytest_hricdv.report.page_scripts import folder_of, inline_scripts, styles
 from pytest_hricdv.report.plot_data import closure_curves, heat_maps, learning_curve, minimal_suite
-from pytest_hricdv.report.requirement_view import drawn_texts, grouped, requirement_view, states, triggers_over_time
+from pytest_hricdv.report.requirement_view import (
+    group_requirements,
+    plot_texts,
+    requirement_view,
+    states,
+    triggers_over_time,
+)
 from pytest_hricdv.report.sheet import Sheet, css_text, sheet
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
 from pytest_hricdv.report.verdict import verdict
@@ -105,7 +111,7 @@ def _context(report: Report) -> dict[str, Any]:
         "code": report.code_under_test,
         "outcomes": totals.outcomes(report),
         "loss": totals.loss(report),
-        "nothing_checked": totals.nothing_checked(report),
+        "nothing_checked": totals.list_vacuity_warnings(report),
         "duration": totals.duration(report),
         "suites": report.suites,
         "holes": hole_causes(report),
@@ -113,7 +119,7 @@ def _context(report: Report) -> dict[str, Any]:
         "aim": next((command for view in views() if (command := view.aim(report))), ""),
         "shown_items": _SHOWN_ITEMS,
         "waivers": waivers_view.waivers(report),
-        "unmeasured": totals.unmeasured(report),
+        "unmeasured": totals.explain_no_coverage(report),
         "origins": origins,
         "sheet": signed,
         "paper": Markup(_paper(report, signed)),
@@ -123,7 +129,7 @@ def _context(report: Report) -> dict[str, Any]:
         "share": formatting.share,
         "plural": formatting.plural,
         "requirements": requirements,
-        "requirement_groups": grouped(requirements),
+        "requirement_groups": group_requirements(requirements),
         "no_count": CoverageCount(),
         "sources": {"code": code_sources(report), "plans": model_sources(report)},
         "failing": sorted(
@@ -172,12 +178,12 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
             "outcomeStyles": {outcome: totals.outcome_style(outcome) for outcome in OUTCOMES},
             "outcomeLabel": report.outcome_label,
             "titles": {name: texts.title for name, texts in report.requirements.items() if texts.title},
-            "failedFor": tests_view.failed_for(report),
+            "failedFor": tests_view.index_causes(report),
             "packSize": tests_view.TESTS_PER_PACK,
             "curves": curves,
             "triggers": [triggers_over_time(report, name) for name in names],
             "marginUnits": [margin_unit(report, name) for name in names],
-            "texts": [drawn_texts(report, name) for name in names],
+            "texts": [plot_texts(report, name) for name in names],
             "units": report.units or {},
             "sampledWhile": report.sampled_while,
             "state": report.state,

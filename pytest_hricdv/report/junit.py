@@ -46,7 +46,7 @@ def junit_suite_properties(report: Report) -> tuple[tuple[str, str], ...]:
     ]
     for suite in report.suites:
         pairs += [(f"hri.{suite.name}.{name}", value) for name, value in _suite_figures(suite)]
-    pairs += [("hri.failed_gate", text) for text in totals.failed_gates(report)]
+    pairs += [("hri.failed_gate", text) for text in totals.list_gate_failures(report)]
     if report.changes is not None:
         pairs.append(("hri.behave_otherwise", len(report.changes.changed)))
     pairs += [pair for view in views() for pair in view.properties(report)]

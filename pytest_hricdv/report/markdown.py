@@ -16,7 +16,7 @@ from pytest_hricdv.report.explanation import instructions_of
 from pytest_hricdv.report.failing_tests import MOST_ROWS, FailingTests
 from pytest_hricdv.report.formatting import fit, percent, plural, seconds, share
 from pytest_hricdv.report.view import views
-from pytest_hricdv.report.violations import failed_in_order, margin_text, margin_unit, violation_line
+from pytest_hricdv.report.violations import margin_text, margin_unit, order_failures, violation_line
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_FAILURES = 10
@@ -88,12 +88,12 @@ def _fit_section(lines: Iterator[str]) -> Iterator[str]:
 
 def _head(report: Report) -> Iterator[str]:
     time = totals.duration(report)
-    loss, failed = totals.loss(report), totals.failed_gates(report)
+    loss, failed = totals.loss(report), totals.list_gate_failures(report)
     bad = totals.has_failed(report) or failed or loss
-    outcome = "failed" if bad else "nothing checked" if totals.nothing_checked(report) else "passed"
+    outcome = "failed" if bad else "nothing checked" if totals.list_vacuity_warnings(report) else "passed"
     yield f"## Human-robot interaction: {_escape(report.testbench)}, {outcome}"
     yield ""
-    unchecked = ". ".join(f"{text[0].upper()}{text[1:]}" for text in totals.nothing_checked(report))
+    unchecked = ". ".join(f"{text[0].upper()}{text[1:]}" for text in totals.list_vacuity_warnings(report))
     if unchecked:
         yield f"**{_escape(unchecked)}.**\n"
     lost = f" **{loss}.**" if loss else ""
@@ -138,8 +138,8 @@ def _requirements(report: Report) -> Iterator[str]:
         yield "| requirement | passed | failed | NC | triggers | least margin |"
         yield "|---|---:|---:|---:|---:|---:|"
         for row in totals.requirement_rows(report, suite):
-            failed = f"**{row.failed}**" if row.failed and not row.tolerated else str(row.failed)
-            note = f" known: {_escape(row.known_note)}" if row.failed and row.known_reason else ""
+            failed = f"**{row.failed}**" if row.failed and not row.is_tolerated else str(row.failed)
+            note = f" known: {_escape(row.xfail_note)}" if row.failed and row.known_reason else ""
             margin = "" if row.margin is None else _escape(margin_text(row.margin, row.unit, ".3g"))
             name = _escape(f"{row.name} {row.title}")
             yield f"| {name} | {row.passed} | {failed}{note} | {row.nc} | {row.triggers} | {margin} |"
@@ -161,7 +161,7 @@ def _coverage(report: Report) -> Iterator[str]:
     if any(suite.cross.bins for suite in suites):
         yield f"| cross products, of the possible | {' | '.join(_cross(suite.cross) for suite in suites)} |"
     if any(suite.code.statements is None for suite in suites):
-        yield f"\nThe code was not measured: {_escape(totals.unmeasured(report))}."
+        yield f"\nThe code was not measured: {_escape(totals.explain_no_coverage(report))}."
 
 
 def _code(coverage: CodeCoverage | None) -> str:
@@ -193,7 +193,7 @@ def _failures(report: Report) -> Iterator[str]:
 
 
 def _failure(report: Report, test: TestResult) -> Iterator[str]:
-    names = failed_in_order(test, {} if report.strict else report.known_violations)
+    names = order_failures(test, {} if report.strict else report.known_violations)
     causes = ", ".join([*names, *(["fault"] if test.errors else [])]) or "in error"
     yield f"<details><summary><b>{_escape(test.id)}</b>: {_escape(causes)}</summary>"
     yield ""

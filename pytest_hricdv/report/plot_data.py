@@ -26,14 +26,14 @@ def closure_curves(suite: SuiteResult) -> dict[str, list[Point]]:
         total = _total(suite, kind)
         steps = [(step.tests, getattr(step, kind)) for step in suite.curve]
         if total and steps:
-            curves[kind] = thinned([(tests, round(100.0 * covered / total, 2)) for tests, covered in steps])
+            curves[kind] = thin_curve([(tests, round(100.0 * covered / total, 2)) for tests, covered in steps])
     return curves
 
 
 def learning_curve(suite: SuiteResult) -> list[Point]:
     """(iteration, largest change of Q); a change of 0, which has no logarithm, counts as the least change."""
     changes = enumerate(suite.generation.q_delta, start=1)
-    return thinned([(number, float(f"{max(change, _LEAST_CHANGE):.4g}")) for number, change in changes])
+    return thin_curve([(number, float(f"{max(change, _LEAST_CHANGE):.4g}")) for number, change in changes])
 
 
 def minimal_suite(report: Report) -> dict[str, Any]:
@@ -50,8 +50,8 @@ def minimal_suite(report: Report) -> dict[str, Any]:
     growth: list[Point] = [(0.0, 0.0), *((round(sim_s, 2), points) for sim_s, points in closure.growth)]
     growth.append((round(closure.sim_s, 2), closure.points))
     return {
-        "curve": thinned(curve),
-        "growth": thinned(growth),
+        "curve": thin_curve(curve),
+        "growth": thin_curve(growth),
         "points": closure.points,
         "sim_s": closure.sim_s,
         "gains": {numbers[step.nodeid]: step.gain for step in closure.minimal if step.nodeid in numbers},
@@ -89,7 +89,7 @@ def heat_maps(report: Report) -> list[dict[str, Any]]:
     return maps
 
 
-def thinned(points: Sequence[Point], columns: int = COLUMNS) -> list[Point]:
+def thin_curve(points: Sequence[Point], columns: int = COLUMNS) -> list[Point]:
     """At most two points per column, the lowest and the highest: a long curve keeps its shape in fewer bytes."""
     if len(points) <= 2 * columns:
         return list(points)

@@ -4,7 +4,18 @@ from collections.abc import Iterator, Sequence
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import totals
-from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, plural, width, wrap
+from pytest_hricdv.report.formatting import (
+    LABEL_COLUMNS,
+    Line,
+    Style,
+    fit,
+    label_lines,
+    listing,
+    pad,
+    plural,
+    width,
+    wrap,
+)
 from pytest_hricdv.results.model import Report, SuiteResult
 
 _MAX_OVERTAKEN = 3
@@ -37,16 +48,16 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief
     else:
         yield from _table(rows, columns)
     yield from _nc_lines([row for row in rows if not (brief and row.allowed_untriggered)], columns)
-    yield from _pending_lines(rows, columns)
-    yield from _known_violation_lines(rows, columns)
-    yield from _masked_lines(rows, columns)
+    yield from _describe_pending(rows, columns)
+    yield from _describe_xfails(rows, columns)
+    yield from _describe_masked_messages(rows, columns)
     if totals.is_whole(report, suite) and not brief:
         yield from _vacuous_lines(rows, columns)
 
 
 def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     margins = any(row.margin is not None for row in rows)
-    marks = 6 if any(row.tolerated for row in rows) else 0
+    marks = 6 if any(row.is_tolerated for row in rows) else 0
     units = max((width(row.unit) + 1 for row in rows if row.unit and row.margin is not None), default=0)
     numbers = 7 + 8 + marks + 6 + 10 + (10 + units if margins else 0)
     room = max(columns - numbers - 2, 4)
@@ -56,7 +67,7 @@ def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
         if group:
             yield Line(f"  {visible(group)}", "dim")
         for row in members:
-            mark = " known" if row.tolerated else ""
+            mark = " known" if row.is_tolerated else ""
             margin = "" if row.margin is None else f"{row.margin:.3g}"
             figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
             unit = visible(f" {row.unit}" if margin else "")
@@ -76,25 +87,25 @@ def _nc_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[L
     ):
         names = [row.name for row in unchecked if bool(row.triggers) == undecided and not row.allowed_untriggered]
         if names:
-            yield from labelled("NC: not checked", f"{listing(names, columns // 3)}: {why}", columns, "warn")
+            yield from label_lines("NC: not checked", f"{listing(names, columns // 3)}: {why}", columns, "warn")
     for row in unchecked:
         if row.allowed_untriggered:
-            yield from labelled("NC: allowed", f"{row.name}: {row.allowed_untriggered}", columns, "dim")
+            yield from label_lines("NC: allowed", f"{row.name}: {row.allowed_untriggered}", columns, "dim")
 
 
-def _pending_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def _describe_pending(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     open_ = [f"{row.name}: {plural(row.pending, 'trigger')}" for row in rows if row.pending]
     if open_:
         shown = listing(open_, columns - LABEL_COLUMNS - 30)
-        yield from labelled("pending at the end", f"{shown}, undecided when a run ended", columns, "warn")
+        yield from label_lines("pending at the end", f"{shown}, undecided when a run ended", columns, "warn")
 
 
-def _known_violation_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def _describe_xfails(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     for row in rows:
         if row.failed and row.known_reason:
-            note = visible(f"{row.name} is known to fail: {row.known_note}")
+            note = visible(f"{row.name} is known to fail: {row.xfail_note}")
             for line in wrap(note.split(" "), columns - 2):
-                yield Line(f"  {line}", "warn" if row.tolerated else "bad")
+                yield Line(f"  {line}", "warn" if row.is_tolerated else "bad")
 
 
 def _vacuous_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
@@ -102,12 +113,12 @@ def _vacuous_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Itera
     unused = [f"in {row.name}, never affected the verdict: {text}" for row in rows for text in row.vacuous_alternatives]
     for text in unused[:_MAX_UNUSED]:
         shown = fit(text, columns - LABEL_COLUMNS - 4)  # the report has the whole formula
-        yield from labelled("vacuous", shown, columns, "warn")
+        yield from label_lines("vacuous", shown, columns, "warn")
     if len(unused) > _MAX_UNUSED:
-        yield from labelled("vacuous", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
+        yield from label_lines("vacuous", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
 
 
-def _masked_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def _describe_masked_messages(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     """Messages that requirements read and did not evaluate."""
     texts = [
         f"{row.name} ignored {count} '{topic}' message{'s' * (count != 1)}: only the last message of a topic per "
@@ -116,12 +127,12 @@ def _masked_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterat
         for topic, count in row.masked_messages.items()
     ]
     for text in texts[:_MAX_OVERTAKEN]:
-        yield from labelled("warning", text, columns, "warn")
+        yield from label_lines("warning", text, columns, "warn")
     if len(texts) > _MAX_OVERTAKEN:
-        yield from labelled("warning", f"{len(texts) - _MAX_OVERTAKEN} more: see the report", columns, "warn")
+        yield from label_lines("warning", f"{len(texts) - _MAX_OVERTAKEN} more: see the report", columns, "warn")
 
 
 def _verdict_style(row: totals.RequirementRow) -> Style:
     if row.failed:
-        return "warn" if row.tolerated else "bad"
+        return "warn" if row.is_tolerated else "bad"
     return "ok" if row.passed else "dim"

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 
 from pytest_hricdv.monitor import NearMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement
-from pytest_hricdv.report.totals import known_reason
+from pytest_hricdv.report.totals import find_xfail_reason
 from pytest_hricdv.report.view import RequirementNote, views
 from pytest_hricdv.report.violations import NO_TEXT, margin_unit
 from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
@@ -90,7 +90,7 @@ class RequirementView:
         return _STYLES[self.state]
 
     @property
-    def searched(self) -> str:
+    def search_text(self) -> str:
         """The words that a search finds it by."""
         texts = self.texts
         return " ".join((self.name, texts.title, texts.group, texts.source, self.state)).lower()
@@ -101,7 +101,7 @@ class RequirementView:
         return self.outside if self.known_reason else self.counts["Failed"]
 
     @property
-    def known_failures(self) -> int:
+    def xfails(self) -> int:
         """Tests that violated it only where that is known."""
         return self.counts["Failed"] - self.new_failures
 
@@ -115,7 +115,7 @@ def requirement_view(report: Report, name: str) -> RequirementView:
     return RequirementView(
         name=name,
         texts=report.requirements.get(name, NO_TEXT),
-        known_reason=known_reason(report, name),
+        known_reason=find_xfail_reason(report, name),
         outside=sum(result.outside for _, result in by_verdict["Failed"]),
         until=report.known_until.get(name, ""),
         allowed_untriggered=report.allowed_untriggered.get(name),
@@ -131,7 +131,7 @@ def requirement_view(report: Report, name: str) -> RequirementView:
     )
 
 
-def grouped(requirements: Iterable[RequirementView]) -> list[tuple[str, list[RequirementView]]]:
+def group_requirements(requirements: Iterable[RequirementView]) -> list[tuple[str, list[RequirementView]]]:
     """The requirements by their group, in the order of their first ones.
 
     Those without a group come first, without a heading: below one they would seem to be of that group.
@@ -179,7 +179,7 @@ def _nearness(missed: Missed) -> tuple[int, bool, float, str]:
     return len(miss.missing), miss.distance is None, miss.distance or 0.0, test.id
 
 
-def drawn_texts(report: Report, name: str) -> dict[str, Any]:
+def plot_texts(report: Report, name: str) -> dict[str, Any]:
     """What the page of a test shows of a requirement that failed: its title and formula, what this reads, its limits.
 
     Args:

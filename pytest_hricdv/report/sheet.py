@@ -66,7 +66,7 @@ def sheet(report: Report, requirements: Sequence[RequirementView], origins: Sequ
 def _incomplete(report: Report, origins: Sequence[ReportOrigin], waived: Sequence[Waiver]) -> Iterator[str]:
     if lost := totals.loss(report):
         yield lost
-    yield from totals.nothing_checked(report)[:1]
+    yield from totals.list_vacuity_warnings(report)[:1]
     parts = [suite.name for suite in report.suites if not totals.is_whole(report, suite)]
     if parts:
         yield f"only a part of {', '.join(parts)} was run"
@@ -75,7 +75,7 @@ def _incomplete(report: Report, origins: Sequence[ReportOrigin], waived: Sequenc
     elif any(origin.dirty for origin in origins):
         yield "files differed from the revision"
     if not report.code_under_test.measured:
-        yield f"the code is unmeasured: {totals.unmeasured(report)}"
+        yield f"the code is unmeasured: {totals.explain_no_coverage(report)}"
     nobody = sum(not waiver.owner for waiver in waived)
     if nobody:
         yield f"{nobody} of {len(waived)} waivers name no owner"

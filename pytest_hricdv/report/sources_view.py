@@ -43,7 +43,7 @@ class CoverageCount:
     total: int = 0
 
     @property
-    def missing(self) -> int:
+    def misses(self) -> int:
         """How many are not."""
         return self.total - self.covered
 

@@ -13,9 +13,8 @@ from pytest_hricdv.report.formatting import (
     LABEL_COLUMNS,
     Line,
     and_more,
-    continued,
     fit_path,
-    labelled,
+    label_lines,
     listing,
     pad,
     percent,
@@ -25,6 +24,7 @@ from pytest_hricdv.report.formatting import (
     speedup,
     width,
     wrap,
+    wrap_line,
 )
 from pytest_hricdv.report.requirement_lines import requirement_lines
 from pytest_hricdv.report.view import views
@@ -79,7 +79,7 @@ def summary(report: Report, directory: Path, width: int = 80, *, brief: bool = F
         shown = list(view.lines(report, width))
         lines += [*shown, Line("")] if shown else []
     lines += _totals(report, width)
-    fitted = [Line(text, line.style) for line in lines for text in continued(visible(line.text), width)]
+    fitted = [Line(text, line.style) for line in lines for text in wrap_line(visible(line.text), width)]
     kept = [Line(visible(f"full report: {directory / report.full_report}"), "dim")] if report.full_report else []
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"), *kept)
 
@@ -96,7 +96,7 @@ def findings(report: Report) -> Iterator[Line]:
 
 def _vacuity_lines(report: Report, columns: int) -> Iterator[Line]:
     """That nothing was checked comes first: tests that passed look as if all were well."""
-    sentences = totals.nothing_checked(report)
+    sentences = totals.list_vacuity_warnings(report)
     for sentence in sentences:
         for line in wrap(visible(sentence).split(" "), columns):
             yield Line(line, "bad")
@@ -113,19 +113,19 @@ def _suite(report: Report, suite: SuiteResult, columns: int, *, brief: bool) -> 
     yield from _code("branches", suite.code.branches, report, columns)
     for agent in sorted(suite.plans):
         covered, total = len(suite.plans[agent].covered), suite.plans[agent].total
-        yield from labelled(f"plans of {agent}", f"{percent(share(covered, total))} ({covered} of {total})", columns)
+        yield from label_lines(f"plans of {agent}", f"{percent(share(covered, total))} ({covered} of {total})", columns)
     if suite.cross.bins:
-        yield from labelled("cross product", _cross(suite.cross), columns)
+        yield from label_lines("cross product", _cross(suite.cross), columns)
     yield from _generation(suite.generation, columns, brief=brief)
 
 
 def _code(kind: str, coverage: CodeCoverage | None, report: Report, columns: int) -> Iterator[Line]:
     if coverage is None:
-        return labelled(kind, f"unmeasured: {totals.unmeasured(report)}", columns, "warn")
+        return label_lines(kind, f"unmeasured: {totals.explain_no_coverage(report)}", columns, "warn")
     of_total = f"{percent(coverage.percent)} ({coverage.covered} of {coverage.total})"
     waived = len(totals.waivers(report)) if kind == "statements" else 0
     reachable = f"{coverage.reachable} reachable" + (f", {waived} waived" if waived else "")
-    return labelled(kind, f"{of_total}, {percent(coverage.percent_reachable)} of {reachable}", columns)
+    return label_lines(kind, f"{of_total}, {percent(coverage.percent_reachable)} of {reachable}", columns)
 
 
 def _cross(cross: CrossCoverage) -> str:
@@ -136,10 +136,10 @@ def _cross(cross: CrossCoverage) -> str:
 def _generation(generation: GenerationResult, columns: int, *, brief: bool) -> Iterator[Line]:
     if not brief:
         label = "Q-learning" if generation.iterations else "generation"
-        yield from labelled(label, _effort(generation), columns, "dim")
-        yield from labelled("diversity", _diversity(generation.diagnosis), columns, "dim")
+        yield from label_lines(label, _effort(generation), columns, "dim")
+        yield from label_lines("diversity", _diversity(generation.diagnosis), columns, "dim")
     for note in generation.notes:
-        yield from labelled("note", note, columns, "warn")
+        yield from label_lines("note", note, columns, "warn")
 
 
 def _effort(generation: GenerationResult) -> str:
@@ -169,9 +169,9 @@ def _files(report: Report, columns: int) -> Iterator[Line]:
     """Files of the code under test that nothing imported, and those that were not measured completely."""
     code = report.code_under_test
     if code.never_imported:
-        yield from labelled("never imported", ", ".join(code.never_imported), columns, "warn")
+        yield from label_lines("never imported", ", ".join(code.never_imported), columns, "warn")
     for file, reason in sorted(code.unmeasured_files.items()):
-        yield from labelled("unmeasured", f"{file}: {reason}", columns, "warn")
+        yield from label_lines("unmeasured", f"{file}: {reason}", columns, "warn")
 
 
 def _gaps(report: Report, columns: int) -> Iterator[Line]:
@@ -206,7 +206,7 @@ def _gaps_counted(report: Report, columns: int) -> Iterator[Line]:
 def _totals(report: Report, columns: int) -> Iterator[Line]:
     counts = totals.outcomes(report)
     bad = totals.has_failed(report)
-    counted = next(filter(None, (view.listed_tests(report) for view in views())), "tests")
+    counted = next(filter(None, (view.test_noun(report) for view in views())), "tests")
     yield Line(f"{counted}: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
     lost = totals.loss(report)
     expected = f"{report.reported}/{report.selected} tests reported"

@@ -56,7 +56,7 @@ def index(report: Report) -> dict[str, Any]:
     return {"requirements": requirements, "suites": suites, "plans": plans, "actions": [*actions], "rows": rows}
 
 
-def failed_for(report: Report) -> list[dict[str, Any]]:
+def index_causes(report: Report) -> list[dict[str, Any]]:
     """The causes, where somebody looked for them: `title`, and `tests` as numbers in the order of the report."""
     numbers = {test.nodeid: number for number, test in enumerate(report.tests)}
     causes = next((causes for view in views() if (causes := view.causes(report, None)) is not None), None)
@@ -146,7 +146,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
 
 def _action_times(test: TestResult) -> list[float | None]:
     """When each action began (s); None for one that did not, and nothing for those after the last that did."""
-    times = {number: round(time_s, 3) for time_s, number in test.begun}
+    times = {number: round(time_s, 3) for time_s, number in test.action_starts}
     return [times.get(number) for number in range(max(times, default=-1) + 1)]
 
 

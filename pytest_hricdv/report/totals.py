@@ -14,7 +14,7 @@ from pytest_hricdv.report.formatting import and_more, branches, by_requirement, 
 from pytest_hricdv.report.holes import holes_of_suite
 from pytest_hricdv.report.view import views
 from pytest_hricdv.report.violations import margin_unit
-from pytest_hricdv.results.gates import known_text
+from pytest_hricdv.results.gates import xfail_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 _OUTCOME_WORDS: Mapping[TestOutcome, tuple[str, str]] = {
@@ -64,12 +64,12 @@ class RequirementRow:
     unit: str
 
     @property
-    def tolerated(self) -> bool:
+    def is_tolerated(self) -> bool:
         """Whether it failed, and only where its violation is known."""
         return bool(self.failed and self.known_reason and not self.outside)
 
     @property
-    def known_note(self) -> str:
+    def xfail_note(self) -> str:
         """Why and where its violation is known, and in how many tests it is violated elsewhere."""
         elsewhere = f"; {plural(self.outside, 'test')} violated it outside of this condition" if self.outside else ""
         return f"{self.known_reason}{elsewhere}"
@@ -156,12 +156,12 @@ def tests_text(report: Report, suite: SuiteResult) -> str:
     return part + plural(suite.size if part else suite.tests, "test") + (f", {not_run} not run" if not_run else "")
 
 
-def failed_gates(report: Report) -> tuple[str, ...]:
+def list_gate_failures(report: Report) -> tuple[str, ...]:
     """What failed the run beside its tests, a sentence each."""
     return report.gates.failed if report.gates else ()
 
 
-def nothing_checked(report: Report) -> tuple[str, ...]:
+def list_vacuity_warnings(report: Report) -> tuple[str, ...]:
     """That tests passed though nothing triggered any requirement, and what to do, a sentence each; else nothing."""
     passed = [test for test in report.tests if test.outcome == "passed"]
     if not passed or any(count.triggers for suite in report.suites for count in suite.requirements.values()):
@@ -184,9 +184,9 @@ def _would_fail(report: Report, names: Iterable[str]) -> bool:
     """Whether `hri_fail_on_nc` would fail a session that checked nothing: of a part of the suites it does not."""
     is_of_suites = bool(report.rerun_options.suite) and not report.shard
     suites = frozenset(suite.name for suite in report.suites)
-    has_to_be_checked = any(not allowed_untriggered(report, name, suites) for name in names)
+    has_to_be_checked = any(not find_exemption(report, name, suites) for name in names)
     is_complete = is_of_suites and all(is_whole(report, suite) for suite in report.suites)
-    return is_complete and has_to_be_checked and not failed_gates(report)
+    return is_complete and has_to_be_checked and not list_gate_failures(report)
 
 
 def _nearest(report: Report, names: Iterable[str]) -> Iterator[str]:
@@ -217,11 +217,11 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 nc=tally.nc,
                 triggers=tally.triggers,
                 pending=tally.pending,
-                known_reason=known_reason(report, name),
+                known_reason=find_xfail_reason(report, name),
                 outside=tally.outside,
                 vacuous_alternatives=tally.vacuous_alternatives,
                 masked_messages=tally.masked_messages,
-                allowed_untriggered=allowed_untriggered(report, name, frozenset({suite.name})),
+                allowed_untriggered=find_exemption(report, name, frozenset({suite.name})),
                 margin=margin,
                 margin_test=test,
                 unit=margin_unit(report, name),
@@ -236,14 +236,14 @@ def by_group(rows: Iterable[RequirementRow]) -> Iterator[tuple[str, Iterator[Req
     return groupby(rows, key=attrgetter("group"))
 
 
-def known_reason(report: Report, requirement: str) -> str:
+def find_xfail_reason(report: Report, requirement: str) -> str:
     """Why, and under which condition, violations of a requirement are known; empty if they are not, or in strict."""
     if report.strict or requirement not in report.known_violations:
         return ""
-    return known_text(report.known_violations[requirement] or "known", report.known_when.get(requirement, ""))
+    return xfail_text(report.known_violations[requirement] or "known", report.known_when.get(requirement, ""))
 
 
-def allowed_untriggered(report: Report, requirement: str, suites: frozenset[str]) -> str:
+def find_exemption(report: Report, requirement: str, suites: frozenset[str]) -> str:
     """Why a requirement need not be triggered in any of these suites; empty if it must be."""
     exemption = report.allowed_untriggered.get(requirement)
     return exemption.reason if exemption and suites.issubset(exemption.suites or suites) else ""
@@ -251,17 +251,17 @@ def allowed_untriggered(report: Report, requirement: str, suites: frozenset[str]
 
 def is_tolerated(report: Report, requirement: str, test: TestResult) -> bool:
     """Whether a test that violates the requirement does so only where that is known."""
-    return bool(known_reason(report, requirement)) and not test.requirements[requirement].outside
+    return bool(find_xfail_reason(report, requirement)) and not test.requirements[requirement].outside
 
 
 def duration(report: Report) -> SessionDuration:
     """The session's wall clock, and the simulated time of its tests; of a campaign, that of all runs."""
-    of_all_runs = [total_s for view in views() if (total_s := view.simulated_s(report)) is not None]
+    of_all_runs = [total_s for view in views() if (total_s := view.total_simulated_s(report)) is not None]
     simulated_s = of_all_runs[0] if of_all_runs else sum(test.sim_s for test in report.tests)
     return SessionDuration(report.wall_s, simulated_s, report.workers)
 
 
-def unmeasured(report: Report) -> str:
+def explain_no_coverage(report: Report) -> str:
     """Why the code was not measured, for a suite without figures of it."""
     return report.code_under_test.reason or ("no reason given" if report.tests else "no test ran")
 

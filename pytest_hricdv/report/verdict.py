@@ -84,7 +84,7 @@ def _describe_failures(report: Report, causes: FailureCauses | None) -> Iterator
         new = sum(not cause.is_known for cause in causes.causes) if causes else 0
         if new:
             yield plural(new, "cause")
-    gates = totals.failed_gates(report)
+    gates = totals.list_gate_failures(report)
     if gates:
         yield plural(len(gates), "gate")
     if report.problems:

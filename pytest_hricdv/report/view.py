@@ -162,11 +162,11 @@ class View:
         """Of the JUnit file's test suite."""
         return ()
 
-    def simulated_s(self, report: Report) -> float | None:
+    def total_simulated_s(self, report: Report) -> float | None:
         """Simulated time of all runs that the report is of, where it does not list all of them as tests; else None."""
         return None
 
-    def listed_tests(self, report: Report) -> str:
+    def test_noun(self, report: Report) -> str:
         """What the tests are that the report lists, where it does not list all runs; empty otherwise."""
         return ""
 

@@ -15,7 +15,7 @@ _SAME_S = 0.0005
 """Times closer than this are one moment: reports have milliseconds."""
 
 
-def failed_in_order(test: TestResult, known_violations: Container[str] = ()) -> list[str]:
+def order_failures(test: TestResult, known_violations: Container[str] = ()) -> list[str]:
     """The requirements that a test violated: what fails it first, then by the time of the violation.
 
     Args:
@@ -39,7 +39,7 @@ def headline(
     known_violations: Container[str] = (),
 ) -> str:
     """What failed, in a line that stands alone: `R29 failed at 162.9 s by 0.128 m, then R21`; empty for nothing."""
-    failed = failed_in_order(test, known_violations)
+    failed = order_failures(test, known_violations)
     if not failed:
         return ""
     first, *others = failed

@@ -52,7 +52,7 @@ class Waiver:
 
 def waivers(report: Report) -> tuple[Waiver, ...]:
     """All of them: known violations, allowed NC, lines declared unreachable."""
-    return (*_known_violations(report), *_nc_exemptions(report), *_lines(report))
+    return (*_xfails(report), *_nc_exemptions(report), *_lines(report))
 
 
 def _split(reason: str) -> tuple[str, str]:
@@ -61,7 +61,7 @@ def _split(reason: str) -> tuple[str, str]:
     return (match["reason"], match["owner"]) if match else (reason, "")
 
 
-def _known_violations(report: Report) -> Iterator[Waiver]:
+def _xfails(report: Report) -> Iterator[Waiver]:
     whole = bool(report.suites) and all(totals.is_whole(report, suite) for suite in report.suites)
     for name in sorted(report.known_violations.keys() | report.known_until.keys(), key=by_requirement):
         condition = report.known_when.get(name, "")

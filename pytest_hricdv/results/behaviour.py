@@ -67,7 +67,7 @@ class Behaviour(PlainRecord, frozen=True, kw_only=True):
     errors: Names = ()
 
 
-class Change(PlainRecord, frozen=True, kw_only=True):
+class BehaviourChange(PlainRecord, frozen=True, kw_only=True):
     """A test that behaves differently from the baseline.
 
     Args:
@@ -108,7 +108,7 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
     """
 
     compared: Count
-    changed: Mapping[str, Change]
+    changed: Mapping[str, BehaviourChange]
     kinds: tuple[ChangeKind, ...]
     new: Names
     removed: Names

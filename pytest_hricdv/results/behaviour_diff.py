@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import hash_seed_difference
 from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of, environment_of, hash_seed
-from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, BusMessage, Change, ChangeKind
+from pytest_hricdv.results.behaviour import Behaviour, BehaviourChange, BehaviourChanges, BusMessage, ChangeKind
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 _LONGEST_VALUE = 40
@@ -49,7 +49,7 @@ def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> Beh
         changed=changed,
         kinds=_kinds(changed),
         new=tuple(test.id for test, before in pairs if before is None and _has_behaviour(suites.get(test.suite))),
-        removed=tuple(_removed_tests(report, suites)) if whole else (),
+        removed=tuple(_list_removed_tests(report, suites)) if whole else (),
         notes=tuple(dict.fromkeys(_notes(report, suites, changed=bool(changed)))),
     )
 
@@ -74,12 +74,12 @@ def headline(changes: BehaviourChanges) -> str:
     return f"{count} of {changes.compared} tests behave{'s' * (count == 1)} differently from the baseline"
 
 
-def change_of(before: Behaviour, now: Behaviour) -> Change | None:
+def change_of(before: Behaviour, now: Behaviour) -> BehaviourChange | None:
     """What differs between two runs of a test; None where their records are the same to the bit, and their ends."""
     if before.record_sha256 == now.record_sha256 and not any(_ends(before, now)):
         return None
     first = first_difference(before, now)
-    return Change(
+    return BehaviourChange(
         kind=first.kind,
         text=first.text,
         time_s=first.time_s,
@@ -107,13 +107,13 @@ def first_difference(before: Behaviour, now: Behaviour) -> FirstDifference:
 def _first_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> FirstDifference | None:
     for number, (old, new) in enumerate(zip_longest(before, now)):
         if new is None:
-            return _missing_message(old)
+            return _describe_absent_message(old)
         if old is None:
             return _extra(new)
         if _content(old) != _content(new):
             return _other_message(before[number:], now[number:])
         if old.time_s != new.time_s:
-            return _shifted_message(old, new)
+            return _describe_late_message(old, new)
     return None
 
 
@@ -134,10 +134,10 @@ def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> F
     if to_new == to_old and (to_new == _NEVER or old.time_s == new.time_s):
         return _instead(old, new)
     if new.time_s < old.time_s:
-        return _shifted_message(before[to_new], new) if to_new <= to_old else _extra(new)
+        return _describe_late_message(before[to_new], new) if to_new <= to_old else _extra(new)
     if old.time_s < new.time_s:
-        return _shifted_message(old, now[to_old]) if to_old <= to_new else _missing_message(old)
-    return _missing_message(old) if to_new < to_old else _extra(new)
+        return _describe_late_message(old, now[to_old]) if to_old <= to_new else _describe_absent_message(old)
+    return _describe_absent_message(old) if to_new < to_old else _extra(new)
 
 
 def _distance(message: BusMessage, sequence: Sequence[BusMessage]) -> int:
@@ -170,7 +170,7 @@ def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = Non
     return FirstDifference(kind, text, new.time_s, new.topic)
 
 
-def _missing_message(old: BusMessage) -> FirstDifference:
+def _describe_absent_message(old: BusMessage) -> FirstDifference:
     return _at(old, "is missing")
 
 
@@ -183,7 +183,7 @@ def _at(message: BusMessage, verb: str) -> FirstDifference:
     return FirstDifference(f"{_message_text(message, words=True)} {verb}", text, message.time_s, message.topic)
 
 
-def _shifted_message(old: BusMessage, new: BusMessage) -> FirstDifference:
+def _describe_late_message(old: BusMessage, new: BusMessage) -> FirstDifference:
     by_s = new.time_s - old.time_s
     size = f"{abs(by_s):.1f} s" if abs(by_s) >= 0.05 else f"{abs(by_s):.3f} s"
     how = "later" if by_s > 0 else "earlier"
@@ -276,7 +276,7 @@ def _also(before: Behaviour, now: Behaviour) -> Iterator[str]:
 # The whole
 
 
-def _kinds(changed: Mapping[str, Change]) -> tuple[ChangeKind, ...]:
+def _kinds(changed: Mapping[str, BehaviourChange]) -> tuple[ChangeKind, ...]:
     by_kind: dict[str, list[str]] = {}
     for nodeid in sorted(changed, key=lambda nodeid: (changed[nodeid].time_s or 0.0, nodeid)):
         by_kind.setdefault(changed[nodeid].kind, []).append(nodeid)
@@ -284,7 +284,7 @@ def _kinds(changed: Mapping[str, Change]) -> tuple[ChangeKind, ...]:
     return tuple(sorted(kinds, key=lambda kind: (-kind.tests, kind.kind)))
 
 
-def _removed_tests(report: Report, suites: Mapping[str, SuiteBaseline | None]) -> Iterator[str]:
+def _list_removed_tests(report: Report, suites: Mapping[str, SuiteBaseline | None]) -> Iterator[str]:
     present = {name for test in report.tests for name in (test.id, test.nodeid)}
     for before in suites.values():
         yield from sorted(name for name in (before and before.tests) or () if name not in present)

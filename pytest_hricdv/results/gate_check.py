@@ -98,10 +98,10 @@ def check_gates(
     if whole and (gates.fail_on_nc or is_whole(report)):
         failed += _nc_failures(report, gates.allowed_untriggered, today)
     if gates.fail_on_pending:
-        failed += _pending_failures(report)
+        failed += _check_pending(report)
     if gates.fail_on_change and report.changes is not None:
         failed += _change_failures(report, report.changes)
-    improved = list(_unused_exemptions(report, gates)) if whole else []
+    improved = list(_check_exemptions(report, gates)) if whole else []
     differences = () if baseline is None else compare(report, baseline, whole=whole)
     failed += [difference.text for difference in differences if difference.worse]
     improved += [difference.text for difference in differences if not difference.worse]
@@ -132,7 +132,7 @@ def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) ->
 
 def _expiry_failures(report: Report, gates: Gates, today: datetime.date, *, whole: bool) -> Iterator[str]:
     for name, exemption in gates.known_violations.items():
-        if exemption.expired(today) and (whole or _violations(report, name)):
+        if exemption.is_expired(today) and (whole or _violations(report, name)):
             yield (
                 f"the known violation of {name} ({exemption.text}) was accepted until {exemption.until}, which is "
                 "over: mend it, or agree on another day in hri_known_violations"
@@ -148,11 +148,11 @@ def _nc_failures(report: Report, exemptions: Mapping[str, Exemption], today: dat
             test, missing = near_miss(results)
             near = f"nearest was {test}, which lacked {' & '.join(missing)}" if test else "nor came near"
             yield f"{name} was not checked: no test triggered it; {near}; if it may be so, say why in hri_allow_nc"
-        elif exemption.expired(today):
+        elif exemption.is_expired(today):
             yield f"{name} was not checked, which was accepted until {exemption.until} ({exemption.reason})"
 
 
-def _pending_failures(report: Report) -> Iterator[str]:
+def _check_pending(report: Report) -> Iterator[str]:
     for name in report.requirements:
         tests = [test for test in report.tests if name in test.requirements and test.requirements[name].pending]
         if tests:
@@ -175,7 +175,7 @@ def _nc_requirements(report: Report) -> list[str]:
     ]
 
 
-def _unused_exemptions(report: Report, gates: Gates) -> Iterator[str]:
+def _check_exemptions(report: Report, gates: Gates) -> Iterator[str]:
     """Exemptions that are no longer needed.
 
     That a suite checks a requirement which was generated to check all of them is no sign that others do.

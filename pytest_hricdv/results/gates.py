@@ -88,7 +88,7 @@ class Exemption:
     suites: tuple[str, ...] = ()
     causes: tuple[str, ...] = ()
 
-    def expired(self, today: datetime.date) -> bool:
+    def is_expired(self, today: datetime.date) -> bool:
         """Whether its last day is over."""
         return self.until is not None and today > self.until
 
@@ -96,10 +96,10 @@ class Exemption:
     def text(self) -> str:
         """The reason, with causes and the condition if there are any."""
         of = f"of {','.join(self.causes)} " if self.causes else ""
-        return f"{of}{known_text(self.reason, self.condition)}"
+        return f"{of}{xfail_text(self.reason, self.condition)}"
 
 
-def known_text(reason: str, condition: str) -> str:
+def xfail_text(reason: str, condition: str) -> str:
     """`when state == "Move_hand": no crush prevention`: why, and under which condition, a violation is known."""
     return f"when {condition}: {reason}" if condition else reason
 

@@ -29,20 +29,20 @@ from pytest_hricdv._base.contained import open_unlinked
 NAME = "journal.jsonl"
 
 
-class Began(msgspec.Struct, frozen=True, tag="began", tag_field="record"):
+class StartRecord(msgspec.Struct, frozen=True, tag="began", tag_field="record"):
     """A session began, or went on with this journal: when (UTC), and what its results depend on, name -> value."""
 
     utc: str
     depends_on: Mapping[str, str]
 
 
-class Declared(msgspec.Struct, frozen=True, tag="declared", tag_field="record"):
+class SelectionRecord(msgspec.Struct, frozen=True, tag="declared", tag_field="record"):
     """The report as it is before the first result: all that was selected, none of it run."""
 
     report: msgspec.Raw
 
 
-class Finished(msgspec.Struct, frozen=True, tag="finished", tag_field="record"):
+class ResultRecord(msgspec.Struct, frozen=True, tag="finished", tag_field="record"):
     """A test has a result; `at_s` is counted from the begin of the session (s of wall time)."""
 
     nodeid: str
@@ -50,7 +50,7 @@ class Finished(msgspec.Struct, frozen=True, tag="finished", tag_field="record"):
     result: msgspec.Raw
 
 
-class Hindered(msgspec.Struct, frozen=True, tag="hindered", tag_field="record"):
+class NoResultRecord(msgspec.Struct, frozen=True, tag="hindered", tag_field="record"):
     """A test has no result, or one and an error afterwards: why."""
 
     nodeid: str
@@ -58,7 +58,7 @@ class Hindered(msgspec.Struct, frozen=True, tag="hindered", tag_field="record"):
     reason: str
 
 
-class Kept(msgspec.Struct, frozen=True, tag="kept", tag_field="record"):
+class FeatureRecord(msgspec.Struct, frozen=True, tag="kept", tag_field="record"):
     """What an feature worked out after the tests: a session that goes on need not do so again.
 
     `part` is its name, `key` tells its values apart, and the last one of a key counts.
@@ -70,7 +70,7 @@ class Kept(msgspec.Struct, frozen=True, tag="kept", tag_field="record"):
     value: msgspec.Raw
 
 
-class Ended(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
+class EndRecord(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
     """The session ended in an orderly way, and its report is of all that is above; or this was rebuilt.
 
     `is_whole`: it ran all tests of its suites.
@@ -80,7 +80,7 @@ class Ended(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
     is_whole: bool = False
 
 
-JournalRecord = Began | Declared | Finished | Hindered | Kept | Ended
+JournalRecord = StartRecord | SelectionRecord | ResultRecord | NoResultRecord | FeatureRecord | EndRecord
 
 _DECODER: msgspec.json.Decoder[JournalRecord] = msgspec.json.Decoder(JournalRecord)
 _WRITE = os.write  # as it is now: the code under test may replace it for the whole process
@@ -97,7 +97,7 @@ _FLAGS = os.O_RDWR | os.O_CREAT | _BINARY
 _BUFFER_BYTES = 1_000_000
 """Read at a time: 2 GB of zeros take 6.9 s of processor time (on a busy machine), and 10.7 s with Python's 8 kB."""
 _LONGEST_END = 200
-"""Bytes: the line of an `Ended` is shorter."""
+"""Bytes: the line of an `EndRecord` is shorter."""
 
 
 def line(record: JournalRecord) -> bytes:
@@ -137,7 +137,7 @@ class Journal:
         size: of the file up to its last whole line, in bytes.
     """
 
-    began: list[Began] = field(default_factory=list)
+    began: list[StartRecord] = field(default_factory=list)
     declared: bytes | None = None
     results: dict[str, bytes] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
@@ -150,28 +150,28 @@ class Journal:
     size: int = 0
 
     @property
-    def done(self) -> frozenset[str]:
+    def complete_ids(self) -> frozenset[str]:
         """Node ids of the tests that need not run again."""
         return frozenset(self.results.keys() - self.reasons.keys())
 
     def add(self, record: JournalRecord) -> None:
         """Take in the next record."""
-        self.is_ended = isinstance(record, Ended)
-        self.is_whole = isinstance(record, Ended) and record.is_whole
+        self.is_ended = isinstance(record, EndRecord)
+        self.is_whole = isinstance(record, EndRecord) and record.is_whole
         match record:
-            case Began():
+            case StartRecord():
                 self.began.append(record)
                 self.earlier_s = self.wall_s
-            case Declared(report):
+            case SelectionRecord(report):
                 self.declared = self.declared or bytes(report)
-            case Finished(nodeid=nodeid, result=result):
+            case ResultRecord(nodeid=nodeid, result=result):
                 self.results[nodeid] = compress(bytes(result), 1)
                 self.reasons.pop(nodeid, None)
-            case Hindered(nodeid=nodeid, reason=reason):
+            case NoResultRecord(nodeid=nodeid, reason=reason):
                 self.reasons[nodeid] = reason
-            case Kept(part=part, key=key, value=value):
+            case FeatureRecord(part=part, key=key, value=value):
                 self.kept.setdefault(part, {})[key] = compress(bytes(value), 1)
-        if not isinstance(record, Began | Declared):
+        if not isinstance(record, StartRecord | SelectionRecord):
             self.wall_s = self.earlier_s + record.at_s
 
 
@@ -221,7 +221,7 @@ def is_ended(path: Path) -> bool:
     with _open(path) as file:
         file.seek(max(0, file.seek(0, os.SEEK_END) - _LONGEST_END))
         last = file.read().splitlines(keepends=True)[-1:]
-    return bool(last) and isinstance(parse(last[0]), Ended)
+    return bool(last) and isinstance(parse(last[0]), EndRecord)
 
 
 class JournalWriter:

@@ -85,14 +85,14 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
     return merged
 
 
-def expected(report: Report) -> int:
+def count_expected(report: Report) -> int:
     """How many tests a merged report should have: of shards all tests of their suites, else those that it lists."""
     if any(session.shard for session in report.sessions):
         return max(report.selected, sum(suite.size for suite in report.suites))
     return report.selected
 
 
-def missing_shards(report: Report) -> tuple[str, ...]:
+def list_missing_shards(report: Report) -> tuple[str, ...]:
     """The shards without a session, as `2/3`; of sessions with different numbers of shards, of the most."""
     if not report.sessions or any(not session.shard for session in report.sessions):
         return ()

@@ -29,7 +29,7 @@ from pytest_hricdv.results.behaviour import BehaviourChanges, Difference
 from pytest_hricdv.results.behaviour import Timeline as Timeline
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.origin import ReportOrigin, RerunOption
-from pytest_hricdv.results.section import extended, further_engines, report_sections, test_sections
+from pytest_hricdv.results.section import extend_record, further_engines, report_sections, test_sections
 
 SCHEMA: Final = "hricdv-report/3"
 SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
@@ -133,7 +133,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     repeats: tuple[TestResult, ...] = ()
 
     @property
-    def begun(self) -> tuple[tuple[float, int], ...]:
+    def action_starts(self) -> tuple[tuple[float, int], ...]:
         """When actions began (s), ascending, and which, by their numbers from 0."""
         times = self.action_times_s or ()
         numbers = range(len(times)) if self.action_indices is None else [number - 1 for number in self.action_indices]
@@ -344,5 +344,5 @@ class Report(PlainRecord, frozen=True, kw_only=True):
 
 
 if not TYPE_CHECKING:  # with the keys of features, which only the features themselves know by type
-    TestResult = extended(TestResult, test_sections())
-    Report = extended(Report, report_sections())
+    TestResult = extend_record(TestResult, test_sections())
+    Report = extend_record(Report, report_sections())

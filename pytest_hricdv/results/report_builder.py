@@ -216,7 +216,7 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
             packages=tuple(testbench.code),
             sha256=code.sha256,
             waivers=code.waivers,
-            map=code.listed,
+            map=code.records,
             measured=False,
             reason=code.nothing or session.unmeasured,
             files=(),
@@ -250,7 +250,7 @@ def _suite(generated: GeneratedSuite, size: int, models: Mapping[str, ModelSourc
             diagnosis=_diversity(generated.suite),
             notes=generation.notes,
         ),
-        plans=_declared_plans(generated.suite, models),
+        plans=_list_plans(generated.suite, models),
     )
 
 
@@ -265,7 +265,7 @@ def _diversity(suite: Suite) -> Diversity:
     )
 
 
-def _declared_plans(suite: Suite, models: Mapping[str, ModelSource]) -> dict[str, tuple[str, ...]]:
+def _list_plans(suite: Suite, models: Mapping[str, ModelSource]) -> dict[str, tuple[str, ...]]:
     """The plans to cover. Tests that a model generated and that were read from a file are still compared with it."""
     if suite.generation.declared_plans or not any(test.plans for test in suite.tests):
         return {agent: tuple(labels) for agent, labels in suite.generation.declared_plans.items()}

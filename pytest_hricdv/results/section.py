@@ -117,7 +117,7 @@ def test_sections() -> tuple[TestSection[Any], ...]:
     return tuple(section for offered in offers("records", "TEST_SECTIONS") for section in offered)
 
 
-def extended(record: type[Extended], sections: Sequence[Section[Any]]) -> type[Extended]:
+def extend_record(record: type[Extended], sections: Sequence[Section[Any]]) -> type[Extended]:
     """A record type with further keys, which are not written while they have their defaults."""
     fields = [(section.name, section.kind, section.default) for section in sections]
     namespace = {"__doc__": record.__doc__, "__test__": False}

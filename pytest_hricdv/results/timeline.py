@@ -60,7 +60,7 @@ def _trigger(trigger: Trigger) -> str:
 
 
 def _signal(times: Sequence[float], values: Sequence[float], end_s: float) -> str:
-    return " ".join(f"{_time(times[n])} {values[n]:.4g}" for n in thinned(times, values, end_s))
+    return " ".join(f"{_time(times[n])} {values[n]:.4g}" for n in thin_signal(times, values, end_s))
 
 
 def _checksums(record: Record) -> Iterator[tuple[str, str]]:
@@ -70,7 +70,7 @@ def _checksums(record: Record) -> Iterator[tuple[str, str]]:
         yield name, f"{crc32(json.dumps(texts).encode(), crc32(times)):08x}"
 
 
-def thinned(times: Sequence[float], values: Sequence[float], end_s: float) -> Iterator[int]:
+def thin_signal(times: Sequence[float], values: Sequence[float], end_s: float) -> Iterator[int]:
     """The places of the changes that are kept, in order: the first and the last, and each span's least and greatest.
 
     Args:

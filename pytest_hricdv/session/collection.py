@@ -16,7 +16,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.case import HriCase
-from pytest_hricdv.report.formatting import fitting
+from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.following import of_testbench
@@ -182,7 +182,7 @@ class Collection:
             return False
         if not self._is_rewriting:
             reporter.ensure_newline()
-        reporter.rewrite(fitting(map(visible, texts), shutil.get_terminal_size().columns - 1), erase=True)
+        reporter.rewrite(fit_list(map(visible, texts), shutil.get_terminal_size().columns - 1), erase=True)
         self._is_rewriting = True
         return True
 

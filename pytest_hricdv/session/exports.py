@@ -304,7 +304,7 @@ def _messages(test: TestResult) -> Iterator[tuple[float, str, str]]:
 
 
 def _actions(test: TestResult) -> Iterator[tuple[float, str, str]]:
-    for time_s, number in test.begun:
+    for time_s, number in test.action_starts:
         yield time_s, f"action {number + 1}", test.abstract[number]
     for time_s, act in test.bystander_events:
         yield time_s, "bystander", act

@@ -59,7 +59,7 @@ def of_testbench(config: pytest.Config, conftest: str) -> Iterator[None]:
     if imports is None:
         yield
         return
-    with imports.watch.asking() as asked:
+    with imports.watch.note_imports() as asked:
         yield
     values = vars(sys.modules.get(conftest, ModuleType(conftest))).values()
     modules = {value.__name__ if isinstance(value, ModuleType) else _module_of(value) for value in values}

@@ -19,15 +19,15 @@ from pytest_hricdv.results.codec import REPORT_NAME, ReportError
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.journal import (
     NAME,
-    Began,
-    Declared,
-    Ended,
-    Finished,
-    Hindered,
+    EndRecord,
+    FeatureRecord,
     Journal,
     JournalRecord,
     JournalWriter,
-    Kept,
+    NoResultRecord,
+    ResultRecord,
+    SelectionRecord,
+    StartRecord,
     read,
 )
 from pytest_hricdv.results.report_builder import content
@@ -62,7 +62,7 @@ class JournalKeeper:
         said = [] if had_header else [*self.notes]
         if self.resumed is not None:
             said.append(
-                f"resumed: {plural(len(self.resumed.done), 'test')} done before, with the results of the journal"
+                f"resumed: {plural(len(self.resumed.complete_ids), 'test')} done before, with the journal's results"
             )
         if self._writer is not None and self._writer.problem:
             said.append(f"results are missing in the journal: {self._writer.problem}")
@@ -129,7 +129,7 @@ class JournalKeeper:
     def _open(self, size: int) -> None:
         self._writer = JournalWriter(self._folder / NAME, size)
         utc = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        self._writer.append(Began(utc, self._depends_on))
+        self._writer.append(StartRecord(utc, self._depends_on))
 
     def declare(self, report: bytes, selected: Set[str]) -> None:
         """Write, once, what is selected; a resumed session continues the journal now.
@@ -145,7 +145,7 @@ class JournalKeeper:
             return
         self._declared = True
         if self.resumed is None:
-            self._append(Declared(msgspec.Raw(report)))
+            self._append(SelectionRecord(msgspec.Raw(report)))
             return
         _check_selection(self.resumed, selected)
         with _explain_errors(self._folder):
@@ -154,15 +154,15 @@ class JournalKeeper:
 
     def finish(self, nodeid: str, result: str) -> None:
         """Write the result of a test, as JSON."""
-        self._append(Finished(nodeid, self._at_s, msgspec.Raw(result.encode())))
+        self._append(ResultRecord(nodeid, self._at_s, msgspec.Raw(result.encode())))
 
     def hinder(self, nodeid: str, reason: str) -> None:
         """Write why a test has no result, or what went wrong after it."""
-        self._append(Hindered(nodeid, self._at_s, reason.encode("utf-8", "backslashreplace").decode()))
+        self._append(NoResultRecord(nodeid, self._at_s, reason.encode("utf-8", "backslashreplace").decode()))
 
     def keep(self, part: str, key: str, value: bytes) -> None:
         """Write what an optional part has worked out, as JSON."""
-        self._append(Kept(part, key, self._at_s, msgspec.Raw(value)))
+        self._append(FeatureRecord(part, key, self._at_s, msgspec.Raw(value)))
 
     def resumed_value(self, part: str, key: str) -> bytes | None:
         """What the session that this one goes on with has worked out, as JSON; None where it has not."""
@@ -192,7 +192,7 @@ class JournalKeeper:
     def end(self, *, is_whole: bool = False) -> None:
         """Write that the session has ended, where its report, if there is anything to report, is in the folder."""
         if not self._declared or (self._folder / REPORT_NAME).is_file():
-            self._append(Ended(self._at_s, is_whole))
+            self._append(EndRecord(self._at_s, is_whole))
 
     def _append(self, record: JournalRecord) -> None:
         if self._writer is not None:
@@ -250,7 +250,7 @@ def _since(earlier: Journal) -> str:
 
 def _resume_note(earlier: Journal) -> str:
     torn = f"; {plural(earlier.damaged, 'damaged record')} left out" if earlier.damaged else ""
-    done = plural(len(earlier.done), "test")
+    done = plural(len(earlier.complete_ids), "test")
     return f"hricdv: resuming the session that began at {_since(earlier)}: {done} done, not run again{torn}"
 
 

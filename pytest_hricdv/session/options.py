@@ -121,7 +121,7 @@ def read_options(config: pytest.Config) -> Options:
             fail_on_pending=reader.flag("fail_on_pending"),
         ),
         known_violations={
-            name: exemption for name, exemption in known_violations.items() if not exemption.expired(today)
+            name: exemption for name, exemption in known_violations.items() if not exemption.is_expired(today)
         },
         shard=_shard(config),
         baseline=config.invocation_params.dir / baseline if baseline else None,

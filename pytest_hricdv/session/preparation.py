@@ -140,7 +140,7 @@ class Preparation:
         journaling.begin(depends_on, resume=self.options.resume)
         if journaling.resumed is not None:
             self.aggregation.resume(journaling.resumed)
-            self.collection.done = journaling.resumed.done
+            self.collection.done = journaling.resumed.complete_ids
             manager = self.collection.config.pluginmanager
             manager.register(ResultRestorer(self.collection, journaling.resumed.results), "hricdv-restoring")
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.report.formatting import fitting
+from pytest_hricdv.report.formatting import fit_list
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
@@ -54,7 +54,7 @@ class Status:
 
     def text(self, columns: int) -> str:
         """`hri: 37 of 134, 2 failed, about 40 s left: rl-leg1-0f3a9c21 and 1 more`, in at most so many columns."""
-        return fitting(self._texts(), columns)
+        return fit_list(self._texts(), columns)
 
     def _texts(self) -> Iterator[str]:
         """The fullest first: then without one test that runs after the other, the time left, and how many failed."""

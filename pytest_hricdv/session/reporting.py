@@ -17,7 +17,7 @@ import pytest
 from pytest_hricdv._base.hash_seed import SEVERAL
 from pytest_hricdv._base.self_check import complaint, wrong_answers
 from pytest_hricdv.coverage.code_map import CoverageError
-from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
+from pytest_hricdv.coverage.reachability import Reachability, explore, skip_exploration
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
@@ -270,7 +270,7 @@ class SessionReporter:
             return explore(context, testbench.cross, getattr(self.collection.config, "cache", None))
         except CoverageError as error:
             self.session.problems.append(str(error))
-            return unexplored(testbench.cross)
+            return skip_exploration(testbench.cross)
 
     @cached_property
     def _models(self) -> dict[str, ModelSource]:

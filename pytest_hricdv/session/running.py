@@ -181,7 +181,7 @@ class TestRunner:
             place = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
         shown = self._result_to_show(case, nodeid)
         shorten(failure)
-        failure.add_note("\n" + explanation.aborted(shown, place, **self._rerun_info(case)))
+        failure.add_note("\n" + explanation.describe_abort(shown, place, **self._rerun_info(case)))
         raise explain_failure(failure)
 
     def _begin(self, code: CodeUnderTest) -> None:
@@ -272,7 +272,7 @@ def refuse_failed_import(error: BaseException, item: pytest.Item) -> None:
     Each further test would say the same. In a node of the code under test it is a failure of that run.
     """
     imports = item.config.stash.get(IMPORTS, None)
-    failed = None if imports is None or isinstance(error, KernelError) else imports.watch.failed(error)
+    failed = None if imports is None or isinstance(error, KernelError) else imports.watch.find_failure(error)
     if failed is None:
         return
     name, raised = failed

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
 from pytest_hricdv.coverage.code_map import CodeMap
-from pytest_hricdv.coverage.reachability import explored, reachable
+from pytest_hricdv.coverage.reachability import explore_model, reachable
 from pytest_hricdv.execution.case import RunSettings, execute
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
@@ -51,7 +51,7 @@ class Closing:
         self._requirements = load_requirements(bench.requirements, bench.vocabulary())
         self._settings = RunSettings(bench, self._requirements)
         context = GenerationContext(bench.model, bench.beliefs, tuple(bench.concretization.commands), 0, 10)
-        self._exploration = explored(context, None)
+        self._exploration = explore_model(context, None)
         self._pool = Pool(self._exploration, bench.beliefs, {}, cache(context.model_runner().order))
         self._roles = roles_of(bench)
 

@@ -29,8 +29,8 @@ def test_statements_branches_and_waivers_are_found_without_importing(code: CodeM
 
 def test_bits_tell_what_is_missing(code: CodeMap) -> None:
     name = str(code.files[0].path)
-    bits = code.translated({name: [1, 3, 6, 7, 8]}, {name: [(6, 7), (7, 8)]})
-    ((_, lines, arcs),) = code.uncovered(bits)
+    bits = code.translate({name: [1, 3, 6, 7, 8]}, {name: [(6, 7), (7, 8)]})
+    ((_, lines, arcs),) = code.list_misses(bits)
     assert lines == (9, 10, 11, 14, 15)
     assert arcs == ((7, 9), (9, 10), (9, 11))
 

@@ -24,21 +24,19 @@ KINDS = {"reading": ("1", "0", "none"), "outcome": ("kept", "given")}
 def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
     cross = CrossProduct(KINDS, {("none", "*"): "nothing was read", ("0", "given"): "forbidden by R2"})
     assert len(cross.bins()) == 6
-    assert cross.ruled_out.keys() == {("none", "kept"), ("none", "given"), ("0", "given")}
+    assert cross.impossible_bins.keys() == {("none", "kept"), ("none", "given"), ("0", "given")}
     good = [("1", "given"), ("1", "given"), ("0", "kept")]
-    assert cross.checked(good, {}) == CheckedHits((("0", "kept"), ("1", "given"), ("1", "given")), ())
-    impossible = cross.checked([("0", "given"), ("0", "kept"), ("0", "given")], {})
+    assert cross.check(good, {}) == CheckedHits((("0", "kept"), ("1", "given"), ("1", "given")), ())
+    impossible = cross.check([("0", "given"), ("0", "kept"), ("0", "given")], {})
     assert impossible.bins == (("0", "kept"),)
     assert impossible.faults == ("0 x given was hit but is declared impossible: forbidden by R2",)
     for no_bin in (("2", "given"), ("1",), ("1", "given", "given")):
-        assert cross.checked([no_bin], {}) == CheckedHits(
-            (), (f"{no_bin} is no bin; coordinates are reading, outcome",)
-        )
+        assert cross.check([no_bin], {}) == CheckedHits((), (f"{no_bin} is no bin; coordinates are reading, outcome",))
 
 
 def test_an_illegal_bin_is_kept_and_told() -> None:
     cross = CrossProduct(KINDS, illegal={("none", "given"): "nobody was seen"})
-    checked = cross.checked([("none", "given"), ("none", "given")], {})
+    checked = cross.check([("none", "given"), ("none", "given")], {})
     assert checked == CheckedHits((("none", "given"),) * 2, ("none x given must not be hit: nobody was seen",))
 
 
@@ -63,9 +61,9 @@ def test_a_product_that_makes_no_sense_is_refused(arguments: tuple[Any, ...], me
 def test_coordinates_named_after_requirements_get_their_verdicts() -> None:
     cross = CrossProduct({"R1": ("Passed", "NC"), "outcome": ("kept", "given"), "R2": ("Passed", "Failed")})
     verdicts = {"R1": "NC", "R2": "Failed", "R3": "Passed"}
-    checked = cross.checked([("kept",), ("given",)], verdicts)
+    checked = cross.check([("kept",), ("given",)], verdicts)
     assert checked == CheckedHits((("NC", "given", "Failed"), ("NC", "kept", "Failed")), ())
-    (fault,) = cross.checked([("NC", "kept", "Failed")], verdicts).faults
+    (fault,) = cross.check([("NC", "kept", "Failed")], verdicts).faults
     assert fault.endswith("is no bin; coordinates are outcome")
 
 

@@ -34,13 +34,13 @@ def use(number):
 
 pause = greenlet.getcurrent()
 missing = dict()
-nodes = [(str(number), greenlet(measurement.measured(f"hricdv|{{number}}", use(number)))) for number in (5, 0)]
+nodes = [(str(number), greenlet(measurement.measure(f"hricdv|{{number}}", use(number)))) for number in (5, 0)]
 for name, node in nodes:
     node.switch()          # runs to the pause; other code runs before it ends
     {between}
     node.switch()
     bits = measurement.take("hricdv|" + name)
-    missing[name] = None if bits is None else [list(lines) for _, lines, _ in code.uncovered(bits)][0]
+    missing[name] = None if bits is None else [list(lines) for _, lines, _ in code.list_misses(bits)][0]
 {after}
 print(json.dumps([measurement.reason, missing]))
 """
@@ -112,7 +112,7 @@ from pytest_hricdv.coverage.own_coverage import OwnCoverage
 own, hub = OwnCoverage([switching.__file__]), greenlet.getcurrent()
 
 def body():
-    with own.recording("run"):
+    with own.record("run"):
         switching.use()
         hub.switch()
         switching.use()
@@ -210,14 +210,14 @@ for context, numbers in (("all", (5, 0, 1)), ("two", (5, 0)), ("one", (0,))):
             graded.grade(number)
             kernel.sleep(ended_s - started_s)
             graded.grade(number)
-        return measurement.measured("hricdv|" + context, body)
+        return measurement.measure("hricdv|" + context, body)
 
     for place, number in enumerate(numbers):
         kernel.spawn(str(number), grader(number, 1.0 + place, 5.0 + place % 2))
     kernel.run(100.0)
     kernel.close()
     bits = measurement.take("hricdv|" + context)
-    missing[context] = None if bits is None else [list(lines) for _, lines, _ in code.uncovered(bits)][0]
+    missing[context] = None if bits is None else [list(lines) for _, lines, _ in code.list_misses(bits)][0]
 print(json.dumps([measurement.reason, missing, sys.gettrace() is None]))
 """
 

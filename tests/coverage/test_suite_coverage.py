@@ -32,7 +32,7 @@ def code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CodeMap:
 
 
 def lines(code: CodeMap, *numbers: int) -> Bits:
-    return code.translated({str(code.files[0].path): numbers}, {})
+    return code.translate({str(code.files[0].path): numbers}, {})
 
 
 def test_reachable_is_all_but_the_waived(code: CodeMap) -> None:
@@ -47,7 +47,7 @@ def test_a_waived_statement_that_runs_is_an_error(code: CodeMap) -> None:
 
 def test_unmeasured_is_not_zero(code: CodeMap) -> None:
     assert code_coverage(code, None) == SuiteCode(statements=None, branches=None)
-    only_lines = code.translated({str(code.files[0].path): [3]}, None)
+    only_lines = code.translate({str(code.files[0].path): [3]}, None)
     assert code_coverage(code, only_lines).branches is None
     assert file_coverage(code, None) == ()
 

@@ -145,11 +145,11 @@ def test_a_journal_that_somebody_doctored_is_not_resumed(lamps: pytest.Pytester)
     lamps.runpytest_inprocess(SUITE)
     path = lamps.path / "hri-report" / journals.NAME
     records = journals.records(path)
-    last = max(number for number, record in enumerate(records) if isinstance(record, journals.Finished))
+    last = max(number for number, record in enumerate(records) if isinstance(record, journals.ResultRecord))
     done = records[last]
-    assert isinstance(done, journals.Finished)
+    assert isinstance(done, journals.ResultRecord)
     evil = bytes(done.result).replace(b'"id":"by-hand-', b'"id":"../../by-hand-')
-    records[last] = journals.Finished(done.nodeid, done.at_s, msgspec.Raw(evil))
+    records[last] = journals.ResultRecord(done.nodeid, done.at_s, msgspec.Raw(evil))
     path.write_bytes(b"".join(map(journals.line, records)))
     result = lamps.runpytest_inprocess(SUITE, "--hri-resume")
     assert result.ret == pytest.ExitCode.USAGE_ERROR

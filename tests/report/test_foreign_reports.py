@@ -13,7 +13,7 @@ from pytest_hricdv.report.__main__ import main
 from pytest_hricdv.report.explanation import generate_command
 from pytest_hricdv.report.files import supersede, write
 from pytest_hricdv.results.codec import ReportError, encode, load
-from pytest_hricdv.results.journal import NAME, Began, Declared, Finished, JournalWriter, read
+from pytest_hricdv.results.journal import NAME, JournalWriter, ResultRecord, SelectionRecord, StartRecord, read
 from tests.report import sample
 
 
@@ -234,9 +234,9 @@ def test_a_journal_with_a_name_that_leads_elsewhere_is_refused(tmp_path: Path, c
     evil = msgspec.structs.replace(declared.tests[0], id="../../victim/x")
     writer = JournalWriter(tmp_path / NAME)
     for record in (
-        Began("2026-01-01", {}),
-        Declared(msgspec.Raw(encode(declared).encode())),
-        Finished(evil.nodeid, 1.0, msgspec.Raw(encode(evil).encode())),
+        StartRecord("2026-01-01", {}),
+        SelectionRecord(msgspec.Raw(encode(declared).encode())),
+        ResultRecord(evil.nodeid, 1.0, msgspec.Raw(encode(evil).encode())),
     ):
         writer.append(record)
     writer.close()

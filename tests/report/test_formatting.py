@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.report.formatting import (
     branches,
-    fitting,
+    fit_list,
     line_ranges,
     natural,
     percent,
@@ -17,7 +17,7 @@ from pytest_hricdv.report.formatting import (
     quantity,
     seconds,
 )
-from pytest_hricdv.report.plot_data import thinned
+from pytest_hricdv.report.plot_data import thin_curve
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_figures_have_few_digits() -> None:
 def test_a_thinned_curve_keeps_its_ends_and_extremes(count: int, columns: int) -> None:
     rng = random.Random(count)
     points = [(float(n), rng.random()) for n in range(count)]
-    thin = thinned(points, columns)
+    thin = thin_curve(points, columns)
     assert len(thin) <= 2 * columns + 2
     assert list(thin) == sorted(thin)
     if points:
@@ -68,10 +68,10 @@ def test_a_thinned_curve_keeps_its_ends_and_extremes(count: int, columns: int) -
     [(30, "12 statements, 3 branches"), (25, "12 statements, 3 branches"), (24, "15 open"), (7, "15 open"), (3, "15 ")],
 )
 def test_of_several_texts_the_fullest_that_fits_is_taken(columns: int, shown: str) -> None:
-    assert fitting(("12 statements, 3 branches", "15 open"), columns) == shown
+    assert fit_list(("12 statements, 3 branches", "15 open"), columns) == shown
 
 
 def test_wide_characters_count_twice_where_a_text_must_fit() -> None:
-    assert fitting(("病院の支度", "病院"), 9) == "病院"
-    assert fitting(("病院の支度",), 5) == "病院"
-    assert fitting((), 5) == fitting(("a",), 0) == ""
+    assert fit_list(("病院の支度", "病院"), 9) == "病院"
+    assert fit_list(("病院の支度",), 5) == "病院"
+    assert fit_list((), 5) == fit_list(("a",), 0) == ""

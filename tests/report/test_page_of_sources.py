@@ -27,7 +27,7 @@ def test_what_is_waived_counts_neither_as_covered_nor_as_missing() -> None:
     file = next(file for file in report.code_under_test.map if file.file == "controller/journal.py")
     assert kinds.count("waived") == source.waived == 1
     assert source.units.total == len(file.statements) - 1
-    assert source.units.missing == kinds.count("missed") > 0
+    assert source.units.misses == kinds.count("missed") > 0
     assert source.branches.total == len([arc for arc in file.branches if 60 not in arc])
     assert CoverageCount(1, 3) + CoverageCount(2, 2) == CoverageCount(3, 5)
 
@@ -37,10 +37,10 @@ def test_the_list_of_files_has_totals_and_is_sorted_by_a_click(watched: Watched,
     sources = code_sources(sample.typed(_missed()))
     total = sum((source.units for source in sources), CoverageCount())
     cells = page.locator("#code tfoot td").all_inner_texts()
-    assert cells[:3] == ["all", str(total.total), str(total.missing)]
+    assert cells[:3] == ["all", str(total.total), str(total.misses)]
     heading = page.locator("#code .coverage thead th").nth(2).locator("button")
     missing = page.locator("#code .coverage tbody td:nth-child(3)")
-    least = sorted(source.units.missing for source in sources)
+    least = sorted(source.units.misses for source in sources)
     heading.click()
     assert [int(text) for text in missing.all_inner_texts()] == least
     heading.click()

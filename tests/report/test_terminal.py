@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.report.formatting import Line, continued, fit, listing, pad, width
+from pytest_hricdv.report.formatting import Line, fit, listing, pad, width, wrap_line
 from pytest_hricdv.report.terminal import header, summary
 from tests.report import sample, sample_sections
 
@@ -143,8 +143,8 @@ def test_a_sentence_goes_on_below_itself_and_a_title_that_would_say_nothing_is_l
     assert not [line for line in lines if line.endswith("...")]
     assert [line.split()[:2] for line in lines if line.startswith("  R1 ")] == [["R1", "0"]]
     sentence = "  open: it was never aimed at, not by any run"
-    assert continued(sentence, 30) == ["  open: it was never aimed", "    at, not by any run"]
-    assert continued("short", 30) == ["short"]
+    assert wrap_line(sentence, 30) == ["  open: it was never aimed", "    at, not by any run"]
+    assert wrap_line("short", 30) == ["short"]
 
 
 def test_a_failed_session_is_about_what_failed() -> None:

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from pytest_hricdv.results.folder_lock import FolderLock
 from pytest_hricdv.results.journal import (
     NAME,
-    Began,
-    Ended,
-    Finished,
-    Hindered,
+    EndRecord,
     JournalWriter,
+    NoResultRecord,
+    ResultRecord,
+    StartRecord,
     is_ended,
     line,
     parse,
@@ -27,13 +27,13 @@ from pytest_hricdv.results.journal import (
 )
 
 
-def finished(number: int) -> Finished:
-    return Finished(f"test[{number}]", float(number), msgspec.Raw(b'{"number":%d}' % number))
+def finished(number: int) -> ResultRecord:
+    return ResultRecord(f"test[{number}]", float(number), msgspec.Raw(b'{"number":%d}' % number))
 
 
 def written(path: Path, *numbers: int) -> JournalWriter:
     writer = JournalWriter(path)
-    writer.append(Began("2026-01-01T00:00:00", {}))
+    writer.append(StartRecord("2026-01-01T00:00:00", {}))
     for number in numbers:
         writer.append(finished(number))
     return writer
@@ -66,7 +66,7 @@ def test_a_journal_goes_on_behind_its_last_whole_record(tmp_path: Path) -> None:
     with path.open("ab") as file:
         file.write(line(finished(2))[:-5])
     writer = JournalWriter(path, read(path).size)
-    writer.append(Began("2026-01-02T00:00:00", {}))
+    writer.append(StartRecord("2026-01-02T00:00:00", {}))
     writer.append(finished(3))
     writer.close()
     journal = read(path)
@@ -102,9 +102,9 @@ def test_a_journal_that_is_removed_is_written_anew(tmp_path: Path) -> None:
 
 def test_a_test_with_an_error_after_its_result_is_not_done(tmp_path: Path) -> None:
     writer = written(tmp_path / NAME, 1, 2)
-    writer.append(Hindered("test[2]", 3.0, "the teardown failed"))
+    writer.append(NoResultRecord("test[2]", 3.0, "the teardown failed"))
     journal = read(tmp_path / NAME)
-    assert journal.done == {"test[1]"}
+    assert journal.complete_ids == {"test[1]"}
     assert journal.reasons == {"test[2]": "the teardown failed"}
 
 
@@ -112,10 +112,10 @@ def test_the_end_is_found(tmp_path: Path) -> None:
     path = tmp_path / NAME
     writer = written(path, *range(100))
     assert not is_ended(path)
-    writer.append(Ended(100.0))
+    writer.append(EndRecord(100.0))
     assert is_ended(path)
     assert read(path).is_ended
-    writer.append(Began("2026-01-02T00:00:00", {}))
+    writer.append(StartRecord("2026-01-02T00:00:00", {}))
     assert not is_ended(path)
 
 

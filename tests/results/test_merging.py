@@ -12,7 +12,7 @@ from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingResult
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import derive
-from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards
+from pytest_hricdv.results.merging import MergeError, count_expected, list_missing_shards, merge
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 from tests import json_schema
 from tests.report import sample_sections
@@ -55,9 +55,9 @@ def test_parts_make_the_whole(tests: tuple[TestResult, ...], parts: list[int]) -
     assert together.code_under_test == replace(whole.code_under_test, reason=reason)
     timeless = [replace(report.suites[0], generation=whole.suites[0].generation) for report in (together, whole)]
     assert timeless[0] == timeless[1]
-    assert expected(together) == made.SIZE
-    assert missing_shards(together) == ()
-    assert missing_shards(merged(*shards[1:])) == ("1/3",)
+    assert count_expected(together) == made.SIZE
+    assert list_missing_shards(together) == ()
+    assert list_missing_shards(merged(*shards[1:])) == ("1/3",)
 
 
 @given(made.reports(), made.reports())

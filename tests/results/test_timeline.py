@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.monitor import Trigger, Verdict
-from pytest_hricdv.results.timeline import SPANS, thinned, timeline
+from pytest_hricdv.results.timeline import SPANS, thin_signal, timeline
 from pytest_hricdv.runtime import Recorder
 
 changes = st.lists(st.tuples(st.floats(0.001, 2.0), st.integers(-5, 5).map(float)), min_size=1, max_size=4 * SPANS)
@@ -22,7 +22,7 @@ def test_thinning_keeps_order_ends_and_extremes(changes: list[tuple[float, float
         now_s += step_s
         times.append(now_s)
         values.append(value)
-    kept = list(thinned(times, values, now_s + rest_s))
+    kept = list(thin_signal(times, values, now_s + rest_s))
     assert kept == sorted(set(kept))
     assert len(kept) <= 2 * SPANS + 2
     assert (kept[0], kept[-1]) == (0, len(times) - 1)

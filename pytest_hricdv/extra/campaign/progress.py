@@ -12,7 +12,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Store
-from pytest_hricdv.report.formatting import fitting
+from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.session.progress import time_left
 
 STEPS = 10  # a log of CI has ten lines, however long the campaign is
@@ -53,7 +53,7 @@ class CampaignProgress:
         counts = self._store.counts()
         step = self._step_of(counts.runs)
         if self._rewrites:
-            line = fitting(self._texts(now_s), shutil.get_terminal_size().columns - 1)  # one that wraps leaves a rest
+            line = fit_list(self._texts(now_s), shutil.get_terminal_size().columns - 1)  # one that wraps leaves a rest
             self._stream.write(f"\r\x1b[2K{line}")
             self._has_line = True
         elif step > self._step:

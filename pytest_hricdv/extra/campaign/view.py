@@ -64,7 +64,7 @@ class CampaignView(View):
         result = CAMPAIGN.of(report)
         return None if result is None else result.sim_s
 
-    def listed_tests(self, report: Report) -> str:
+    def test_noun(self, report: Report) -> str:
         """The runs to keep, where there are too many to list all."""
         result = CAMPAIGN.of(report)
         return "" if result is None or result.is_listed else "runs to keep"

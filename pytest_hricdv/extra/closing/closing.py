@@ -17,7 +17,7 @@ from pytest_hricdv._base import sealed_cache
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
-from pytest_hricdv.coverage.reachability import Reachability, explored, reachable, sampled
+from pytest_hricdv.coverage.reachability import Reachability, explore_model, reachable, sample_model
 from pytest_hricdv.execution.separate_process import ProcessError
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing import online_strategy
@@ -298,10 +298,10 @@ class Closing:
 
 def _explored(context: GenerationContext, cache: Any) -> Exploration:
     try:
-        exploration = explored(context, cache)
+        exploration = explore_model(context, cache)
     except GenerateError as error:  # of one belief set, it may be, that other suites never use
         exploration = Exploration(reason=f"the model cannot be explored: {error}")
-    return exploration if exploration.runs else sampled(context, exploration.reason, cache)
+    return exploration if exploration.runs else sample_model(context, exploration.reason, cache)
 
 
 def _processes(config: pytest.Config) -> int:

@@ -63,7 +63,7 @@ def by_kind(points: Iterable[Point]) -> Counter[str]:
 
 
 def _of_code(code: CodeMap) -> Iterator[Point]:
-    waived = code.waived()
+    waived = code.waiver_bits()
     statements, branches = (1 << code.statements) - 1, (1 << code.branches) - 1
     return code_points(code, Bits(statements & ~waived.statements, branches & ~(waived.branches or 0)))
 
@@ -86,7 +86,7 @@ def _of_plans(plans: Plans, reachability: Reachability) -> Iterator[Point]:
 
 def _waived(code: CodeMap) -> Iterator[ImpossiblePoint]:
     reasons = {(waiver.file, str(waiver.line)): waiver.reason for waiver in code.waivers}
-    for point in code_points(code, code.waived()):
+    for point in code_points(code, code.waiver_bits()):
         lines = [(point[1], line) for line in point[2:] if (point[1], line) in reasons]
         yield ImpossiblePoint(point=point, reason=reasons[lines[0]], by="waived")
 

@@ -255,7 +255,7 @@ def id_of(group: Group) -> str:
 
 def _as_begun(test: TestResult) -> tuple[str, ...]:
     """The lines of a test; of several actors as they began, so that they tell who did what in which order."""
-    return test.abstract if test.action_indices is None else in_order_begun(test.abstract, test.begun)
+    return test.abstract if test.action_indices is None else in_order_begun(test.abstract, test.action_starts)
 
 
 def in_order_begun(lines: Sequence[str], begun: Iterable[tuple[float, int]]) -> tuple[str, ...]:

@@ -115,11 +115,11 @@ class Tracer:
         """To be given to `execute`, which calls it: whose clock it is."""
         self._now_s = lambda: code.now_s
 
-    def importing(self, context: str) -> AbstractContextManager[None]:
+    def watch_imports(self, context: str) -> AbstractContextManager[None]:
         """Notes nothing."""
         return nullcontext()
 
-    def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
+    def measure(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """`body`, traced when it is run in a greenlet of its own."""
 
         def traced() -> None:

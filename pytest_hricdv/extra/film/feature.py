@@ -100,7 +100,7 @@ class FilmView(View):
 
     def file_lines(self, report: Report, columns: int) -> Iterator[Line]:
         """How many failing tests were filmed, and why others were not."""
-        from pytest_hricdv.report.formatting import Line, counted_notes, plural
+        from pytest_hricdv.report.formatting import Line, count_notes, plural
 
         films = [film for test in report.tests if (film := FILM.of(test)) is not None]
         if not films:
@@ -108,7 +108,7 @@ class FilmView(View):
         made = sum(film.video is not None for film in films)
         text = f"films: {made} of {plural(len(films), 'failing test')}, beside the report"
         yield Line(text, "ok" if made else "warn")
-        yield from counted_notes((film.note for film in films), columns)
+        yield from count_notes((film.note for film in films), columns)
 
     def of_test(self, report: Report, test: TestResult) -> dict[str, Any]:
         """Its film."""

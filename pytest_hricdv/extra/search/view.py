@@ -9,7 +9,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.search.records import SEARCH, SHRUNK, SearchResult, ShrunkTest
 from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.report.explanation import replay_command
-from pytest_hricdv.report.formatting import Line, by_requirement, enumerated, plural, quantity, seconds
+from pytest_hricdv.report.formatting import Line, by_requirement, enumerate_names, plural, quantity, seconds
 from pytest_hricdv.report.view import RequirementNote, View
 from pytest_hricdv.report.violations import margin_text, margin_unit
 from pytest_hricdv.results.model import Report, TestResult
@@ -98,7 +98,7 @@ def _takes(shrunk: ShrunkTest) -> str:
     actors = actors_of(shrunk.abstract)
     if len(actors) < 2 or shrunk.end_reason != "done":
         return ""
-    return f"it takes {enumerated(actors)}: without what one of them does, it does not fail so"
+    return f"it takes {enumerate_names(actors)}: without what one of them does, it does not fail so"
 
 
 def _search_lines(requirement: str, searched: SearchResult, options: Sequence[str], unit: str) -> Iterator[Line]:

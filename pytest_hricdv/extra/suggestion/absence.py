@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, Candidate
-from pytest_hricdv.extra.suggestion.events import Occurrence, Runs, next_after
+from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCandidate
+from pytest_hricdv.extra.suggestion.events import RecordedEvent, Runs, next_after
 
 MIN_OTHERWISE = 0.6
 """After the other values it happens in this share of cases: otherwise its absence is no difference."""
 
 
-def absences(runs: Runs, events: Sequence[Occurrence]) -> Iterator[Candidate]:
+def absences(runs: Runs, events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
     """Of the values of each topic, compared with all other messages of the topic."""
     topics = [event for event in events if event.is_message and not event.is_part and not event.is_state]
     by_topic = {event.subject: event for event in topics}
@@ -32,18 +32,18 @@ def absences(runs: Runs, events: Sequence[Occurrence]) -> Iterator[Candidate]:
 
 def _absence(
     runs: Runs,
-    trigger: Occurrence,
+    trigger: RecordedEvent,
     rest: tuple[tuple[float, ...], ...],
-    event: Occurrence,
-    rounds: Sequence[Occurrence],
-) -> Iterator[Candidate]:
+    event: RecordedEvent,
+    rounds: Sequence[RecordedEvent],
+) -> Iterator[RequirementCandidate]:
     """Up to the next message of a topic that begins a round, those of people first."""
     for again in sorted(rounds, key=lambda other: (other.author != "person", other.text)):
         if again.subject in (event.subject, trigger.subject):
             continue
         if _share(runs, trigger.times, event, again) > 0.0 or _share(runs, rest, event, again) < MIN_OTHERWISE:
             continue
-        yield Candidate(
+        yield RequirementCandidate(
             "absence",
             f"After {trigger.words}, {event.words} does not happen before {again.words}",
             trigger.text,
@@ -56,7 +56,7 @@ def _absence(
         return
 
 
-def _share(runs: Runs, times: Sequence[Sequence[float]], event: Occurrence, again: Occurrence) -> float:
+def _share(runs: Runs, times: Sequence[Sequence[float]], event: RecordedEvent, again: RecordedEvent) -> float:
     """After how many of these times the event happens before the next round."""
     total = happened = 0
     for run, triggers in enumerate(times):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.extra.suggestion.candidate import (
     MIN_SUPPORT,
-    Candidate,
+    RequirementCandidate,
     above,
     below,
     capitalize,
@@ -19,7 +19,7 @@ TIGHTER = 0.6
 """A bound under a condition says more than the bound at all times if it is tighter by this factor."""
 
 
-def bounds(runs: Runs) -> Iterator[Candidate]:
+def bounds(runs: Runs) -> Iterator[RequirementCandidate]:
     """Of all numbers that people do not set."""
     conditions = [condition for condition in signal_conditions(runs) if not condition.text.startswith("!")]
     for name, kind in runs.vocabulary.signals.items():
@@ -31,7 +31,7 @@ def bounds(runs: Runs) -> Iterator[Candidate]:
                 yield from _of_field(runs, topic, member)
 
 
-def _of_signal(runs: Runs, name: str, conditions: Sequence[SignalCondition]) -> Iterator[Candidate]:
+def _of_signal(runs: Runs, name: str, conditions: Sequence[SignalCondition]) -> Iterator[RequirementCandidate]:
     series = runs.series(name)
     values = [float(value) for _, of_run in series for value in of_run]
     if not values or min(values) == max(values):
@@ -42,7 +42,9 @@ def _of_signal(runs: Runs, name: str, conditions: Sequence[SignalCondition]) -> 
         upper = number(above(most))
         title, support = f"{capitalize(name)} is at most {upper}", sum(map(len, motions.spans))
         seen = f"observed {number(round(most, 4))}"
-        yield Candidate("bound", title, motions.text, f"{name} <= {upper}", frozenset({name}), support, seen, 0.9)
+        yield RequirementCandidate(
+            "bound", title, motions.text, f"{name} <= {upper}", frozenset({name}), support, seen, 0.9
+        )
     for condition in conditions:
         inside = [*_values_while(series, condition)] if condition.subject != name else []
         if sum(map(len, condition.spans)) < MIN_SUPPORT or not inside:
@@ -55,9 +57,9 @@ def _of_signal(runs: Runs, name: str, conditions: Sequence[SignalCondition]) -> 
             yield _while(condition, name, ">=", below(low, 0.5 * low), low)
 
 
-def _while(condition: SignalCondition, name: str, sign: str, bound: float, extreme: float) -> Candidate:
+def _while(condition: SignalCondition, name: str, sign: str, bound: float, extreme: float) -> RequirementCandidate:
     words = "at most" if sign == "<=" else "at least"
-    return Candidate(
+    return RequirementCandidate(
         "bound",
         f"While {condition.words}, {name} is {words} {number(bound)}",
         condition.text,
@@ -82,7 +84,7 @@ def _values_while(series: Sequence[Series], condition: SignalCondition) -> Itera
                 at += 1
 
 
-def _of_field(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
+def _of_field(runs: Runs, topic: str, member: str) -> Iterator[RequirementCandidate]:
     values = [float(message.fields[member]) for run in runs.messages[topic] for message in run]
     if len(values) < MIN_SUPPORT:
         return
@@ -95,4 +97,4 @@ def _of_field(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
         text = f"{name} >= {number(low)} & {name} <= {number(high)}"
         title = f"{name} is from {number(low)} to {number(high)}"
     seen = f"observed {number(round(least, 4))} to {number(round(most, 4))}"
-    yield Candidate("bound", title, f"on({topic})", text, frozenset({topic}), len(values), seen, 0.5)
+    yield RequirementCandidate("bound", title, f"on({topic})", text, frozenset({topic}), len(values), seen, 0.5)

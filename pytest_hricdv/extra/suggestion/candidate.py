@@ -14,7 +14,7 @@ MIN_SUPPORT = 3
 
 
 @dataclass(frozen=True)
-class Candidate:
+class RequirementCandidate:
     """A requirement that may be suggested.
 
     Args:

@@ -33,7 +33,7 @@ MAX_A_RUN = 200
 
 
 @dataclass(frozen=True)
-class Occurrence:
+class RecordedEvent:
     """Something that happens at single instants.
 
     Args:
@@ -168,9 +168,9 @@ class Runs:
         return sum(end_s - begin_s for run in spans for begin_s, end_s in run) / self.total_s
 
 
-def find_events(runs: Runs) -> list[Occurrence]:
+def find_events(runs: Runs) -> list[RecordedEvent]:
     """The events of all runs; of one author's events that always coincide, the first."""
-    distinct: dict[tuple[bool, str, tuple[tuple[float, ...], ...]], Occurrence] = {}
+    distinct: dict[tuple[bool, str, tuple[tuple[float, ...], ...]], RecordedEvent] = {}
     for event in (*_messages(runs), *_edges_of_signals(runs), *_messages_by_signal(runs)):
         if 0 < event.count <= MAX_A_RUN * len(runs.runs):
             distinct.setdefault((event.is_state, event.author, event.times), event)
@@ -178,7 +178,7 @@ def find_events(runs: Runs) -> list[Occurrence]:
     return order[:MAX_EVENTS]
 
 
-def _messages(runs: Runs) -> Iterator[Occurrence]:
+def _messages(runs: Runs) -> Iterator[RecordedEvent]:
     """All messages of a topic, and those with a value of a bool or text."""
     for topic, fields in runs.vocabulary.messages.items():
         parts: list[tuple[str, str, str, Value]] = []
@@ -190,10 +190,10 @@ def _messages(runs: Runs) -> Iterator[Occurrence]:
                 values = runs.values(f"{topic}.{name}")
                 parts += [(f'{topic}.{name} == "{text}"', f"{topic} {text}", name, text) for text in values]
         author, is_state = runs.author(topic), runs.state.partition(".")[0] == topic
-        yield Occurrence(f"on({topic})", topic, author, _times(runs, topic, lambda _: True), False, is_state, topic)
+        yield RecordedEvent(f"on({topic})", topic, author, _times(runs, topic, lambda _: True), False, is_state, topic)
         for text, words, name, value in parts:
             times = _times(runs, topic, partial(_has, name, value))
-            yield Occurrence(f"on({topic}) & {text}", topic, author, times, True, is_state, words)
+            yield RecordedEvent(f"on({topic}) & {text}", topic, author, times, True, is_state, words)
 
 
 def _has(name: str, value: Value, message: StoredMessage) -> bool:
@@ -206,7 +206,7 @@ def _times(runs: Runs, topic: str, matches: Callable[[StoredMessage], bool]) -> 
     )
 
 
-def _edges_of_signals(runs: Runs) -> Iterator[Occurrence]:
+def _edges_of_signals(runs: Runs) -> Iterator[RecordedEvent]:
     """When conditions on signals begin and end to hold; bools first, numbers last."""
     order = {bool: 0, str: 1, float: 2}
     kinds = runs.vocabulary.signals
@@ -219,10 +219,10 @@ def _edges_of_signals(runs: Runs) -> Iterator[Occurrence]:
         falls = tuple(tuple(end_s for _, end_s in run if end_s < log.end_s) for run, log in spans)
         for operator, verb, times in (("rise", "begin", rises), ("fall", "end", falls)):
             text, words = f"{operator}({condition.text})", f"{verb} of {condition.words}"
-            yield Occurrence(text, condition.subject, author, times, words=words)
+            yield RecordedEvent(text, condition.subject, author, times, words=words)
 
 
-def _messages_by_signal(runs: Runs) -> Iterator[Occurrence]:
+def _messages_by_signal(runs: Runs) -> Iterator[RecordedEvent]:
     """Messages while a bool of the world or of people holds, and while not: an order with and without a cup.
 
     Signals of the code under test may be its reaction already, at the same instant.
@@ -243,7 +243,7 @@ def _messages_by_signal(runs: Runs) -> Iterator[Occurrence]:
             )
             if MIN_SUPPORT <= sum(map(len, times)) <= total - MIN_SUPPORT:
                 text, words = f"on({topic}) & {condition.text}", f"{topic} with {condition.words}"
-                yield Occurrence(text, topic, runs.author(topic), times, is_part=True, words=words)
+                yield RecordedEvent(text, topic, runs.author(topic), times, is_part=True, words=words)
 
 
 def signal_conditions(runs: Runs) -> list[SignalCondition]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.extra.suggestion.absence import absences
 from pytest_hricdv.extra.suggestion.bounds import bounds
-from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, Candidate
+from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCandidate
 from pytest_hricdv.extra.suggestion.events import Runs, find_events
 from pytest_hricdv.extra.suggestion.precedence import precedences
 from pytest_hricdv.extra.suggestion.response import responses
@@ -62,7 +62,7 @@ class CandidateScore:
         new: those of them that nothing else notices, as bits.
     """
 
-    candidate: Candidate
+    candidate: RequirementCandidate
     requirement: Requirement
     tally: Tally
     faults: int = 0
@@ -86,7 +86,7 @@ class CandidatePool:
     further: Mapping[str, int] = field(default_factory=dict)
 
     @property
-    def refuted(self) -> int:
+    def refutation_count(self) -> int:
         """How many further runs refuted."""
         return self.candidates - len(self.scores)
 
@@ -149,22 +149,22 @@ def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collec
     return CandidatePool(scores, noticed, len(scores))
 
 
-def find_candidates(runs: Runs) -> list[Candidate]:
+def find_candidates(runs: Runs) -> list[RequirementCandidate]:
     """Candidates of all templates, the most useful first."""
     events = find_events(runs)
-    made: dict[str, Candidate] = {}
+    made: dict[str, RequirementCandidate] = {}
     for candidate in (*responses(runs, events), *precedences(events), *absences(runs, events), *bounds(runs)):
         if candidate.support >= MIN_SUPPORT:
             made.setdefault(candidate.formula, candidate)
     return sorted(made.values(), key=_usefulness)[:MAX_CANDIDATES]
 
 
-def _usefulness(candidate: Candidate) -> tuple[bool, bool, float, str]:
+def _usefulness(candidate: RequirementCandidate) -> tuple[bool, bool, float, str]:
     is_outside, is_of_message, surprise = candidate.worth
     return not is_outside, not is_of_message, -surprise, candidate.formula
 
 
-def _parse(candidate: Candidate, runs: Runs) -> Requirement | None:
+def _parse(candidate: RequirementCandidate, runs: Runs) -> Requirement | None:
     """None for what can never hold, which the language refuses."""
     try:
         formula = parse_formula(candidate.formula, runs.vocabulary)
@@ -232,7 +232,7 @@ def rank(scores: Iterable[CandidateScore], noticed: int = 0) -> list[CandidateSc
     return shown
 
 
-def _are_related(one: Candidate, other: Candidate) -> bool:
+def _are_related(one: RequirementCandidate, other: RequirementCandidate) -> bool:
     """Whether they react to the same event, ask for the same, or are about the same things."""
     if one.antecedent == other.antecedent or one.reaction == other.reaction:
         return True

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, Candidate, capitalize
-from pytest_hricdv.extra.suggestion.events import Occurrence, last_before
+from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCandidate, capitalize
+from pytest_hricdv.extra.suggestion.events import RecordedEvent, last_before
 
 MAX_OF_EVENT = 4
 """Causes of an event that become candidates: those nearest to it."""
 
 
-def precedences(events: Sequence[Occurrence]) -> Iterator[Candidate]:
+def precedences(events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
     """Of all pairs of events whose second one the code under test causes, or a message of the world.
 
     A signal of the world may have changed for a person.
@@ -29,7 +29,7 @@ def precedences(events: Sequence[Occurrence]) -> Iterator[Candidate]:
         yield from [candidate for _, candidate in candidates[:MAX_OF_EVENT]]
 
 
-def _may_cause(cause: Occurrence, event: Occurrence) -> bool:
+def _may_cause(cause: RecordedEvent, event: RecordedEvent) -> bool:
     """Whether one may be the reason of the other: about something else, or about other messages of the topic."""
     # A cause that happens again and again before each event excludes little.
     if cause.count > 8 * event.count:
@@ -40,7 +40,7 @@ def _may_cause(cause: Occurrence, event: Occurrence) -> bool:
     return are_parts and all({*ours}.isdisjoint(others) for ours, others in zip(cause.times, event.times, strict=True))
 
 
-def _longest_lag_s(event: Occurrence, cause: Occurrence) -> float | None:
+def _longest_lag_s(event: RecordedEvent, cause: RecordedEvent) -> float | None:
     """The longest time (s) from a cause to the event; None where an event has no cause of its own."""
     longest_s = 0.0
     for times, causes in zip(event.times, cause.times, strict=True):
@@ -54,8 +54,8 @@ def _longest_lag_s(event: Occurrence, cause: Occurrence) -> float | None:
     return longest_s
 
 
-def _precedence(event: Occurrence, cause: Occurrence) -> Candidate:
-    return Candidate(
+def _precedence(event: RecordedEvent, cause: RecordedEvent) -> RequirementCandidate:
+    return RequirementCandidate(
         "precedence",
         f"{capitalize(event.words)} happens at most once after {cause.words}, and never without it",
         event.text,

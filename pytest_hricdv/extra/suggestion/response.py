@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, Candidate, above, below, number
-from pytest_hricdv.extra.suggestion.events import Occurrence, Runs, next_after
+from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCandidate, above, below, number
+from pytest_hricdv.extra.suggestion.events import RecordedEvent, Runs, next_after
 
 MIN_ANSWERED = 0.9
 """A reaction follows before the next trigger in this share of cases; otherwise it does not react to it."""
@@ -38,7 +38,7 @@ class _Delays:
     by_people: int
 
 
-def responses(runs: Runs, events: Sequence[Occurrence]) -> Iterator[Candidate]:
+def responses(runs: Runs, events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
     """Of all pairs of events whose second one the code under test or the world causes.
 
     What holds for all messages of a topic is not repeated for some of them.
@@ -47,7 +47,7 @@ def responses(runs: Runs, events: Sequence[Occurrence]) -> Iterator[Candidate]:
     for trigger in sorted(events, key=lambda event: event.is_part):
         if trigger.count < MIN_SUPPORT:
             continue
-        candidates: list[tuple[Candidate, float]] = []
+        candidates: list[tuple[RequirementCandidate, float]] = []
         for reaction in events:
             if reaction.author == "person" or reaction is trigger or (trigger.subject, reaction.text) in general:
                 continue
@@ -59,11 +59,13 @@ def responses(runs: Runs, events: Sequence[Occurrence]) -> Iterator[Candidate]:
         yield from [candidate for candidate, _ in candidates[:MAX_OF_TRIGGER]]
 
 
-def _coincide(one: Occurrence, other: Occurrence) -> bool:
+def _coincide(one: RecordedEvent, other: RecordedEvent) -> bool:
     return any(not {*times}.isdisjoint(others) for times, others in zip(one.times, other.times, strict=True))
 
 
-def _response(runs: Runs, trigger: Occurrence, reaction: Occurrence) -> Iterator[tuple[Candidate, float]]:
+def _response(
+    runs: Runs, trigger: RecordedEvent, reaction: RecordedEvent
+) -> Iterator[tuple[RequirementCandidate, float]]:
     """The candidate with the longest delay (s), if the reaction follows."""
     delays = _delays(runs, trigger, reaction)
     if delays is None or len(delays.delays_s) < MIN_SUPPORT or delays.prompt < MIN_ANSWERED * len(delays.delays_s):
@@ -83,7 +85,7 @@ def _response(runs: Runs, trigger: Occurrence, reaction: Occurrence) -> Iterator
     # People notice a second; a minimum far below the maximum says little.
     lower = below(shortest_s, spread_s) if shortest_s >= max(1.0, 0.4 * longest_s) else 0.0
     least = f"not before {number(lower)} s and " if lower else ""
-    candidate = Candidate(
+    candidate = RequirementCandidate(
         "response",
         f"After {trigger.words}, {reaction.words} follows {least}within {number(upper)} s",
         trigger.text,
@@ -97,7 +99,7 @@ def _response(runs: Runs, trigger: Occurrence, reaction: Occurrence) -> Iterator
     yield candidate, longest_s
 
 
-def _delays(runs: Runs, trigger: Occurrence, reaction: Occurrence) -> _Delays | None:
+def _delays(runs: Runs, trigger: RecordedEvent, reaction: RecordedEvent) -> _Delays | None:
     """None if most triggers are followed by nothing."""
     delays_s: list[float] = []
     open_s: list[float] = []
@@ -119,7 +121,7 @@ def _delays(runs: Runs, trigger: Occurrence, reaction: Occurrence) -> _Delays | 
     return _Delays(delays_s, prompt, open_s, by_people)
 
 
-def _base_rate(runs: Runs, reaction: Occurrence, within_s: float) -> float:
+def _base_rate(runs: Runs, reaction: RecordedEvent, within_s: float) -> float:
     """At which share of all times the reaction follows within this time."""
     covered_s = 0.0
     for log, times in zip(runs.logs, reaction.times, strict=True):

@@ -110,7 +110,7 @@ class Suggester:
             runs=len(own),
             validation_runs=len(varied) + len(late),
             candidates=pool.candidates,
-            refuted=pool.refuted,
+            refuted=pool.refutation_count,
             faults=len(of_faults),
             noticed=pool.noticed.bit_count(),
             unreached=unreached,

@@ -73,7 +73,7 @@ class TracesView(View):
 
     def file_lines(self, report: Report, columns: int) -> Iterator[Line]:
         """How many runs were written, and why others were not."""
-        from pytest_hricdv.report.formatting import Line, counted_notes, plural
+        from pytest_hricdv.report.formatting import Line, count_notes, plural
 
         traces = [trace for test in report.tests if (trace := TRACE.of(test)) is not None]
         if not traces:
@@ -81,7 +81,7 @@ class TracesView(View):
         written = sum(trace.file is not None for trace in traces)
         text = f"traces: {written} of {plural(len(traces), 'test')}, beside the report"
         yield Line(text, "ok" if written else "warn")
-        yield from counted_notes((trace.note for trace in traces), columns)
+        yield from count_notes((trace.note for trace in traces), columns)
 
     def of_test(self, report: Report, test: TestResult) -> dict[str, Any]:
         """Its files."""

@@ -124,7 +124,7 @@ class McapTrace:
                 yield TraceEvent(channel, ns(time_s), {"value": text})
 
     def _acts(self) -> Iterator[TraceEvent]:
-        for time_s, number in self.test.begun:
+        for time_s, number in self.test.action_starts:
             action = self.test.concrete.actions[number]
             who = actor_of(action.command) or "test"
             yield _log(time_s, schemas.INFO, who, f"{act_of(action.command)} {_words(action.parameters)}".rstrip())

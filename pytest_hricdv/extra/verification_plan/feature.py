@@ -69,7 +69,7 @@ FEATURE = VerificationPlanFeature()
 
 def merge(reports: Sequence[Report], merged: Report) -> Report:
     """The merged report with the state of the plan, where all reports have the same one."""
-    plans = [[item.wanted() for item in PLAN.of(report)] for report in reports]
+    plans = [[item.without_state() for item in PLAN.of(report)] for report in reports]
     return PLAN.put(merged, evaluate(plans[0], merged)) if all(plan == plans[0] for plan in plans) else merged
 
 
@@ -202,7 +202,7 @@ class PlanView(View):
         """The goals, each with its owner, or that of its section."""
         if not PLAN.of(report):
             return None
-        rows = [(part.title or part.name, owner, part.state, _missing(part)) for part, owner in _owners(report)]
+        rows = [(part.title or part.name, owner, part.state, _describe_gap(part)) for part, owner in _owners(report)]
         return SheetTable("Plan", _headline(PLAN.of(report)[0]), ("Goal", "Owner", "State", "Missing"), tuple(rows))
 
     def section(self, report: Report) -> PageSection | None:
@@ -229,7 +229,7 @@ def _owners(report: Report) -> Iterator[tuple[PlanItem, str]]:
             yield part, owners[-1]
 
 
-def _missing(part: PlanItem) -> str:
+def _describe_gap(part: PlanItem) -> str:
     """What a goal lacks; of a section, how many of its goals are met."""
     from pytest_hricdv.report.formatting import plural
 

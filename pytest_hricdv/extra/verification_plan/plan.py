@@ -62,7 +62,7 @@ class PlanItem(PlainRecord, frozen=True, kw_only=True):
     goals: Count = 0
     met: Count = 0
 
-    def wanted(self) -> PlanItem:
+    def without_state(self) -> PlanItem:
         """The item without its state."""
         return replace(self, state="open", missing=(), goals=0, met=0)
 
@@ -105,14 +105,14 @@ def load_plan(path: Path, subjects: Subjects) -> tuple[PlanItem, ...]:
         raise PlanError(f"{path}: {error.strerror or error}") from None
     except MalformedError as error:
         raise PlanError(f"{path}{error}") from None
-    parts = tuple(_Reader(path, text, subjects).parts("", tables, 0))
+    parts = tuple(_PlanReader(path, text, subjects).parts("", tables, 0))
     if len(parts) == 1:
         raise PlanError(f'{path}: no goal in this plan; expected a table each: [crush], requirements = ["R3"]')
     return parts
 
 
 @dataclass(frozen=True)
-class _Reader:
+class _PlanReader:
     path: Path
     text: str
     subjects: Subjects

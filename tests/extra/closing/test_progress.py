@@ -10,7 +10,7 @@ import pytest
 
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.targets import ClosingProgress, progress_texts
-from pytest_hricdv.report.formatting import fitting
+from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.session.collection import Collection
 from tests.plugin.screen import Screen
 
@@ -83,11 +83,11 @@ OPEN = {"statement": 12, "branch": 3, "verdict": 7, "condition": 21, "plan": 4, 
 )
 def test_on_a_narrow_terminal_it_says_less_and_cuts_nothing(columns: int, shown: str) -> None:
     texts = progress_texts(5, 100, 60.0, OPEN)
-    assert fitting(texts, columns - 1) == f"hricdv: 5 of 100 runs{shown}"
+    assert fit_list(texts, columns - 1) == f"hricdv: 5 of 100 runs{shown}"
 
 
 def test_nothing_open_is_said_on_a_narrow_terminal() -> None:
-    assert fitting(progress_texts(5, 100, 60.0, {}), 39) == "hricdv: 5 of 100 runs, open: nothing"
+    assert fit_list(progress_texts(5, 100, 60.0, {}), 39) == "hricdv: 5 of 100 runs, open: nothing"
 
 
 @pytest.mark.parametrize("columns", [40, 60, 80])

@@ -47,7 +47,7 @@ def traced(tmp_path: Path) -> Callable[[float], ViolationTrace]:
 
     names: dict[str, Callable[[], None]] = {"wait": wait}
     exec(compile(CODE, str(path), "exec"), names)
-    node = greenlet.greenlet(tracing.measured("", names["outer"]))
+    node = greenlet.greenlet(tracing.measure("", names["outer"]))
     while not node.dead:
         node.switch()
     tracing.settle()

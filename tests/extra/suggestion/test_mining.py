@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec import structs
 
-from pytest_hricdv.extra.suggestion.candidate import Candidate
+from pytest_hricdv.extra.suggestion.candidate import RequirementCandidate
 from pytest_hricdv.extra.suggestion.events import Runs
 from pytest_hricdv.extra.suggestion.mining import CandidateScore, Tally, find_candidates, list_open_tests, mine, rank
 from pytest_hricdv.monitor import Requirement, Vocabulary, evaluate, parse_formula
@@ -60,7 +60,7 @@ def test_a_run_with_other_parameters_refutes() -> None:
     pool = mine(views(some_runs()), [], [])
     assert ANSWERED in {score.candidate.formula for score in pool.scores}
     left = pool.check([serving("varied", (9.0, 5.0), refuses_after_s=0.2)])
-    assert left.refuted > 0
+    assert left.refutation_count > 0
     assert ANSWERED not in {score.candidate.formula for score in left.scores}
 
 
@@ -80,7 +80,7 @@ def test_what_notices_many_faults_of_a_kind_comes_before_what_notices_one_more()
 
     def score(topics: str, faults: int) -> CandidateScore:
         first, second = tuple(topics)
-        candidate = Candidate(
+        candidate = RequirementCandidate(
             "response", topics, f"on({first})", f"eventually[0:1](on({second}))", frozenset(topics), 9
         )
         formula = parse_formula(candidate.formula, vocabulary)
