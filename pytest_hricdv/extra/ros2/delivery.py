@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
@@ -103,7 +103,9 @@ class Delivery:
         number = self._numbers[key] = self._numbers.get(key, 0) + 1
         draw = random.Random(f"{self._seed} {sender} {full_name} {direction} {number}")
         name = full_name.partition("/_action/")[0]
-        delay_s = self._draw_s(_of(name, self._declared.delay_s, 0.0), draw)
+        delay_pattern = _pattern(name, self._declared.delay_s)
+        low_s, high_s = _bounds_s(self._declared.delay_s[delay_pattern]) if delay_pattern else (0.0, 0.0)
+        delay_s = draw.uniform(low_s, high_s)
         is_lost = draw.random() < self._share(name, reliable)
         arrives_s = self._now_s() + delay_s
         if not self._may_overtake(name, reliable):
@@ -111,21 +113,12 @@ class Delivery:
             self._last_s[key] = arrives_s
         return Arrival(arrives_s - self._now_s(), is_lost)
 
-    @staticmethod
-    def _draw_s(delay_s: Uniform | float, draw: random.Random) -> float:
-        low_s, high_s = _bounds_s(delay_s)
-        return draw.uniform(low_s, high_s)
-
     def _share(self, name: str, reliable: Callable[[], str]) -> float:
         """The share of messages that are lost."""
         pattern = _pattern(name, self._declared.drop)
-        if not pattern or not self._declared.drop[pattern]:
-            return 0.0
-        return (
-            0.0
-            if self._is_kept(name, pattern, reliable, "drop", "the middleware sends it again")
-            else (self._declared.drop[pattern])
-        )
+        share = self._declared.drop.get(pattern, 0.0)
+        is_kept = bool(share) and self._is_kept(name, pattern, reliable, "drop", "the middleware sends it again")
+        return 0.0 if is_kept else share
 
     def _may_overtake(self, name: str, reliable: Callable[[], str]) -> bool:
         pattern = _pattern(name, self._declared.reorder)
@@ -158,8 +151,3 @@ def _pattern(name: str, patterns: Iterable[str]) -> str:
     """The pattern that means a name: the name itself, or else the first one that matches; empty: none."""
     every = list(patterns)
     return name if name in every else next((pattern for pattern in every if fnmatchcase(name, pattern)), "")
-
-
-def _of(name: str, values: Mapping[str, Uniform | float], default: float) -> Uniform | float:
-    pattern = _pattern(name, values)
-    return values[pattern] if pattern else default

@@ -121,13 +121,14 @@ def _round_up() -> None:
         # Not in `rclpy.utilities`, where it is defined: who asks for it there is told what it is told elsewhere.
         if name.partition(".")[0] == "rclpy" and name != "rclpy.utilities" and _IN_NS in vars(module):
             vars(module)[_IN_NS] = _in_ns
-    duration = getattr(sys.modules.get("rclpy.duration"), "Duration", None)  # it may be in the middle of its import
-    if duration is not None and not hasattr(duration, _ROUNDED_UP):
-        duration.__init__ = _round_up_init(duration.__init__)
-        setattr(duration, _ROUNDED_UP, True)
+    _replace_once("rclpy.duration", "Duration", "__init__", _round_up_init)
 
 
-_ROUNDED_UP = "_is_rounded_up"
+def _replace_once(module: str, kind: str, method: str, replacement: Callable[[Any], Any]) -> None:
+    """Replace a method of a class, unless its module is not loaded, or is in the middle of its import."""
+    owner = getattr(sys.modules.get(module), kind, None)
+    if owner is not None and getattr(owner, method).__module__ != __name__:
+        setattr(owner, method, replacement(getattr(owner, method)))
 
 
 def _round_up_init(original: Callable[..., None]) -> Callable[..., None]:
@@ -157,13 +158,7 @@ def _let_asyncio_await() -> None:
 
     `rclpy` yields until there is a result, so that asyncio would look again and again without time passing.
     """
-    future = getattr(sys.modules.get("rclpy.task"), "Future", None)  # it may be in the middle of its import
-    if future is not None and not hasattr(future, _AWAITED):
-        future.__await__ = _await_method(future.__await__)
-        setattr(future, _AWAITED, True)
-
-
-_AWAITED = "_is_awaited_by_asyncio"
+    _replace_once("rclpy.task", "Future", "__await__", _await_method)
 
 
 def _await_method(original: Callable[..., Generator[Any, Any, Any]]) -> Callable[[Any], Generator[Any, Any, Any]]:

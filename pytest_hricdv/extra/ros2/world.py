@@ -6,8 +6,15 @@ What blocks here blocks a node of the kernel, in simulated time. Messages are th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Generic, TypeVar
+from typing import Any
 
+from pytest_hricdv.declarations.ros2_system import (
+    Caller,
+    RosActionCaller,
+    RosQueue,
+    RosSentGoal,
+    RosWorldNode,
+)
 from pytest_hricdv.extra.ros2 import qos
 from pytest_hricdv.extra.ros2.actions import part_names
 from pytest_hricdv.extra.ros2.clocks import whole_ns
@@ -23,29 +30,26 @@ from pytest_hricdv.runtime.virtual.clocks import uuid4
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
-T = TypeVar("T")
 _LATCHED = qos.Profile(depth=1, durability=qos.TRANSIENT_LOCAL)
 
 
-class MessageQueue(Generic[T]):
-    """A queue of the messages of a topic, as `runtime.Subscription` is one of the bus."""
+class MessageQueue(RosQueue):
+    """A queue of the messages of a topic."""
 
     def __init__(self, subscription: TopicSubscription) -> None:
         self._subscription = subscription
 
     def poll(self) -> Any | None:
-        """The oldest message not yet taken, or None; never blocks."""
         self._subscription.kernel.count_poll()
         taken = self._subscription.take_message(self._subscription.kind, False)
         return None if taken is None else taken[0]
 
     def wait(self, timeout_s: float) -> Any | None:
-        """Block until there is a message, at most `timeout_s`; None on time-out."""
         wait_for("subscription", self._subscription, timeout_s)
         return self.poll()
 
 
-class WorldNode:
+class WorldNode(RosWorldNode):
     """A node of the world in the ROS graph.
 
     Args:
@@ -65,22 +69,14 @@ class WorldNode:
         return self._node
 
     def publisher(self, topic: str, kind: str | type[Any], depth: int = 10, *, latched: bool = False) -> Publisher:
-        """A publisher: call its `publish(message)`.
-
-        Args:
-            kind: the type, as "std_msgs/msg/String", or its class.
-            latched: whether a later subscription gets the last message ("transient local").
-        """
         profile = _LATCHED if latched else qos.Profile(depth=depth)
         return Publisher(self._node, _class(kind, "msg"), topic, profile)
 
-    def subscribe(self, topic: str, kind: str | type[Any], depth: int = 1000) -> MessageQueue[Any]:
-        """A queue of the messages of a topic from now on. It takes what any publisher offers."""
+    def subscribe(self, topic: str, kind: str | type[Any], depth: int = 1000) -> MessageQueue:
         profile = qos.Profile(depth=depth, reliability=qos.BEST_EFFORT)
         return MessageQueue(TopicSubscription(self._node, _class(kind, "msg"), topic, profile))
 
     def serve(self, name: str, kind: str | type[Any], answer: Callable[[Any, Any], Any]) -> None:
-        """Serve from now on: `answer(request, response)` returns the response, and may block."""
         srv = _class(kind, "srv")
         service = ServiceServer(self._node, srv, name, qos.Profile())
 
@@ -94,11 +90,9 @@ class WorldNode:
         self._kernel.spawn(f"{self._node.get_node_name()}: {name}", serve_requests)
 
     def client(self, name: str, kind: str | type[Any]) -> ServiceClient:
-        """A client of a service."""
         return ServiceClient(Client(self._node, _class(kind, "srv"), name, qos.Profile()))
 
     def action(self, name: str, kind: str | type[Any]) -> ActionCaller:
-        """A client of an action."""
         return ActionCaller(self._node, name, _class(kind, "action"))
 
     def serve_action(
@@ -110,14 +104,6 @@ class WorldNode:
         accept: Callable[[Any], bool] = lambda goal: True,
         may_cancel: Callable[[ServedGoal], bool] = lambda goal: True,
     ) -> None:
-        """Serve an action from now on.
-
-        Args:
-            execute: called with each goal that was accepted (`ServedGoal`), in a node of the kernel of its own; it may
-                block, and ends the goal with `succeed`, `abort` or `cancel`.
-            accept: whether a goal is accepted, by its message.
-            may_cancel: whether a goal is cancelled when a client asks for it.
-        """
         ServedAction(self._node, name, _class(kind, "action"), execute, accept, may_cancel)
 
 
@@ -141,14 +127,13 @@ _LOOKS_EVERY_S = 0.01
 """How often a client looks whether there is a server. Servers appear in the first milliseconds, if they do."""
 
 
-class ServiceClient:
+class ServiceClient(Caller):
     """A client of a service."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
 
     def call(self, timeout_s: float, **fields: Any) -> Any | None:
-        """Ask with a request that has these fields; the response, or None if there is none within `timeout_s`."""
         return answer(self._client, self._client.kind.Request(**fields), timeout_s)
 
 
@@ -182,7 +167,7 @@ _FEEDBACK_DEPTH = 1000
 """Feedback messages kept until they are taken, as for the subscriptions of the world: 100 s at 10 Hz."""
 
 
-class SentGoal:
+class SentGoal(RosSentGoal):
     """A goal that was sent, and accepted."""
 
     def __init__(
@@ -194,7 +179,6 @@ class SentGoal:
         self._response: Any = None
 
     def feedback(self, timeout_s: float) -> Any | None:
-        """The oldest feedback not yet taken, as `NavigateToPose.Feedback`; None if there is none within `timeout_s`."""
         feedback, kernel = self._feedback, self._node.kernel
         assert feedback is not None, "whoever gets a goal hears its feedback"
         end_s = kernel.now_s + timeout_s
@@ -208,12 +192,6 @@ class SentGoal:
                 return message.feedback
 
     def result(self, timeout_s: float) -> Any | None:
-        """Wait until the goal is over.
-
-        Returns:
-            Its `status`, as `action_msgs/msg/GoalStatus` numbers it, and its `result`; None if it is not over within
-            `timeout_s`: call it again to go on waiting.
-        """
         if self._response is not None:
             return self._response
         assert self._asked is not None, "who is accepted has asked"
@@ -231,7 +209,6 @@ class SentGoal:
         self._asked.send_request(request)
 
     def cancel(self, timeout_s: float) -> bool:
-        """Ask to cancel it; whether the server will. It is over when there is a result."""
         request = self._types.CancelGoalService.Request()
         request.goal_info.goal_id.uuid = self._goal_id
         client = self._client("cancel_goal", self._types.CancelGoalService)
@@ -244,7 +221,7 @@ class SentGoal:
         return Client(self._node, kind, self._names[part], qos.Profile())
 
 
-class ActionCaller:
+class ActionCaller(RosActionCaller):
     """A client of an action."""
 
     def __init__(self, node: GraphNode, name: str, kind: Any) -> None:
@@ -253,19 +230,12 @@ class ActionCaller:
         self._goal = Client(node, self._types.SendGoalService, self._names["send_goal"], qos.Profile())
 
     def call(self, timeout_s: float, **fields: Any) -> Any | None:
-        """Send a goal that has these fields, and wait until it is over.
-
-        Returns:
-            Its `status`, as `action_msgs/msg/GoalStatus` numbers it, and its `result`; None if the goal was not
-            accepted, or is not over within `timeout_s`.
-        """
         kernel = self._node.kernel
         end_s = kernel.now_s + timeout_s
         goal = self._send_goal(timeout_s, fields, None)
         return None if goal is None else goal.result(max(end_s - kernel.now_s, 0.0))
 
     def send(self, timeout_s: float, **fields: Any) -> SentGoal | None:
-        """Send a goal that has these fields, beside others; None if it is not accepted within `timeout_s`."""
         # Before the goal is sent, so that no feedback is missed.
         profile = qos.Profile(depth=_FEEDBACK_DEPTH)
         feedback = TopicSubscription(self._node, self._types.FeedbackMessage, self._names["feedback"], profile)

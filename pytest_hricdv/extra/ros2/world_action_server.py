@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pytest_hricdv.declarations.ros2 import Ros2Error
+from pytest_hricdv.declarations.ros2_system import RosServedGoal
 from pytest_hricdv.extra.ros2.actions import ActionGoalHandle, ActionServer, GoalEvent, GoalState
 from pytest_hricdv.extra.ros2.clocks import Clock, ClockType
 from pytest_hricdv.extra.ros2.contexts import GraphNode
@@ -30,7 +31,7 @@ _REJECTED = 1
 Execute = Callable[["ServedGoal"], object]
 
 
-class ServedGoal:
+class ServedGoal(RosServedGoal):
     """A goal that the world has accepted. What `execute` gets; another node of the world may end it, too."""
 
     def __init__(self, action: ServedAction, goal_id: Any, request: Any, handle: ActionGoalHandle) -> None:
@@ -54,17 +55,13 @@ class ServedGoal:
 
     @property
     def is_over(self) -> bool:
-        """Whether it has succeeded, was aborted or is cancelled."""
         return not self._handle.is_active()
 
     @property
     def is_canceling(self) -> bool:
-        """Whether a client has asked to cancel it, and may."""
         return self.status is GoalState.CANCELING
 
     def wait(self, timeout_s: float) -> bool:
-        """Go on with the goal for `timeout_s`; True, at once, when there is nothing to go on with: it is to be
-        cancelled, or over."""
         kernel = self._action.kernel
         end_us = kernel.now_us + round(timeout_s * US_PER_S)
         while not (self.is_over or self.is_canceling):
@@ -78,23 +75,15 @@ class ServedGoal:
         return True
 
     def feedback(self, **fields: Any) -> None:
-        """Publish feedback that has these fields."""
         self._action.publish_feedback(self, fields)
 
     def succeed(self, **fields: Any) -> None:
-        """End it: it has succeeded, with a result that has these fields."""
         self._end(GoalEvent.SUCCEED, fields)
 
     def abort(self, **fields: Any) -> None:
-        """End it: it has failed, with a result that has these fields."""
         self._end(GoalEvent.ABORT, fields)
 
     def cancel(self, **fields: Any) -> None:
-        """End it as cancelled, which a client has asked for, with a result that has these fields.
-
-        Raises:
-            RCLError: nobody has asked to cancel it.
-        """
         self._end(GoalEvent.CANCELED, fields)
 
     def _end(self, event: GoalEvent, fields: dict[str, Any]) -> None:

@@ -197,6 +197,7 @@ def test_a_package_of_messages_beside_a_node_is_no_code_under_test(tmp_path: Pat
     assert [part.name for part in draft.code.received[0].fields] == ["drink"]
 
 
+@pytest.mark.skipif(find_spec("rosidl_adapter") is None, reason="needs rosidl_adapter")
 def test_a_package_of_nodes_and_messages_is_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     texts = {
         "package.xml": "<package><name>bar_robot</name></package>",

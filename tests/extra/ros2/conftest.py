@@ -11,22 +11,10 @@ from pytest_hricdv.extra.ros2 import interface_packages
 HERE = Path(__file__).parent
 
 
-def _forget(packages: set[str]) -> None:
-    for name in [loaded for loaded in sys.modules if loaded.partition(".")[0] in packages]:
-        del sys.modules[name]
-
-
-@pytest.fixture
-def cell_msgs(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Packages of interfaces that can be imported, as those of a workspace that is sourced."""
-    monkeypatch.syspath_prepend(HERE / "interfaces")
-    yield
-    _forget({"cell_msgs"})
-
-
 @pytest.fixture
 def interfaces(tmp_path: Path) -> Iterator[Callable[[Mapping[str, str]], None]]:
     """Lets packages be imported of which there are interface files, by their paths; those of `interface_files`, too."""
+    pytest.importorskip("rosidl_adapter", reason="needs rosidl_adapter, of a ROS 2 distribution or from pip")
     before = dict(interface_packages._FINDER.folders)
     imported = set(sys.modules)
 
@@ -52,4 +40,16 @@ def ros_messages(interfaces: Callable[[Mapping[str, str]], None]) -> None:
     interfaces({})
 
 
-collect_ignore = ["table"]  # a project of its own, which test_table.py runs
+@pytest.fixture
+def cell_msgs(interfaces: Callable[[Mapping[str, str]], None]) -> None:
+    """Messages of a cell."""
+    interfaces(
+        {
+            "cell_msgs/msg/Point.msg": "float64 x\nfloat64 y\n",
+            "cell_msgs/msg/Scan.msg": "string frame\nbool near\nint32 count\nPoint origin\nfloat64[] ranges\n"
+            "string[] labels\n",
+            "cell_msgs/msg/Other.msg": "string frame\n",
+            "cell_msgs/srv/Grasp.srv": "float64 force\n---\nbool held\n",
+            "cell_msgs/action/Fetch.action": "string part\n---\nbool found\n---\nfloat64 way\n",
+        }
+    )

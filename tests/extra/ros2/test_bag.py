@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import array
 import math
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any
 
 import pytest
 from mcap.reader import make_reader
@@ -15,102 +15,75 @@ from mcap_ros2.decoder import DecoderFactory
 
 from pytest_hricdv.extra.ros2 import bag_writer
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
-from pytest_hricdv.extra.ros2.messages import RosMessage
+from pytest_hricdv.extra.ros2.messages import RosMessage, import_type
 from pytest_hricdv.runtime import Recorder
-from tests.extra.ros2.test_cdr import Array, BasicType, NamespacedType, UnboundedSequence, UnboundedString
 
-_POINT = NamespacedType((__name__,), "Point")
-
-
-class _Message:
-    TYPES: ClassVar[dict[str, tuple[str, Any, Any]]] = {}
-    SLOT_TYPES: tuple[Any, ...] = ()
-
-    def __init_subclass__(cls) -> None:
-        cls.__module__ = "cell_msgs.msg._types"
-        cls.SLOT_TYPES = tuple(type_ for _, type_, _ in cls.TYPES.values())
-
-    def __init__(self, **values: Any) -> None:
-        vars(self).update({name: default for name, (_, _, default) in self.TYPES.items()} | values)
-
-    @classmethod
-    def get_fields_and_field_types(cls) -> dict[str, str]:
-        return {name: written for name, (written, _, _) in cls.TYPES.items()}
+_FILES = {
+    "cell_io/msg/Empty.msg": "",
+    "cell_io/msg/Point.msg": "float64 x\nuint8 kind\n",
+    "cell_io/msg/Scan.msg": "bool near\nstring frame\nint16[3] counts\nfloat32[] ranges\nPoint origin\n"
+    "Point[<=5] points\nstring[] names\nint64 stamp\n",
+}
 
 
-class Point(_Message):
-    TYPES: ClassVar[dict[str, tuple[str, Any, Any]]] = {
-        "x": ("double", BasicType("double"), 0.0),
-        "kind": ("uint8", BasicType("uint8"), 0),
-    }
+@pytest.fixture
+def cell_io(interfaces: Callable[[Mapping[str, str]], None]) -> Any:
+    """The classes of some messages."""
+    interfaces(_FILES)
+    names = ("Empty", "Point", "Scan")
+    return SimpleNamespace(**{name: import_type(f"cell_io/msg/{name}", "msg") for name in names})
 
 
-class Scan(_Message):
-    TYPES: ClassVar[dict[str, tuple[str, Any, Any]]] = {
-        "near": ("boolean", BasicType("boolean"), False),
-        "frame": ("string", UnboundedString(), ""),
-        "counts": ("int16[3]", Array(BasicType("int16"), 3), array.array("h", [0, 0, 0])),
-        "ranges": ("sequence<float>", UnboundedSequence(BasicType("float")), array.array("f")),
-        "origin": ("cell_msgs/Point", _POINT, Point()),
-        "points": ("sequence<cell_msgs/Point, 5>", UnboundedSequence(_POINT), []),
-        "names": ("sequence<string>", UnboundedSequence(UnboundedString()), []),
-        "stamp": ("int64", BasicType("int64"), 0),
-    }
+def _scan(cell_io: Any) -> Any:
+    return cell_io.Scan(
+        near=True,
+        frame="map",
+        counts=[1, -2, 3],
+        ranges=[0.5, math.inf],
+        origin=cell_io.Point(x=1.5, kind=7),
+        points=[cell_io.Point(x=2.5), cell_io.Point(kind=255)],
+        names=["a", "ä"],
+        stamp=-(2**62),
+    )
 
 
-class Empty(_Message):
-    pass
-
-
-SCAN = Scan(
-    near=True,
-    frame="map",
-    counts=array.array("h", [1, -2, 3]),
-    ranges=array.array("f", [0.5, math.inf]),
-    origin=Point(x=1.5, kind=7),
-    points=[Point(x=2.5), Point(kind=255)],
-    names=["a", "ä"],
-    stamp=-(2**62),
-)
-
-
-def test_a_definition_has_those_of_what_it_contains() -> None:
-    assert bag_writer.definition_of(Scan) == "\n".join(
+def test_a_definition_has_those_of_what_it_contains(cell_io: Any) -> None:
+    assert bag_writer.definition_of(cell_io.Scan) == "\n".join(
         [
             "bool near",
             "string frame",
             "int16[3] counts",
             "float32[] ranges",
-            "cell_msgs/Point origin",
-            "cell_msgs/Point[<=5] points",
+            "cell_io/Point origin",
+            "cell_io/Point[<=5] points",
             "string[] names",
             "int64 stamp",
             "=" * 80,
-            "MSG: cell_msgs/Point",
+            "MSG: cell_io/Point",
             "float64 x",
             "uint8 kind",
         ]
     )
 
 
-def _record() -> Any:
+def _record(cell_io: Any) -> Any:
     recorder = Recorder()
     for number, source in enumerate(
         [
-            RosMessage("/cell/scan", "", SCAN),
-            RosMessage("/grasp", "request", Empty()),
+            RosMessage("/cell/scan", "", _scan(cell_io)),
+            RosMessage("/grasp", "request", cell_io.Empty()),
             None,
-            RosMessage("/done", "", Empty()),
-            RosMessage("/cell/scan", "", Scan()),
+            RosMessage("/done", "", cell_io.Empty()),
+            RosMessage("/cell/scan", "", cell_io.Scan()),
         ]
     ):
         recorder.message(number / 4, "lidar", "topic", {}, source)
     return recorder.finish()
 
 
-def test_the_messages_of_topics_are_read_back(tmp_path: Path) -> None:
+def test_the_messages_of_topics_are_read_back(tmp_path: Path, cell_io: Any) -> None:
     file = tmp_path / "run.ros2.mcap"
-    assert bag_writer.write_bag(file, _record())
+    assert bag_writer.write_bag(file, _record(cell_io))
     with file.open("rb") as opened:
         reader = make_reader(opened, decoder_factories=[DecoderFactory()])
         assert reader.get_header().profile == "ros2"
@@ -122,8 +95,8 @@ def test_the_messages_of_topics_are_read_back(tmp_path: Path) -> None:
         ("/done", EPOCH_NS + 750_000_000),
         ("/cell/scan", EPOCH_NS + 1_000_000_000),
     ]
-    assert _plain(found[0][2]) == _plain(SCAN)
-    assert _plain(found[2][2]) == _plain(Scan())
+    assert _plain(found[0][2]) == _plain(_scan(cell_io))
+    assert _plain(found[2][2]) == _plain(cell_io.Scan())
 
 
 def _plain(message: Any) -> dict[str, Any]:
@@ -168,9 +141,9 @@ def test_generated_messages_are_read_back(tmp_path: Path) -> None:
     assert (bytes(cloud.data), image.format, bytes(image.data)) == (b"abcd", "png", b"\x89P")
 
 
-def test_the_same_run_gives_the_same_bytes(tmp_path: Path) -> None:
+def test_the_same_run_gives_the_same_bytes(tmp_path: Path, cell_io: Any) -> None:
     for name in ("one", "two"):
-        bag_writer.write_bag(tmp_path / name, _record())
+        bag_writer.write_bag(tmp_path / name, _record(cell_io))
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
 

@@ -9,16 +9,13 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.extra.ros2 import contexts
-from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, RosTimer
-from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.qos import Profile
 from pytest_hricdv.extra.ros2.services import Client, ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
-from pytest_hricdv.extra.ros2.wait_set import GuardCondition
 from pytest_hricdv.runtime import Kernel, NodeError
 from pytest_hricdv.runtime.virtual import VirtualModules
-from tests.extra.ros2.system import Grasp, Reading, node, run
+from tests.extra.ros2.system import Grasp, Reading, node
 
 Entities = dict[str, Any]
 
@@ -40,41 +37,6 @@ def _visible(observer: contexts.GraphNode) -> list[int]:
         observer.get_count_subscribers("/goal"),
         len(observer.get_node_names_and_namespaces()),
     ]
-
-
-def test_the_others_hear_that_a_publisher_is_gone_once() -> None:
-    def robot(kernel: Kernel) -> None:
-        arm, observer = node("arm"), node("observer")
-        publisher = Publisher(arm, Reading, "/scan", Profile())
-        heard = TopicSubscription(observer, Reading, "/scan", Profile()).events
-        arm.context.shutdown()
-        publisher.destroy_when_not_in_use()
-        assert (heard.matched.current_count, heard.liveliness_changed.alive_count) == (0, 0)
-
-    run(robot)
-
-
-@pytest.mark.parametrize(
-    ("use", "action"),
-    [
-        (lambda arm: RosTimer(Clock(ClockType.STEADY_TIME), arm.context, 1000), "create timer"),
-        (lambda arm: GuardCondition(arm.context), "create guard condition"),
-        (lambda arm: Publisher(arm, Reading, "/scan", Profile()), "use /scan"),
-        (lambda arm: TopicSubscription(arm, Reading, "/scan", Profile()), "use /scan"),
-        (lambda arm: ServiceServer(arm, Grasp, "/grasp", Profile()), "use /grasp"),
-        (lambda arm: Client(arm, Grasp, "/grasp", Profile()), "use /grasp"),
-    ],
-)
-def test_nothing_can_be_made_in_a_context_that_is_shut_down(
-    use: Callable[[contexts.GraphNode], Any], action: str
-) -> None:
-    def robot(kernel: Kernel) -> None:
-        arm = node("arm")
-        arm.context.shutdown()
-        with pytest.raises(RCLError, match=f"failed to {action}: the given context is not valid"):
-            use(arm)
-
-    run(robot)
 
 
 @pytest.fixture

@@ -26,30 +26,19 @@ from tests.extra.ros2.system import Reading, node, run, wait
 _MS = 1_000_000
 
 
-def test_a_period_of_less_than_the_kernels_resolution_lets_time_pass() -> None:
+@pytest.mark.parametrize(("period_ns", "calls", "least_us"), [(300, 1000, 300), (0, 100, 99)])
+def test_a_period_of_less_than_the_kernels_resolution_lets_time_pass(period_ns: int, calls: int, least_us: int) -> None:
+    """A timer without a period is due as often as the machine can call it; here as often as time passes."""
+
     def robot(kernel: Kernel) -> None:
-        timer = RosTimer(Clock(ClockType.STEADY_TIME), node("robot").context, 300)
-        for _ in range(1000):
+        timer = RosTimer(Clock(ClockType.STEADY_TIME), node("robot").context, period_ns)
+        for _ in range(calls):
             wait("timer", [timer])
             timer.call_timer()
 
     kernel, why = run(robot)
     assert why == "idle"
-    assert 0.0003 <= kernel.now_s <= 0.0011
-
-
-def test_a_timer_without_a_period_lets_time_pass() -> None:
-    """It is due as often as the machine can call it; here as often as time passes."""
-
-    def robot(kernel: Kernel) -> None:
-        timer = RosTimer(Clock(ClockType.STEADY_TIME), node("robot").context, 0)
-        for _ in range(100):
-            assert wait("timer", [timer]) == [0]
-            timer.call_timer()
-
-    kernel, why = run(robot)
-    assert why == "idle"
-    assert kernel.now_us == 99
+    assert least_us <= kernel.now_us <= least_us + 800
 
 
 @given(st.floats(0.0, 1e6))
@@ -147,24 +136,6 @@ def test_a_loop_that_polls_without_end_is_an_error() -> None:
 
     with pytest.raises(KernelError, match=r"polls without time passing, at \S+: a loop must sleep"):
         run(robot)
-
-
-def test_who_waits_for_ever_leaves_the_run_idle() -> None:
-    def robot(kernel: Kernel) -> None:
-        wait("guard_condition", [GuardCondition(node("robot").context)])
-
-    assert run(robot)[1] == "idle"
-
-
-def test_an_index_or_kind_that_is_none_is_refused() -> None:
-    def robot(kernel: Kernel) -> None:
-        waiting = WaitSet()
-        with pytest.raises(RuntimeError, match="'lidar' is not a known entity"):
-            waiting.get_ready_entities("lidar")
-        with pytest.raises(IndexError, match="too big"):
-            waiting.is_ready("timer", 0)
-
-    run(robot)
 
 
 def test_a_handle_is_valid_until_its_last_use_ends() -> None:

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +14,7 @@ from pytest_hricdv._base.input_file import write_ahead_log
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.extra.ros2.clocks import system_ns
-from pytest_hricdv.extra.ros2.messages import CdrError, class_of, deserialize, import_type
+from pytest_hricdv.extra.ros2.messages import CdrError, deserialize, import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.run import TestbenchError
 
@@ -139,32 +138,19 @@ def _classes(content: BagContent, topics: set[str]) -> dict[str, Any]:
     return classes
 
 
-def _shift(message: Any, moved: Callable[[int], int]) -> None:
+def _shift(message: Any, move: Callable[[int], int]) -> None:
     """Move the stamps of all headers in a message; those that are 0 mean that there is none."""
+    if type(message).__name__ == "Header":
+        ns = message.stamp.sec * _NS_PER_S + message.stamp.nanosec
+        if ns:
+            message.stamp.sec, message.stamp.nanosec = divmod(max(move(ns), 0), _NS_PER_S)
+        return
     for name, type_ in zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True):
         of = getattr(type_, "value_type", type_)
-        if not hasattr(of, "namespaces") or not _has_headers(class_of(of)):
-            continue
-        value = getattr(message, name)
-        for inner in value if of is not type_ else [value]:
-            if type(inner).__name__ == "Header":
-                _shift_header(inner, moved)
-            else:
-                _shift(inner, moved)
-
-
-def _shift_header(header: Any, moved: Callable[[int], int]) -> None:
-    ns = header.stamp.sec * _NS_PER_S + header.stamp.nanosec
-    if ns:
-        header.stamp.sec, header.stamp.nanosec = divmod(max(moved(ns), 0), _NS_PER_S)
-
-
-@cache
-def _has_headers(kind: Any) -> bool:
-    if kind.__name__ == "Header":
-        return True
-    types = [getattr(type_, "value_type", type_) for type_ in kind.SLOT_TYPES]
-    return any(hasattr(of, "namespaces") and _has_headers(class_of(of)) for of in types)
+        if hasattr(of, "namespaces"):
+            value = getattr(message, name)
+            for inner in value if of is not type_ else [value]:
+                _shift(inner, move)
 
 
 _METADATA = "metadata.yaml"

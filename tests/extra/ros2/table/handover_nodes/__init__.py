@@ -1,1 +1,0 @@
-"""The handover of table legs as nodes of ROS 2: voice, sensors and robot. They use `rclpy` only."""
