@@ -24,7 +24,6 @@ from pytest_hricdv.extra.ros2 import (
     names,
     qos,
 )
-from pytest_hricdv.extra.ros2.actions import ActionClient, ActionGoalHandle, ActionServer
 from pytest_hricdv.extra.ros2.executor import events_executor
 from pytest_hricdv.extra.ros2.services import Client, IntrospectionState, RequestId, ServiceInfo, ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
@@ -120,64 +119,47 @@ def _no_op(*_: object) -> None:
     """What has no effect in a simulated run."""
 
 
+_SAME_NAMES = (
+    *(handles.Destroyable, handles.RCLError, handles.InvalidHandle, contexts.Context, GuardCondition, WaitSet),
+    *(Publisher, Client, actions.ActionClient, actions.ActionServer, actions.ActionGoalHandle, actions.GoalEvent),
+    *(clocks.Clock, clocks.ClockType, clocks.ClockChange, clocks.ClockEvent, clocks.TimerCancelledError),
+    *(events.EventHandle, events.UnsupportedEventTypeError, qos.QoSCompatibility, lifecycle.LifecycleStateMachine),
+    *(TypeDescriptionService, SignalHandlerOptions, graph.NodeNameNonExistentError, arguments.UnknownROSArgsError),
+)
+
 _CLASSES: dict[str, Any] = {
-    "Destroyable": handles.Destroyable,
-    "Context": contexts.Context,
+    **{kind.__name__: kind for kind in _SAME_NAMES},
     "Node": RosoutNode,
-    "Publisher": Publisher,
     "Subscription": TopicSubscription,
-    "Client": Client,
     "Service": ServiceServer,
+    "Timer": clocks.RosTimer,
     "rmw_service_info_t": ServiceInfo,
     "rmw_request_id_t": RequestId,
-    "Clock": clocks.Clock,
-    "ClockType": clocks.ClockType,
-    "ClockChange": clocks.ClockChange,
-    "ClockEvent": clocks.ClockEvent,
-    "Timer": clocks.RosTimer,
     "rcl_time_point_t": clocks.TimePoint,
     "rcl_duration_t": clocks.Duration,
-    "GuardCondition": GuardCondition,
-    "WaitSet": WaitSet,
     "rmw_qos_profile_t": qos.RmwProfile,
     "rmw_qos_policy_kind_t": qos.QosPolicyKind,
     "_rmw_qos_profile_dict": dict,
     "_TopicEndpointInfoDict": dict,
-    "QoSCompatibility": qos.QoSCompatibility,
     "QoSCheckCompatibleResult": qos.CompatibilityResult,
-    "EventHandle": events.EventHandle,
     "rcl_publisher_event_type_t": events.PublisherEventType,
     "rcl_subscription_event_type_t": events.SubscriptionEventType,
-    "rmw_requested_deadline_missed_status_t": events.CountStatus,
-    "rmw_offered_deadline_missed_status_t": events.CountStatus,
-    "rmw_message_lost_status_t": events.CountStatus,
-    "rmw_liveliness_lost_status_t": events.CountStatus,
-    "rmw_incompatible_type_status_t": events.CountStatus,
+    **{
+        f"rmw_{name}_status_t": events.CountStatus
+        for name in (
+            *("requested_deadline_missed", "offered_deadline_missed", "message_lost", "liveliness_lost"),
+            "incompatible_type",
+        )
+    },
     "rmw_liveliness_changed_status_t": events.LivelinessChangedStatus,
     "rmw_requested_qos_incompatible_event_status_t": events.QosIncompatibleStatus,
     "rmw_offered_qos_incompatible_event_status_t": events.QosIncompatibleStatus,
     "rmw_matched_status_t": events.MatchedStatus,
-    "TypeDescriptionService": TypeDescriptionService,
-    "SignalHandlerOptions": SignalHandlerOptions,
-    "GoalEvent": actions.GoalEvent,
-    "LifecycleStateMachine": lifecycle.LifecycleStateMachine,
     "TransitionCallbackReturnType": lifecycle.CallbackReturn,
-    "ActionClient": ActionClient,
-    "ActionServer": ActionServer,
-    "ActionGoalHandle": ActionGoalHandle,
     "RCUTILS_LOG_SEVERITY": logging.Severity,
-}
-
-_ERRORS: dict[str, type[Exception]] = {
-    "RCLError": handles.RCLError,
-    "InvalidHandle": handles.InvalidHandle,
     "RCUtilsError": RuntimeError,
     "RMWError": RuntimeError,
     "RCLInvalidROSArgsError": arguments.InvalidROSArgsError,
-    "UnknownROSArgsError": arguments.UnknownROSArgsError,
-    "NodeNameNonExistentError": graph.NodeNameNonExistentError,
-    "TimerCancelledError": clocks.TimerCancelledError,
-    "UnsupportedEventTypeError": events.UnsupportedEventTypeError,
     "NotImplementedError": NotImplementedError,
 }
 
@@ -187,10 +169,6 @@ _CONSTANTS: dict[str, object] = {
     "RMW_QOS_DEADLINE_BEST_AVAILABLE": qos.BEST_AVAILABLE_NS,
     "RMW_QOS_LIVELINESS_LEASE_DURATION_BEST_AVAILABLE": qos.BEST_AVAILABLE_NS,
 }
-
-
-def _expand(name: str, node: str, namespace: str) -> str:
-    return names.expand(name, node, namespace)
 
 
 def _resolve(node: contexts.GraphNode, name: str, only_expand: bool, is_service: bool) -> str:
@@ -216,7 +194,7 @@ def _install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOption
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_remove_ros_args": arguments.without_ros,
     "rclpy_get_rmw_implementation_identifier": lambda: "pytest_hricdv",
-    "rclpy_expand_topic_name": _expand,
+    "rclpy_expand_topic_name": names.expand,
     "rclpy_resolve_name": _resolve,
     "rclpy_remap_topic_name": contexts.GraphNode.remap,
     "rclpy_get_validation_error_for_topic_name": names.topic_name_fault,
@@ -263,7 +241,7 @@ def extension() -> ModuleType:
     made = ModuleType(NAME, __doc__)
     introspection = ModuleType(f"{NAME}.service_introspection")
     vars(introspection)["ServiceIntrospectionState"] = IntrospectionState
-    vars(made).update({**_CLASSES, **_ERRORS, **_CONSTANTS, **_FUNCTIONS, "service_introspection": introspection})
+    vars(made).update({**_CLASSES, **_CONSTANTS, **_FUNCTIONS, "service_introspection": introspection})
 
     # A distribution that is newer than this may use further names: then it says which, when it does.
     def find_name(name: str) -> Any:

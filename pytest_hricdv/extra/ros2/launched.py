@@ -40,6 +40,7 @@ class LaunchedProcess:
         namespace: of its node.
         arguments: of its command line, without those for ROS, and without the first.
         parameters: of its node, name -> value.
+        argv: its command line, as the launch file makes it.
     """
 
     name: str
@@ -47,17 +48,12 @@ class LaunchedProcess:
     arguments: tuple[str, ...]
     parameters: Mapping[str, Any]
     _kernel: Kernel = field(repr=False)
-    _argv: tuple[str, ...] = field(repr=False)
-
-    @property
-    def argv(self) -> tuple[str, ...]:
-        """Its command line, as the launch file makes it."""
-        return self._argv
+    argv: tuple[str, ...] = field(repr=False)
 
     @cached_property
     def node(self) -> WorldNode:
         """Its node in the graph, with the remappings of the launch file, as `run.ros2(...).node(...)` returns one."""
-        context = Context(list(self._argv), DEFAULT_DOMAIN, self._kernel)
+        context = Context(list(self.argv), DEFAULT_DOMAIN, self._kernel)
         return WorldNode(self._kernel, self.name, self.namespace, context)
 
     def sleep(self, duration_s: float) -> None:

@@ -81,6 +81,14 @@ def _graph() -> tuple[Transition, ...]:
 
 
 _GRAPH = _graph()
+_SERVICES = {
+    "change_state": "ChangeState",
+    "get_state": "GetState",
+    "get_available_states": "GetAvailableStates",
+    "get_available_transitions": "GetAvailableTransitions",
+    "get_transition_graph": "GetAvailableTransitions",
+}
+"""Name of a service of a managed node -> its type in `lifecycle_msgs`."""
 
 
 class LifecycleStateMachine(Destroyable):
@@ -89,12 +97,6 @@ class LifecycleStateMachine(Destroyable):
     Raises:
         TypeError: `enable_com_interface` is no bool.
     """
-
-    service_change_state: ServiceServer | None = None
-    service_get_state: ServiceServer | None = None
-    service_get_available_states: ServiceServer | None = None
-    service_get_available_transitions: ServiceServer | None = None
-    service_get_transition_graph: ServiceServer | None = None
 
     def __init__(self, node: GraphNode, enable_com_interface: bool) -> None:
         if not isinstance(enable_com_interface, bool):
@@ -112,15 +114,10 @@ class LifecycleStateMachine(Destroyable):
 
         self._messages = msg
         self._publisher = Publisher(node, msg.TransitionEvent, "~/transition_event", Profile())
-        self.service_change_state = ServiceServer(node, srv.ChangeState, "~/change_state", Profile())
-        self.service_get_state = ServiceServer(node, srv.GetState, "~/get_state", Profile())
-        self.service_get_available_states = ServiceServer(
-            node, srv.GetAvailableStates, "~/get_available_states", Profile()
-        )
-        kind = srv.GetAvailableTransitions
-        self.service_get_available_transitions = ServiceServer(node, kind, "~/get_available_transitions", Profile())
-        self.service_get_transition_graph = ServiceServer(node, kind, "~/get_transition_graph", Profile())
-        self._services = [service for service in vars(self).values() if isinstance(service, ServiceServer)]
+        for name, kind in _SERVICES.items():
+            service = ServiceServer(node, getattr(srv, kind), f"~/{name}", Profile())
+            setattr(self, f"service_{name}", service)
+            self._services.append(service)
 
     def destroy(self) -> None:
         self.initialized = False
@@ -172,3 +169,7 @@ class LifecycleStateMachine(Destroyable):
             event.start_state.id, event.start_state.label = start, start_label
             event.goal_state.id, event.goal_state.label = goal, goal_label
             self._publisher.publish(event)
+
+
+for _name in _SERVICES:
+    setattr(LifecycleStateMachine, f"service_{_name}", None)  # of a machine without services

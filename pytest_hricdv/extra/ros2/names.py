@@ -9,40 +9,50 @@ NameFault = tuple[str, int]
 """What is wrong with a name, and the index of the character that is."""
 
 _MAX_LENGTH = 255  # of rmw, RMW_NODE_NAME_MAX_NAME_LENGTH
+_Rules = tuple[tuple[str, str], ...]
+"""Pattern of what must not be in a name -> the message."""
+
+_NODE: _Rules = (
+    (r"\A\Z", "node name must not be empty"),
+    (r"[^A-Za-z0-9_]", "node name must not contain characters other than alphanumerics or '_'"),
+    (r"\A[0-9]", "node name must not start with a number"),
+    (f"(?<=\\A.{{{_MAX_LENGTH}}}).", f"node name length should not exceed '{_MAX_LENGTH}'"),
+)
+_FULL: _Rules = (
+    (r"\A\Z", "must not be empty"),
+    (r"\A[^/]", "must be absolute, it must lead with a '/'"),
+    (r"/\Z", "must not end with a '/'"),
+    (r"[^A-Za-z0-9_/]", "must not contain characters other than alphanumerics, '_', or '/'"),
+    (r"(?<=/)/", "must not contain repeated '/'"),
+    (r"(?<=/)[0-9]", "must not have a token that starts with a number"),
+)
+_TOPIC: _Rules = (
+    (r"\A\Z", "topic name must not be empty string"),
+    (r"/\Z", "topic name must not end with a forward slash"),
+    (
+        r"[^A-Za-z0-9_/~{}]",
+        "topic name must not contain characters other than alphanumerics, '_', '~', '{', or '}'",
+    ),
+    (r"(?<!\A)~", "topic name must not have '~' anywhere but as the first character"),
+    (r"(?<=\A~)[^/]", "topic name must not have a tilde '~' that is not followed by a forward slash '/'"),
+    (r"(?<![^/])[0-9]", "topic name token must not start with a number"),
+)
+
+
+def _first_fault(name: str, rules: _Rules) -> NameFault | None:
+    faults = ((text, match.start()) for pattern, text in rules if (match := re.search(pattern, name)))
+    return next(faults, None)
 
 
 def node_name_fault(name: str) -> NameFault | None:
     """What is wrong with the name of a node; None if nothing is."""
-    if not name:
-        return "node name must not be empty", 0
-    wrong = re.search(r"[^A-Za-z0-9_]", name)
-    if wrong:
-        return "node name must not contain characters other than alphanumerics or '_'", wrong.start()
-    if name[0].isdigit():
-        return "node name must not start with a number", 0
-    if len(name) > _MAX_LENGTH:
-        return f"node name length should not exceed '{_MAX_LENGTH}'", _MAX_LENGTH
-    return None
+    return _first_fault(name, _NODE)
 
 
 def full_topic_name_fault(name: str, kind: str = "topic name") -> NameFault | None:
     """What is wrong with a name that is not to be expanded any more; None if nothing is."""
-    if not name:
-        return f"{kind} must not be empty", 0
-    if name[0] != "/":
-        return f"{kind} must be absolute, it must lead with a '/'", 0
-    if name[-1] == "/":
-        return f"{kind} must not end with a '/'", len(name) - 1
-    wrong = re.search(r"[^A-Za-z0-9_/]", name)
-    if wrong:
-        return f"{kind} must not contain characters other than alphanumerics, '_', or '/'", wrong.start()
-    doubled = name.find("//")
-    if doubled >= 0:
-        return f"{kind} must not contain repeated '/'", doubled + 1
-    number = re.search(r"/[0-9]", name)
-    if number:
-        return f"{kind} must not have a token that starts with a number", number.start() + 1
-    return None
+    fault = _first_fault(name, _FULL)
+    return (f"{kind} {fault[0]}", fault[1]) if fault else None
 
 
 def namespace_fault(name: str) -> NameFault | None:
@@ -52,33 +62,13 @@ def namespace_fault(name: str) -> NameFault | None:
 
 def topic_name_fault(name: str) -> NameFault | None:
     """What is wrong with a name as code gives it, which may be relative, private or have substitutions."""
-    if not name:
-        return "topic name must not be empty string", 0
-    if name[-1] == "/":
-        return "topic name must not end with a forward slash", len(name) - 1
-    wrong = re.search(r"[^A-Za-z0-9_/~{}]", name)
-    if wrong:
-        return "topic name must not contain characters other than alphanumerics, '_', '~', '{', or '}'", wrong.start()
-    if "~" in name[1:]:
-        return "topic name must not have '~' anywhere but as the first character", name.index("~", 1)
-    if name[0] == "~" and len(name) > 1 and name[1] != "/":
-        return "topic name must not have a tilde '~' that is not followed by a forward slash '/'", 1
-    number = re.match(r"[0-9]", name) or re.search(r"/[0-9]", name)
-    if number:
-        return "topic name token must not start with a number", number.end() - 1
-    return _brace_fault(name)
-
-
-def _brace_fault(name: str) -> NameFault | None:
-    opened = -1
-    for index, character in enumerate(name):
-        if character == "{" and opened < 0:
-            opened = index
-        elif character in "{}" and (character == "{") == (opened >= 0):
-            return "topic name must not have unmatched (unbalanced) curly braces '{}'", index
-        elif character == "}":
-            opened = -1
-    return ("topic name must not have unmatched (unbalanced) curly braces '{}'", opened) if opened >= 0 else None
+    fault = _first_fault(name, _TOPIC)
+    braces = re.match(r"[^{}]*(?:\{[^{}]*\}[^{}]*)*", name)
+    if fault or braces is None or braces.end() == len(name):
+        return fault
+    nested = re.match(r"\{[^{}]*(?=\{)", name[braces.end() :])
+    index = braces.end() + (nested.end() if nested else 0)
+    return "topic name must not have unmatched (unbalanced) curly braces '{}'", index
 
 
 def expand(name: str, node: str, namespace: str) -> str:
