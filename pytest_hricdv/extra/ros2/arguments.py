@@ -1,15 +1,17 @@
-"""ROS arguments (`--ros-args`): remappings and parameters of a process or a node."""
+"""ROS arguments (`--ros-args`): remappings and parameters of a process or a node, read and written."""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from pytest_hricdv.declarations.ros2 import LaunchError, RosNode
 from pytest_hricdv.extra.ros2.handles import RCLError
 
 _START, _END = "--ros-args", "--"
@@ -241,3 +243,53 @@ def _add_values(parsed: Arguments, node: str, above: str, values: Any, path: str
             # Of the node and not of its text: whether it was in quotes counts.
             read = _Loader("").construct_object(value, deep=True)
             parsed.parameters.append((node, f"{above}{name}", read))
+
+
+def command_line(node: RosNode) -> list[str]:
+    """`sys.argv` of the process of a node.
+
+    Raises:
+        LaunchError: a parameter that ROS has no type for.
+    """
+    rules = [("__node", node.name), ("__ns", node.namespace)]
+    remapped = [f"{source}:={target}" for source, target in [*rules, *node.remappings] if target]
+    ros = [word for rule in remapped for word in ("-r", rule)]
+    for parameters in node.parameters:
+        if isinstance(parameters, Mapping):
+            ros += [word for name, value in _flat(node, "", parameters) for word in ("-p", f"{name}:={value}")]
+        else:
+            ros += ["--params-file", str(parameters)]
+    return [node.executable or node.label, *node.arguments, *(["--ros-args", *ros] if ros else [])]
+
+
+def _flat(node: RosNode, above: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
+    flat = []
+    for name, value in parameters.items():
+        if isinstance(value, Mapping):
+            flat += _flat(node, f"{above}{name}.", value)
+        else:
+            flat.append((f"{above}{name}", yaml_text(node, f"{above}{name}", value)))
+    return flat
+
+
+def yaml_text(node: RosNode, name: str, value: Any) -> str:
+    """A value of a parameter as a command line has it. Raises LaunchError for one that ROS has no type for."""
+    if isinstance(value, bool):  # before int, which it is, too
+        return str(value).lower()
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return _yaml_float(value)
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(yaml_text(node, name, element) for element in value) + "]"
+    raise LaunchError(f"{node}: parameter {name!r} is {value!r}; expected a bool, a number, a text, or a list")
+
+
+def _yaml_float(value: float) -> str:
+    """As YAML 1.1 reads a float: with a point, and a sign in the exponent."""
+    if not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    mantissa, e, exponent = repr(value).partition("e")
+    return (mantissa if "." in mantissa else f"{mantissa}.0") + (e + exponent if e else "")

@@ -10,7 +10,7 @@ from typing import Any
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, Ros2
 from pytest_hricdv.extra.ros2.arguments import parse
 from pytest_hricdv.extra.ros2.executables import command
-from pytest_hricdv.extra.ros2.launched import LaunchedProcess
+from pytest_hricdv.extra.ros2.launch_processes import LaunchedProcess
 from pytest_hricdv.extra.ros2.names import expand
 from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, packages_around, sources_in
 from pytest_hricdv.generate.concrete import ConcreteTest

@@ -1,18 +1,25 @@
-"""What a launch file asks to be started: which Python code that is, or what stands for it."""
+"""Executables of nodes and launch files: which Python code each one is, or what replaces it; and command lines."""
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.declarations.ros2 import IGNORED, Launch, LaunchError, Process
+from pytest_hricdv.declarations.ros2 import IGNORED, Launch, LaunchError, Process, Ros2Error, RosNode
+from pytest_hricdv.extra.ros2.arguments import command_line
 from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, find_executable, is_binary
+from pytest_hricdv.runtime.source_location import error_line
 
 _CONTAINERS = "rclcpp_components/component_container*"
 """Containers of composable nodes: only what is loaded into them is a matter of the testbench."""
@@ -128,29 +135,21 @@ class Executables:
                 sys.path.append(str(root))
 
     def _executable_error(self, package: str, executable: str, scripts: Mapping[str, str] | None) -> LaunchError:
-        name, file = f"{package}/{executable}", find_executable(package, executable)
-        source = self.sources.get(package)
-        if file is not None:
-            problem = (
-                f"is a compiled program, as of C++, {file}"
-                if is_binary(file)
-                else f"is a program that is no console script of Python, {file}"
-            )
-            return self._refusal(name, name, problem)
+        name, source = f"{package}/{executable}", self.sources.get(package)
+        if program := _describe_program(package, executable):
+            return self._refusal(name, name, program)
         if source is not None and (source.folder / "CMakeLists.txt").is_file():
             return self._refusal(name, name, f"is built by CMake, in {source.folder}, as programs of C++ are")
+        if scripts is None:
+            problem = f"is of package {package!r}, which is neither installed nor in the workspace"
+            return self._refusal(name, name, problem)
         if scripts:
-            return LaunchError(
-                f"{self.launch}: package {package!r} has no executable {executable!r}; it has "
-                f"{', '.join(sorted(scripts))}{nearest(executable, list(scripts))}"
-            )
-        if scripts is not None:
-            where = source.folder if source is not None else "as it is installed"
-            return LaunchError(
-                f"{self.launch}: package {package!r}, {where}, declares no console script, so no {executable!r}; see "
-                "entry_points in its setup.py"
-            )
-        return self._refusal(name, name, f"is of package {package!r}, which is neither installed nor in the workspace")
+            return LaunchError(f"{self.launch}: {_describe_scripts(package, executable, scripts)}")
+        where = source.folder if source is not None else "as it is installed"
+        return LaunchError(
+            f"{self.launch}: package {package!r}, {where}, declares no console script, so no {executable!r}; see "
+            "entry_points in its setup.py"
+        )
 
     def _refusal(self, what: str, name: str, problem: str) -> RefusedError:
         return RefusedError(
@@ -158,3 +157,159 @@ class Executables:
             f"{self.launch}: {what} {problem}. Say what stands for it, a function or an entry of Python, or leave it "
             f'out: Launch(..., executables={{"{name}": stand_in}}) or {{"{name}": "{IGNORED}"}}',
         )
+
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+def entry_point(node: RosNode) -> str:
+    """Where the code of a node is, "package.module:name".
+
+    Raises:
+        LaunchError: there is no such package or executable, or it is not written in Python.
+    """
+    if node.entry:
+        return node.entry
+    entries = console_scripts(node.package, {}) or {}
+    if node.executable not in entries:
+        raise _not_a_script(node, list(entries))
+    return entries[node.executable]
+
+
+def _not_a_script(node: RosNode, scripts: Sequence[str]) -> LaunchError:
+    if program := _describe_program(node.package, node.executable):
+        return LaunchError(
+            f'{node}: {program}; name a function of Python as entry="package.module:main", or simulate what it does, '
+            "with run.ros2(...).node(...)"
+        )
+    problem = f"package {node.package!r} is not installed, or has no console scripts"
+    if scripts:
+        problem = _describe_scripts(node.package, node.executable, scripts)
+    return LaunchError(
+        f'{node}: {problem}. Source the workspace\'s setup file, or name the function as entry="package.module:main"'
+    )
+
+
+def _describe_program(package: str, executable: str) -> str:
+    """What an installed program is that is no console script; empty if there is none."""
+    file = find_executable(package, executable)
+    if file is None:
+        return ""
+    kind = "a compiled program, as of C++" if is_binary(file) else "a program that is no console script of Python"
+    return f"is {kind}, {file}"
+
+
+def _describe_scripts(package: str, executable: str, scripts: Collection[str]) -> str:
+    has = f"it has {', '.join(sorted(scripts))}{nearest(executable, list(scripts))}"
+    return f"package {package!r} has no executable {executable!r}; {has}"
+
+
+def require_virtual_package(what: str, entry: str, packages: Collection[str]) -> None:
+    """Refuse an entry "package.module:name" whose package does not see virtual time.
+
+    Raises:
+        Ros2Error: its package is none of `packages`.
+    """
+    package = entry.partition(":")[0].partition(".")[0]
+    if package not in packages:
+        raise Ros2Error(
+            f"{what}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
+            "there, so that it sees virtual time"
+        )
+
+
+def load(node: RosNode) -> Callable[[], object]:
+    """Import the code of a node; what its process is to call.
+
+    Raises:
+        LaunchError: there is no such module, or no such name in it.
+    """
+    return load_entry(str(node), entry_point(node), command_line(node))
+
+
+def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
+    """Import a function, or a class of nodes; what its process is to call.
+
+    Args:
+        what: that is started, for messages.
+        entry: "package.module:name".
+        argv: command line of its process.
+
+    Raises:
+        LaunchError: there is no such module, or no such name in it.
+    """
+    module_name, colon, name = entry.partition(":")
+    if not colon:
+        raise LaunchError(f'{what}: expected "package.module:function", not {entry!r}')
+    try:
+        with _stand_ins_as_arguments():
+            module = importlib.import_module(module_name)
+    except ImportError as error:
+        own = isinstance(error, ModuleNotFoundError) and error.name is not None
+        if own and f"{module_name}.".startswith(f"{error.name}."):
+            raise LaunchError(f"{what}: there is no module {error.name!r}; is its folder on the path?") from None
+        raise LaunchError(f"{what}: {module_name} cannot be imported: {_import_error_text(error)}") from error
+    target = vars(module).get(name)
+    if not callable(target):
+        callables = [member for member, value in vars(module).items() if callable(value) and not member.startswith("_")]
+        raise LaunchError(f"{what}: {module_name} has no {name!r}{nearest(name, callables)}")
+    return _spin_main(target) if isinstance(target, type) else _with_arguments(target, argv)
+
+
+_OF_MESSAGES = ("_msgs", "_interfaces", "_srvs")
+"""How names of packages of interfaces end, as a rule."""
+
+
+def _import_error_text(error: ImportError) -> str:
+    """Which import failed, where, and what to do."""
+    where = error_line(error)
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        missing = f"{where} imports {error.name!r}, which is not installed"
+        files = "; of messages, the folder of their interface files is enough: Ros2(interfaces=(...,))"
+        hint = files if error.name.endswith(_OF_MESSAGES) else ""
+        return f"{missing}; install it, or source the workspace that has it{hint}"
+    return f"{where}: {error}"
+
+
+_STAND_INS = ["program", "arguments of its process"]
+"""`sys.argv` while nodes are imported, so that defaults made of it are known: `def main(args=sys.argv[1:])`."""
+
+
+@contextmanager
+def _stand_ins_as_arguments() -> Iterator[None]:
+    before, sys.argv = sys.argv, list(_STAND_INS)
+    try:
+        yield
+    finally:
+        sys.argv = before
+
+
+def _with_arguments(main: Callable[..., object], command_line: list[str]) -> Callable[[], object]:
+    """A main function, called with the arguments of its process where its defaults were made of `sys.argv`."""
+    arguments = {}
+    for name, parameter in inspect.signature(main).parameters.items():
+        if parameter.default == _STAND_INS:
+            arguments[name] = command_line
+        elif parameter.default == _STAND_INS[1:]:
+            arguments[name] = command_line[1:]
+    return partial(main, **arguments)
+
+
+def _spin_main(kind: Callable[[], Any]) -> Callable[[], object]:
+    """What the main function of a node is, for a class of nodes."""
+
+    def main() -> None:
+        import rclpy  # type: ignore[import-not-found, unused-ignore]
+        from rclpy.executors import ExternalShutdownException  # type: ignore[import-not-found, unused-ignore]
+
+        rclpy.init()
+        node = kind()
+        try:
+            rclpy.spin(node)
+        except ExternalShutdownException:
+            pass
+        finally:
+            node.destroy_node()
+            rclpy.try_shutdown()
+
+    return main

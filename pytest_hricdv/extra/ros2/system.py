@@ -9,16 +9,16 @@ from collections.abc import Callable, Sequence
 from importlib import metadata
 
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, Ros2, Ros2Error, RosNode
-from pytest_hricdv.extra.ros2.arguments import UnknownROSArgsError, parse
+from pytest_hricdv.extra.ros2.arguments import UnknownROSArgsError, command_line, parse
 from pytest_hricdv.extra.ros2.bridge import Bridge
 from pytest_hricdv.extra.ros2.clocks import need_no_clock_topic
 from pytest_hricdv.extra.ros2.delivery import Delivery
+from pytest_hricdv.extra.ros2.executables import entry_point, load, require_virtual_package
 from pytest_hricdv.extra.ros2.graph import all_graphs, carry_with, notes_of
 from pytest_hricdv.extra.ros2.handles import RCLError
-from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load, require_virtual_package
-from pytest_hricdv.extra.ros2.launched import Processes
-from pytest_hricdv.extra.ros2.launching import PACKAGES as LAUNCH_SYSTEM
-from pytest_hricdv.extra.ros2.launching import find, launch_body, launch_process
+from pytest_hricdv.extra.ros2.launch_files import PACKAGES as LAUNCH_SYSTEM
+from pytest_hricdv.extra.ros2.launch_files import find, launch_body, launch_process
+from pytest_hricdv.extra.ros2.launch_processes import Processes
 from pytest_hricdv.extra.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.stuck import stuck_nodes

@@ -18,9 +18,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.declarations.ros2 import LaunchError, Ros2, Ros2Error, RosNode
-from pytest_hricdv.extra.ros2 import launch, system
-from pytest_hricdv.extra.ros2.arguments import parse
-from pytest_hricdv.extra.ros2.launch import command_line, load
+from pytest_hricdv.extra.ros2 import executables, system
+from pytest_hricdv.extra.ros2.arguments import command_line, parse
+from pytest_hricdv.extra.ros2.executables import load
 from pytest_hricdv.extra.ros2.overlay import OrderedSet
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.system import prepare
@@ -120,7 +120,7 @@ def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, mon
     _installed(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     assert load(RosNode(package="cell_robot", executable="grasper"))() == "grasped"
-    with pytest.raises(LaunchError, match=r"package 'cell_robot' has grasper; nearest: grasper"):
+    with pytest.raises(LaunchError, match="no executable 'graspr'; it has grasper; nearest: grasper"):
         load(RosNode(package="cell_robot", executable="graspr"))
     with pytest.raises(LaunchError, match=r"cell_robot\.grasper has no 'man'; nearest: main"):
         load(RosNode(entry="cell_robot.grasper:man"))
@@ -136,20 +136,20 @@ def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, mon
         load(RosNode(entry="cell_robot.wrong:main"))
     with pytest.raises(LaunchError, match=r"there is no module 'cell_robot\.graspr'; is its folder on the path"):
         load(RosNode(entry="cell_robot.graspr:main"))
-    with pytest.raises(LaunchError, match="package 'no_robot' is not installed, or has none"):
+    with pytest.raises(LaunchError, match="package 'no_robot' is not installed, or has no console scripts"):
         load(RosNode(package="no_robot", executable="arm"))
 
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [(b"\x7fELF\x02", r"compiled program, as of C\+\+"), (b"#!/usr/bin/env python3", "no entry point")],
+    [(b"\x7fELF\x02", r"compiled program, as of C\+\+"), (b"#!/usr/bin/env python3", "no console script of Python")],
 )
 def test_another_executable_is_said_to_be_one(
     content: bytes, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "driver"
     file.write_bytes(content)
-    monkeypatch.setattr(launch, "find_executable", lambda package, executable: file)
+    monkeypatch.setattr(executables, "find_executable", lambda package, executable: file)
     with pytest.raises(LaunchError, match=message):
         load(RosNode(package="cell_driver", executable="driver"))
 

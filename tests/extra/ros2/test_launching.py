@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.declarations.ros2 import IGNORED, Launch, LaunchError
-from pytest_hricdv.extra.ros2.launched import LaunchedProcess
+from pytest_hricdv.extra.ros2.launch_processes import LaunchedProcess
 from tests.extra.ros2.launch_workspace import ran, write_package
 
 _NEEDED = ("rclpy", "launch", "launch_ros", "launch_xml", "launch_yaml", "std_msgs")

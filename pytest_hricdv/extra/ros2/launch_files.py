@@ -1,7 +1,7 @@
 """Launch files, run by the `launch` and `launch_ros` that are installed, in virtual time.
 
 The launch system is a program of asyncio. Here it is one more process of the run, whose event loop waits in the kernel.
-Only what starts processes of the operating system is replaced; see `launched`.
+Only what starts processes of the operating system is replaced; see `launch_processes`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError
 from pytest_hricdv.extra.ros2.executables import Executables, RefusedError
-from pytest_hricdv.extra.ros2.launched import Processes, Transport, protocol_of
+from pytest_hricdv.extra.ros2.launch_processes import Processes, Transport, protocol_of
 from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, find_share, packages_around
 from pytest_hricdv.extra.ros2.processes import Process
 from pytest_hricdv.run import TestbenchError

@@ -18,10 +18,16 @@ from greenlet import GreenletExit
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.declarations.ros2 import IGNORED, RosNode
 from pytest_hricdv.declarations.ros2 import Process as Function
-from pytest_hricdv.extra.ros2.arguments import parse, without_ros
+from pytest_hricdv.extra.ros2.arguments import parse, without_ros, yaml_text
 from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context
-from pytest_hricdv.extra.ros2.executables import Command, Executables, command, is_container
-from pytest_hricdv.extra.ros2.launch import load_entry, require_virtual_package, yaml_text
+from pytest_hricdv.extra.ros2.executables import (
+    Command,
+    Executables,
+    command,
+    is_container,
+    load_entry,
+    require_virtual_package,
+)
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.world import WorldNode
 from pytest_hricdv.runtime.kernel import Kernel, Node
