@@ -13,7 +13,6 @@ import pytest
 from mcap.reader import make_reader
 
 from tests import json_schema
-from tests.plugin.conftest import ENVIRONMENT
 from tests.plugin.project import report
 
 pytestmark = pytest.mark.slow
@@ -30,26 +29,16 @@ def pytest_hricdv_testbench(config):
         return hospital(online=True)
     return followed_ward(obeys=os.environ["WHERE"] == "corridor")
 """
-HOST = """
-def test_ward(hri_case):
-    hri_case.check(hri_case.run())
-"""
 SUITE = ("--hri-suite=pseudorandom,rl", "--hri-tests=6", "--hri-seed=1", "--hri-diagnose=0")
 
 
 @pytest.fixture
-def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> pytest.Pytester:
-    """A project with the corridor or the hospital; its runs see nothing of the run they are part of."""
-    for name in (*ENVIRONMENT, "PYTEST_XDIST_WORKER"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(cache_folder))
-    monkeypatch.setenv("XDG_STATE_HOME", str(cache_folder))
+def project(project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+    """A project with the corridor or the hospital."""
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("WHERE", "corridor")
-    pytester.makeini("[pytest]\naddopts = -p no:hypothesispytest\nhri_audit = off\n")
-    pytester.makeconftest(CONFTEST)
-    pytester.makepyfile(test_ward=HOST)
-    return pytester
+    project.makeconftest(CONFTEST)
+    return project
 
 
 def logged(path: Path) -> list[tuple[str, str]]:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests import json_schema
-from tests.plugin.conftest import ENVIRONMENT
 from tests.plugin.project import report
 
 pytestmark = pytest.mark.slow
@@ -20,24 +18,14 @@ from tests.actors.corridor.bench import ward
 def pytest_hricdv_testbench(config):
     return ward()
 """
-HOST = """
-def test_ward(hri_case):
-    hri_case.check(hri_case.run())
-"""
 SUITE = ("--hri-suite=pseudorandom,rl", "--hri-tests=12")
 
 
 @pytest.fixture
-def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> pytest.Pytester:
-    """A project with the corridor; its runs see nothing of the run they are part of."""
-    for name in (*ENVIRONMENT, "PYTEST_XDIST_WORKER"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(cache_folder))
-    monkeypatch.setenv("XDG_STATE_HOME", str(cache_folder))
-    pytester.makeini("[pytest]\naddopts = -p no:hypothesispytest\nhri_audit = off\n")
-    pytester.makeconftest(CONFTEST)
-    pytester.makepyfile(test_ward=HOST)
-    return pytester
+def project(project: pytest.Pytester) -> pytest.Pytester:
+    """A project with the corridor."""
+    project.makeconftest(CONFTEST)
+    return project
 
 
 def failures_of(written: dict[str, Any], requirement: str) -> list[dict[str, Any]]:

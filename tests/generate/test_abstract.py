@@ -119,12 +119,6 @@ def test_ids_do_not_depend_on_the_order(listed: list[AbstractDraft], random: obj
     assert set(identify("s", 1, mixed)) == set(identify("s", 1, listed))
 
 
-def test_equal_texts_of_different_subsets_are_different_tests() -> None:
-    one, other = identify("s", 0, [AbstractDraft("a", ("x",), ("bored",)), AbstractDraft("a", ("y",), ("bored",))])
-    assert one.id != other.id
-    assert one.seed != other.seed
-
-
 def test_equal_drafts_have_different_ids() -> None:
     draft = AbstractDraft("a", ("x",), ("bored",))
     first, second, third = identify("s", 0, [draft] * 3)

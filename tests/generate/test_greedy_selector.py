@@ -24,10 +24,6 @@ model_runs = st.lists(
 )
 
 
-def _run(name: str, plans: str, line: str = "wave") -> ModelRun:
-    return ModelRun((name,), (line,), {"a": frozenset(plans)})
-
-
 def _chosen(found: Sequence[ModelRun], count: int) -> list[ModelRun]:
     selector = GreedySelector()
     selector.choose(found, count)
@@ -63,24 +59,6 @@ def test_the_heap_chooses_the_same_as_a_plain_greedy_loop(rounds: list[tuple[lis
         selector.choose(candidates, count)
     # By identity: equal runs at different places are different choices.
     assert [id(each) for each in selector.chosen] == [id(each) for each in _chosen_by_plain_loop(rounds)]
-
-
-def test_runs_with_rare_plans_are_chosen() -> None:
-    common = [_run(f"c{number}", "1") for number in range(20)]
-    rare = [_run(f"r{number}", "12") for number in range(3)]
-    assert set(_chosen([*common, *rare], 6)) > set(rare)
-
-
-def test_a_new_text_is_chosen_before_a_known_one() -> None:
-    found = [_run("a", "1"), _run("b", "1"), _run("c", "1", "leave")]
-    assert [each.beliefs for each in _chosen(found, 2)] == [("a",), ("c",)]
-
-
-@given(model_runs, st.integers(0, 32))
-def test_a_selection_has_the_wanted_size_and_no_run_twice(found: list[ModelRun], count: int) -> None:
-    chosen = _chosen(found, count)
-    assert len(chosen) == min(count, len(found))
-    assert not Counter(map(repr, chosen)) - Counter(map(repr, found))
 
 
 @given(model_runs)

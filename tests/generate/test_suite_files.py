@@ -56,11 +56,6 @@ def test_chosen_values_are_read_from_headers_and_change_the_id_only() -> None:
     assert "# values run: patience_s 2.5\n# values 2: grip_s 31.5, pull_n 8.0\ntell leg\n" in dump_tests([chosen])
 
 
-def test_a_test_without_commands_has_an_id() -> None:
-    (test,) = parse_tests("# id: x\n# suite: s\n# target: a\n# seed: 5\n", file="f", suite="other")
-    assert test == AbstractTest(id="x", suite="s", target="a", beliefs=(), lines=(), seed=5)
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [

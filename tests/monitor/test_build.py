@@ -10,7 +10,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from pytest_hricdv.monitor import (
-    MonitorSet,
     Requirement,
     RequirementError,
     check_requirement,
@@ -148,13 +147,6 @@ def test_the_text_of_arithmetic_is_read_as_the_same_arithmetic(
 def test_the_text_has_only_necessary_parentheses() -> None:
     text = "always(p & (q | on(a)) & !(x < 1) since m.ok -> x - (y - 1) > 2 [hysteresis 0.5] [for 2] | q)"
     assert str(parse_formula(text, SMALL)) == text
-
-
-def test_a_built_requirement_is_monitored_like_one_of_a_file() -> None:
-    monitors = MonitorSet([requirement("R", "", always(p >> (x < 1)))])
-    monitors.signal(0.0, "p", True)
-    monitors.signal(0.0, "x", 2.0)
-    assert monitors.finish(1.0)[0].verdict == "Failed"
 
 
 @pytest.mark.parametrize(

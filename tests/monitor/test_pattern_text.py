@@ -25,7 +25,7 @@ from pytest_hricdv.monitor.patterns import (
     speed_and_separation,
     universality,
 )
-from tests.monitor.vocabulary import SMALL
+from tests.monitor.vocabulary import SMALL, marked
 
 p, q, x, y = signal("p"), signal("q"), signal("x"), signal("y")
 a, b, m = on("a"), on("b"), on("m")
@@ -115,9 +115,7 @@ def test_an_error_points_at_the_argument(text: str, mark: str, says: str) -> Non
     with pytest.raises(RequirementError) as caught:
         read(text)
     assert says in str(caught.value)
-    position = caught.value.position or 0
-    carets = [line.strip() for line in str(caught.value).splitlines() if set(line.strip()) == {"^"}]
-    assert not mark or (text[position : position + len(mark)], carets) == (mark, ["^" * len(mark)])
+    assert not mark or marked(caught.value) == mark
 
 
 def test_a_requirement_shows_its_pattern_and_what_it_means(tmp_path: Path) -> None:

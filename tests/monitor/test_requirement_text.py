@@ -19,21 +19,7 @@ from pytest_hricdv.monitor import (
     parse_formula,
 )
 from pytest_hricdv.monitor.vocabulary import KEYWORDS
-from tests.monitor.vocabulary import R1, R3, R4, REQUIREMENTS_FILE, SMALL, TABLE
-
-
-def problem(text: str) -> str:
-    with pytest.raises(RequirementError) as caught:
-        parse_formula(text, SMALL)
-    return str(caught.value)
-
-
-def marked(text: str) -> str:
-    """What the caret line marks."""
-    lines = problem(text).splitlines()
-    [caret_index] = [i for i, line in enumerate(lines) if line.strip() and set(line.strip()) == {"^"}]
-    line, caret = lines[caret_index - 1], lines[caret_index]
-    return line[caret.index("^") : caret.rindex("^") + 1]
+from tests.monitor.vocabulary import R1, R3, R4, REQUIREMENTS_FILE, SMALL, TABLE, marked
 
 
 @pytest.mark.parametrize(
@@ -58,7 +44,6 @@ def marked(text: str) -> str:
         ("always(on(p) -> q)", "p", "p is a signal; on(...) takes a topic"),
         ("always(on(c) -> q)", "c", "unknown topic 'c'; known: a, b, m, n, w"),
         ("always(x -> q)", "x", "expected a condition, but x is a float"),
-        ("always(x + 1 -> q)", "x + 1", "expected a condition"),
         ("always(p < 1 -> q)", "p", "expected a number, but p is a bool"),
         ("always((p & q) < 1 -> q)", "p & q", "expected a number, but this is a condition"),
         ("always(p -> eventually[2:1](q))", "[2:1]", "needs a <= b"),
@@ -71,31 +56,20 @@ def marked(text: str) -> str:
         ("always(historically[0:1](on(a)) -> q)", "on(a)", "single instants only"),
         ("always(x < 1e999 -> q)", "1e999", "too large"),
         ("always(count(p) -> q)", "count(p)", "expected a condition, but this is a number"),
-        ("always(count(x) < 1 -> q)", "x", "expected a condition, but x is a float"),
-        ("always(count[2:1](p) < 1 -> q)", "[2:1]", "needs a <= b"),
         ("always(count(p) < 1 [hysteresis 1] -> q)", "1", "counts and times have no noise"),
-        ("always(time_between(p, q) < 1 [hysteresis 1] -> q)", "1", "counts and times have no noise"),
-        ("always(time_between(p, q) -> q)", "time_between(p, q)", "expected a condition, but this is a number"),
-        ("always(time_between(p, x) < 1 -> q)", "x", "expected a condition, but x is a float"),
         ("always(time_between(p) < 1 -> q)", ")", "expected"),
-        ("always(time_between(p, q, p) < 1 -> q)", ",", "expected"),
         ("always(time_between < 1 -> q)", "time_between", "unknown name 'time_between'"),
         ("always(time_between(p, q) < time_since(p) -> q)", "time_between(p, q)", "compared with a number of seconds"),
         ("always(x < count(p) [for 1 -> q)", "->", "expected ]"),
-        ("always(count < 1 -> q)", "count", "unknown name 'count'"),
-        ("always(time_since(p) -> q)", "time_since(p)", "expected a condition, but this is a number"),
         ("always(time_since(p) < x -> q)", "x", "a time_since is compared with a number of seconds"),
-        ("always(x > time_since(p) -> q)", "x", "a time_since is compared with a number of seconds"),
         ("always(time_since(p) < time_since(q) -> q)", "time_since(q)", "compared with a number of seconds"),
         ("always(1 + time_since(p) < 3 -> q)", "time_since(p)", "compared with a number of seconds, as in"),
         ("always(time_since(p) == 3 -> q)", "==", "changes all the time: compare it with < <= > >="),
         ("always(time_since(p) < 3 [for 1] -> q)", "[for 1]", "no [hysteresis] and no [for]"),
         ("always(last(x) < 3 -> q)", "x", "expected a field of a message, but x is a signal"),
         ("always(last(m.lvel) < 3 -> q)", "last(m.lvel)", "unknown name 'm.lvel'; nearest: m.level"),
-        ("always(last(m.level) -> q)", "last(m.level)", "expected a condition, but this is a number"),
         ("always(last(w) == 'l' -> q)", "'l'", "last(w.name) is never 'l'"),
         ("always(s -> q)", "s", "expected a condition, but s is a str"),
-        ("always('i' -> q)", "'i'", "expected a condition, but this is a text"),
         ("always(s < 'i' -> q)", "<", "texts are compared with == or !="),
         ("always(s == 1 -> q)", "1", "expected a text, but this is a number"),
         ("always('i' == (x) -> q)", "x", "expected a text, but x is a float"),
@@ -110,9 +84,10 @@ def marked(text: str) -> str:
     ],
 )
 def test_an_error_points_at_its_place(text: str, mark: str, says: str) -> None:
-    assert says in problem(text)
-    if mark:
-        assert marked(text) == mark
+    with pytest.raises(RequirementError) as caught:
+        parse_formula(text, SMALL)
+    assert says in str(caught.value)
+    assert not mark or marked(caught.value) == mark
 
 
 def test_lark_is_imported_only_for_a_formula() -> None:

@@ -13,6 +13,7 @@ from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirement
 from pytest_hricdv.monitor.past_formula import NumberComparison
 from pytest_hricdv.monitor.terms import NumberTerm
 from pytest_hricdv.monitor.units import unit_names, unit_of
+from tests.monitor.vocabulary import marked
 
 MEASURED = Vocabulary(
     signals=dict.fromkeys(("x", "y_mm", "v", "w", "force", "angle", "lamp", "amount", "plain"), float)
@@ -116,9 +117,7 @@ def test_a_unit_that_does_not_fit_is_refused(text: str, mark: str, says: str) ->
     with pytest.raises(RequirementError) as caught:
         parse_condition(text, MEASURED)
     assert says in str(caught.value)
-    lines = str(caught.value).splitlines()
-    [place] = [number for number, line in enumerate(lines) if line.strip() and set(line.strip()) == {"^"}]
-    assert lines[place - 1][lines[place].index("^") : lines[place].rindex("^") + 1] == mark
+    assert marked(caught.value) == mark
 
 
 def test_a_definition_keeps_its_unit(tmp_path: Path) -> None:

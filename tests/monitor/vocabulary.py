@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from pytest_hricdv.monitor import MonitorSet, Requirement, Value, Verdict, Vocabulary, load_requirements, parse_formula
+from pytest_hricdv.monitor import (
+    MonitorSet,
+    Requirement,
+    RequirementError,
+    Value,
+    Verdict,
+    Vocabulary,
+    load_requirements,
+    parse_formula,
+)
 
 TABLE = Vocabulary(
     signals={
@@ -41,6 +50,13 @@ Update = tuple[float, str, "Value | Mapping[str, Value]"]
 
 def requirement(text: str, vocabulary: Vocabulary = SMALL) -> Requirement:
     return Requirement("R", "A requirement", "", text, parse_formula(text, vocabulary))
+
+
+def marked(error: RequirementError) -> str:
+    """What the carets below the text of an error mark."""
+    lines = str(error).splitlines()
+    [place] = [number for number, line in enumerate(lines) if line.strip() and set(line.strip()) == {"^"}]
+    return lines[place - 1][lines[place].index("^") : lines[place].rindex("^") + 1]
 
 
 def judge(watched: Requirement | str, updates: Sequence[Update], end_s: float) -> Verdict:
