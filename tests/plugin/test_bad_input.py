@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import change
+from tests.plugin.project import change, plain_and_slowly_on_workers
 
 SUITE = "--hri-suite=by-hand"
 ROOT = Path(__file__).parents[2]
@@ -34,13 +34,6 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
     assert "human-robot interaction" not in printed
     assert not (lamps.path / "hri-report").exists()
     return message.removeprefix("ERROR: ")
-
-
-@pytest.fixture(params=[(), pytest.param(("-n", "2"), marks=pytest.mark.slow)], ids=["plain", "on two workers"])
-def mode(request: pytest.FixtureRequest) -> tuple[str, ...]:
-    """Options of the run."""
-    options: tuple[str, ...] = request.param
-    return options
 
 
 @pytest.mark.parametrize(
@@ -84,8 +77,8 @@ def mode(request: pytest.FixtureRequest) -> tuple[str, ...]:
     ],
     ids=short,
 )
-def test_options(lamps: pytest.Pytester, mode: tuple[str, ...], options: list[str], told: str) -> None:
-    assert told in refused(lamps, *options, *mode)
+def test_options(lamps: pytest.Pytester, options: list[str], told: str) -> None:
+    assert told in refused(lamps, *options)
 
 
 @pytest.mark.parametrize(
@@ -160,9 +153,9 @@ def test_options(lamps: pytest.Pytester, mode: tuple[str, ...], options: list[st
     ],
     ids=short,
 )
-def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: str, new: str, told: str) -> None:
+def test_files(lamps: pytest.Pytester, name: str, old: str, new: str, told: str) -> None:
     change(lamps.path, name, old, new)
-    assert told in refused(lamps, SUITE, *mode)
+    assert told in refused(lamps, SUITE)
 
 
 @pytest.mark.parametrize(
@@ -247,14 +240,15 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
     ],
     ids=short,
 )
-def test_testbench(lamps: pytest.Pytester, mode: tuple[str, ...], old: str, new: str, told: str) -> None:
+def test_testbench(lamps: pytest.Pytester, old: str, new: str, told: str) -> None:
     change(lamps.path, "conftest.py", old, new)
-    assert told in refused(lamps, SUITE, *mode)
+    assert told in refused(lamps, SUITE)
 
 
-def test_no_testbench(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:
+@plain_and_slowly_on_workers
+def test_no_testbench(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     (lamps.path / "conftest.py").unlink()
-    message = refused(lamps, SUITE, *mode)
+    message = refused(lamps, SUITE, *options)
     assert message == (
         f"no testbench: implement pytest_hricdv_testbench(config) in {lamps.path / 'conftest.py'} "
         "and return a pytest_hricdv.testbench.Testbench"
@@ -275,9 +269,9 @@ def test_no_testbench(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:
     ],
     ids=short,
 )
-def test_recorded_tests(lamps: pytest.Pytester, mode: tuple[str, ...], text: str, told: str) -> None:
+def test_recorded_tests(lamps: pytest.Pytester, text: str, told: str) -> None:
     (lamps.path / "recorded.txt").write_text(text, encoding="utf-8")
-    assert told in refused(lamps, "--hri-suite=recorded.txt", *mode)
+    assert told in refused(lamps, "--hri-suite=recorded.txt")
 
 
 @pytest.mark.parametrize("workers", [("-n", "2"), ("-n2",), ("-n", "auto"), ("--numprocesses=2",)])
@@ -288,15 +282,16 @@ def test_workers_without_xdist(lamps: pytest.Pytester, workers: tuple[str, ...])
     assert told in refused(lamps, "-p", "no:xdist", *workers)
 
 
+@plain_and_slowly_on_workers
 def test_a_simulator_that_is_not_installed_is_told_once_before_the_run(
-    lamps: pytest.Pytester, mode: tuple[str, ...]
+    lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
     change(lamps.path, "conftest.py", "run=run,", 'run=run,\n        simulation=Simulation(requires=("simulator",)),')
     simulator = lamps.path / "simulator.py"
     simulator.write_text("raise ImportError('needs PyBullet: pip install \"pytest-hricdv[sim]\"')\n", encoding="utf-8")
     told = 'the testbench requires simulator: needs PyBullet: pip install "pytest-hricdv[sim]"'
-    assert refused(lamps, SUITE, *mode) == told
-    assert lamps.runpytest_inprocess("--collect-only", "-q", SUITE, *mode).ret == 0
+    assert refused(lamps, SUITE, *options) == told
+    assert lamps.runpytest_inprocess("--collect-only", "-q", SUITE, *options).ret == 0
 
 
 @pytest.mark.slow

@@ -145,12 +145,11 @@ FORM = (
         ("R2 when lamp_level > 3 until 2020-02-30: dark", "hri_known_violations: * '2020-02-30' is no day*"),
     ],
 )
-@plain_and_slowly_on_workers
 def test_a_condition_that_cannot_be_is_refused_before_anything_runs(
-    lamps: pytest.Pytester, line: str, told: str, options: tuple[str, ...]
+    lamps: pytest.Pytester, line: str, told: str
 ) -> None:
     known(lamps, line)
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", *options)
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines([f"ERROR: {told}"])
 
