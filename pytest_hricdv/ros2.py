@@ -1,4 +1,4 @@
-"""Test doubles for what surrounds a node of ROS 2."""
+"""Fakes of what surrounds a node of ROS 2."""
 
 from pytest_hricdv.extra.ros2.kit.bag import BagPlayer
 from pytest_hricdv.extra.ros2.kit.base import Laser, PlanarBase, PlanarPose

@@ -77,7 +77,7 @@ class Executables:
     """Where the code of what a launch file starts is.
 
     Args:
-        launch: the declaration, with what stands for executables.
+        launch: the declaration, with what replaces executables.
         sources: packages that are there as sources, by name.
     """
 
@@ -85,10 +85,10 @@ class Executables:
     sources: Mapping[str, SourcePackage]
 
     def of(self, wanted: Command) -> Process | str:
-        """A function that stands for it, an entry "package.module:main", or `IGNORED`.
+        """A function that replaces it, an entry "package.module:main", or `IGNORED`.
 
         Raises:
-            LaunchError: it is not Python, and nothing stands for it; its package is not there; or it has no such
+            LaunchError: it is not Python, and nothing replaces it; its package is not there; or it has no such
                 executable.
         """
         replaced = self.replacement(wanted.name, shlex.join(wanted.argv))
@@ -115,7 +115,7 @@ class Executables:
         return next((patterns[key] for key in patterns if any(fnmatchcase(name, key) for name in names)), None)
 
     def component(self, package: str, plugin: str) -> Process | str:
-        """What stands for a composable node.
+        """What replaces a composable node.
 
         Raises:
             LaunchError: nothing does.
@@ -154,8 +154,8 @@ class Executables:
     def _refusal(self, what: str, name: str, problem: str) -> RefusedError:
         return RefusedError(
             name,
-            f"{self.launch}: {what} {problem}. Say what stands for it, a function or an entry of Python, or leave it "
-            f'out: Launch(..., executables={{"{name}": stand_in}}) or {{"{name}": "{IGNORED}"}}',
+            f"{self.launch}: {what} {problem}. Replace it by a function or an entry of Python, or leave it "
+            f'out: Launch(..., executables={{"{name}": replacement}}) or {{"{name}": "{IGNORED}"}}',
         )
 
 
@@ -242,7 +242,7 @@ def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
     if not colon:
         raise LaunchError(f'{what}: expected "package.module:function", not {entry!r}')
     try:
-        with _stand_ins_as_arguments():
+        with _placeholder_arguments():
             module = importlib.import_module(module_name)
     except ImportError as error:
         own = isinstance(error, ModuleNotFoundError) and error.name is not None
@@ -271,13 +271,13 @@ def _import_error_text(error: ImportError) -> str:
     return f"{where}: {error}"
 
 
-_STAND_INS = ["program", "arguments of its process"]
+_PLACEHOLDERS = ["program", "arguments of its process"]
 """`sys.argv` while nodes are imported, so that defaults made of it are known: `def main(args=sys.argv[1:])`."""
 
 
 @contextmanager
-def _stand_ins_as_arguments() -> Iterator[None]:
-    before, sys.argv = sys.argv, list(_STAND_INS)
+def _placeholder_arguments() -> Iterator[None]:
+    before, sys.argv = sys.argv, list(_PLACEHOLDERS)
     try:
         yield
     finally:
@@ -288,9 +288,9 @@ def _with_arguments(main: Callable[..., object], command_line: list[str]) -> Cal
     """A main function, called with the arguments of its process where its defaults were made of `sys.argv`."""
     arguments = {}
     for name, parameter in inspect.signature(main).parameters.items():
-        if parameter.default == _STAND_INS:
+        if parameter.default == _PLACEHOLDERS:
             arguments[name] = command_line
-        elif parameter.default == _STAND_INS[1:]:
+        elif parameter.default == _PLACEHOLDERS[1:]:
             arguments[name] = command_line[1:]
     return partial(main, **arguments)
 

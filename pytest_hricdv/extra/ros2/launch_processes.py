@@ -39,7 +39,7 @@ Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
 
 @dataclass(frozen=True)
 class LaunchedProcess:
-    """What stands for an executable is told of the process that it stands for.
+    """The process of a launch file that a function replaces, as that function gets it.
 
     Attributes:
         name: of its node in the launch file, else the executable's.
@@ -68,7 +68,7 @@ class LaunchedProcess:
 
 
 def describe_process(kernel: Kernel, wanted: Command) -> LaunchedProcess:
-    """What a function that stands for a command is told."""
+    """The process of a command, for the function that replaces it."""
     parsed = parse(wanted.argv)
     name = parsed.new_name("__node", "") or wanted.name.rpartition("/")[2]
     namespace = parsed.new_name("__ns", "") or "/"
@@ -139,7 +139,7 @@ class Processes:
         return load_entry(node, target, list(wanted.argv))
 
     def _load(self, request: Any, response: Any) -> Any:
-        """Answer a request of `composition_interfaces/srv/LoadNode` to a container that stands for a real one."""
+        """Answer a request of `composition_interfaces/srv/LoadNode` to a container that replaces a real one."""
         try:
             return self._load_component(request, response)
         except InputError as error:

@@ -167,7 +167,7 @@ class ServiceServer(_ServiceEndpoint):
 
 
 @dataclass(frozen=True)
-class LostRequest:
+class UnservedRequest:
     """A request for which there was no server: when it was sent (s of simulated time), and at which line."""
 
     time_s: float
@@ -182,7 +182,7 @@ class Client(_ServiceEndpoint):
         self._sent = self._answered = 0
         self.asked_by: KernelNode | None = None
         """The node of the kernel that asked last."""
-        self.lost: dict[int, LostRequest] = {}
+        self.lost: dict[int, UnservedRequest] = {}
         """Number of a request -> where it was sent, of those that no server got."""
         self.missed_since_s: float | None = None
         """Since when a server has been looked for, and not been found (s of simulated time)."""
@@ -217,7 +217,7 @@ class Client(_ServiceEndpoint):
         self.asked_by = self.kernel.own_node()
         if not self.servers():
             # Of the caller: that is where a reader looks for the reason.
-            self.lost[self._sent] = LostRequest(self.kernel.now_s, place_of(sys._getframe(1)))
+            self.lost[self._sent] = UnservedRequest(self.kernel.now_s, place_of(sys._getframe(1)))
         self._tell(ServiceEvent.REQUEST_SENT, RequestId(self._sent, self), request)
         self._send("request", request, partial(self._deliver_request, RequestId(self._sent, self)), self._is_served)
         return self._sent

@@ -56,7 +56,7 @@ class WorldNode(RosWorldNode):
         kernel: of the run.
         name: in the graph, and of the sender in the record.
         namespace: it is in.
-        context: with remappings, of a process that it stands for.
+        context: with remappings, of a process that it replaces.
     """
 
     def __init__(self, kernel: Kernel, name: str, namespace: str = "/", context: Context | None = None) -> None:
@@ -112,7 +112,7 @@ class StartedSystem:
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
-        """Of the run: stand-ins wait in its time."""
+        """Of the run: fakes wait in its time."""
 
     def node(self, name: str, namespace: str = "/") -> WorldNode:
         """A node of the world in the ROS graph, such as a simulated sensor."""

@@ -1,6 +1,6 @@
 """Actions that the simulated world serves: goals are accepted or not, have feedback, and end as the world says.
 
-So what stands in for a navigation or a motion planner is a function of a few lines, which blocks in simulated time.
+A fake of a navigation or a motion planner is a function of a few lines, which blocks in simulated time.
 """
 
 from __future__ import annotations

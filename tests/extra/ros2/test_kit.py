@@ -310,11 +310,11 @@ def test_a_stand_in_names_the_package_that_is_missing(world: World, monkeypatch:
 
 def test_the_example_of_the_page_stands_in_for_a_robot(world: World) -> None:
     names: dict[str, Any] = {}
-    exec(next(block.text for block in blocks("ros2.md") if block.name == "stand_ins.py"), names)
+    exec(next(block.text for block in blocks("ros2.md") if block.name == "fakes.py"), names)
     seen: list[Any] = []
 
     def driver() -> None:
-        base = names["stand_ins"](world.ros)
+        base = names["fakes"](world.ros)
         client = world.ros.node("driver").action("/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
         seen.append(client.call(60.0, pose=pose(1.0, 0.0)).status)
         scans = world.ros.node("driver").subscribe("/scan", "sensor_msgs/msg/LaserScan")

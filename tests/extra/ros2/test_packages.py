@@ -64,7 +64,7 @@ def test_what_cmake_builds_is_refused_and_says_how_to_stand_in(tmp_path: Path) -
     folder = write_manifest(tmp_path / "driver", "driver")
     (folder / "CMakeLists.txt").touch()
     executables = Executables(Launch("a.launch.py"), {"driver": SourcePackage("driver", folder)})
-    with pytest.raises(LaunchError, match=r"driver/lidar is built by CMake.*\{\"driver/lidar\": stand_in\}"):
+    with pytest.raises(LaunchError, match=r"driver/lidar is built by CMake.*\{\"driver/lidar\": replacement\}"):
         executables.of(command(["/lib/driver/lidar"]))
     with pytest.raises(LaunchError, match="gz sim is a command of the system"):
         executables.of(command(["gz", "sim"]))
