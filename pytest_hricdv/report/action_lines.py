@@ -12,9 +12,6 @@ MAX_ACTIONS = 14
 BRIEF_ACTIONS = 10
 """The same of the text without `-v`, chosen: with causes and a line for each test, 20 failures are on two screens."""
 
-_LEAST_LATER = 4
-"""Of these, so many are kept for what came after the instant: enough to see how the run went on (chosen)."""
-
 
 def list_actions(actions: Sequence[str], name: str, who: str = "the human") -> Iterator[str]:
     """The first actions of a test, where it is not known when they began.
@@ -57,7 +54,7 @@ def around(
     begun = list(zip(times, actions, strict=False))
     before = [entry for entry in begun if entry[0] <= at_ms_s]
     after = [entry for entry in begun if entry[0] > at_ms_s]
-    later = after[: max(_LEAST_LATER, most - len(before))]
+    later = after[: max(4, most - len(before))]
     earlier = before[max(0, len(before) - (most - len(later))) :]
     yield f"what {who} did {'around' if event else 'until'} then ({name}):"
     if len(earlier) < len(before):

@@ -15,7 +15,7 @@ from pytest_hricdv.results.model import Report, TestResult
 MAX_ANNOTATIONS = 10
 """GitHub shows ten of a kind per step."""
 
-MOST_NAMED = 20
+MAX_NAMED = 20
 """Tests of a cause in its annotation (chosen: GitHub shows a few lines, and the rest on demand)."""
 
 Place = tuple[str, int]
@@ -63,8 +63,8 @@ def _cause_annotations(
         place = host if cause.place is None else (in_repository(cause.place[0]), cause.place[1])
         lines = [line.text.strip() for line in cause.lines[1:]]
         if len(nodeids) > 1:
-            lines += ["", *(line.text.strip() for line in failing.rows(nodeids[:MOST_NAMED]))]
-            lines += [f"and {len(nodeids) - MOST_NAMED} more"] if len(nodeids) > MOST_NAMED else []
+            lines += ["", *(line.text.strip() for line in failing.rows(nodeids[:MAX_NAMED]))]
+            lines += [f"and {len(nodeids) - MAX_NAMED} more"] if len(nodeids) > MAX_NAMED else []
         yield _annotation(place, cause.title, "\n".join(lines))
 
 

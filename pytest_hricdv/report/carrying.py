@@ -23,7 +23,7 @@ REPLAYS = "failures"
 """The folder of replay files inside of a report; features have folders of their own."""
 
 _REPLAY_SUFFIXES = (".json",)
-_MOST_BYTES = 2_000_000_000
+_MAX_BYTES = 2_000_000_000
 """Of a file that is carried along; chosen: more than a film or a trace of an hour. A sparse file has any size."""
 
 
@@ -61,8 +61,8 @@ class FileCarrier:
         for source in self.sources:
             for name, suffixes in {REPLAYS: _REPLAY_SUFFIXES, **folders}.items():
                 for path in files_inside(source, name, suffixes):
-                    if path.stat().st_size > _MOST_BYTES:
-                        raise OSError(errno.EFBIG, f"too large; expected at most {_MOST_BYTES:,} bytes", str(path))
+                    if path.stat().st_size > _MAX_BYTES:
+                        raise OSError(errno.EFBIG, f"too large; expected at most {_MAX_BYTES:,} bytes", str(path))
                     yield path
 
     def rename_files(self, report: Report, source: Path) -> Report:

@@ -8,13 +8,12 @@ although equal reports have to give equal files.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import add
 from pathlib import PurePosixPath
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.coverage.records import MappedFile
 from pytest_hricdv.results.model import Report
 
 _HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -27,13 +26,14 @@ Arc = tuple[int, int]
 class FileHits:
     """One file of the code under test: tests by line, and by branch (from line, to line; negative for an exit).
 
-    Waived lines, and branches from or to them, are left out, as tools leave out what is excluded from coverage.
-    `branches` is None where only lines were measured.
+    Waived lines, and branches from or to them, are left out, as tools leave out what is excluded from coverage; tests
+    by waived line are in `waived`. `branches` is None where only lines were measured.
     """
 
     name: str
     lines: Mapping[int, int]
     branches: Mapping[Arc, int] | None
+    waived: Mapping[int, int]
 
     def conditions(self, line: int) -> list[int]:
         """Tests by branch that leaves this line, in order; empty if the line does not branch."""
@@ -70,15 +70,23 @@ def lcov(report: Report) -> str:
 
 def hits(report: Report) -> tuple[FileHits, ...]:
     """Tests per line and branch of each file, by name; empty where the code was not measured."""
+    return tuple(sorted(count_hits(report), key=lambda file: file.name)) if report.code_under_test.measured else ()
+
+
+def count_hits(report: Report) -> Iterator[FileHits]:
+    """Tests per line and branch of each file, in the order of the report's map."""
     code = report.code_under_test
-    if not code.measured:
-        return ()
     bits = [test.code.bits for test in report.tests if test.code]
-    statements = _count_bits(lines for lines, _ in bits)
+    statements = iter(count_bits([lines for lines, _ in bits], sum(len(file.statements) for file in code.map)))
     measured_arcs = [arcs for _, arcs in bits if arcs is not None]
-    arcs = _count_bits(measured_arcs) if len(measured_arcs) == len(bits) else None
-    waived = {(waiver.file, waiver.line) for waiver in code.waivers}
-    return tuple(sorted(_files(code.map, statements, arcs, waived), key=lambda file: file.name))
+    arcs = iter(count_bits(measured_arcs, sum(len(file.branches) for file in code.map)))
+    waivers = {(waiver.file, waiver.line) for waiver in code.waivers}
+    for file in code.map:
+        counts = {line: next(statements) for line in file.statements}
+        branches = {branch: next(arcs) for branch in file.branches}
+        waived = {line: counts.pop(line) for line in file.statements if (file.file, line) in waivers}
+        needed = {branch: count for branch, count in branches.items() if waived.keys().isdisjoint(branch)}
+        yield FileHits(file.file, counts, needed if len(measured_arcs) == len(bits) else None, waived)
 
 
 def _class(classes: ET.Element, file: FileHits) -> None:
@@ -148,25 +156,9 @@ def _branches(file: FileHits) -> Iterator[str]:
     yield f"BRH:{sum(count > 0 for count in counts)}"
 
 
-def _files(
-    files: Sequence[MappedFile], statements: Counter[int], arcs: Counter[int] | None, waived: set[tuple[str, int]]
-) -> Iterator[FileHits]:
-    statement = arc = 0  # bit n is the n-th statement (or branch) of all files together
-    for file in files:
-        out = {line for name, line in waived if name == file.file}
-        lines = {line: statements[bit] for bit, line in enumerate(file.statements, statement) if line not in out}
-        branches = None
-        if arcs is not None:
-            branches = {branch: arcs[bit] for bit, branch in enumerate(file.branches, arc) if not out & set(branch)}
-        statement, arc = statement + len(file.statements), arc + len(file.branches)
-        yield FileHits(file.file, lines, branches)
-
-
-def _count_bits(numbers: Iterable[str]) -> Counter[int]:
-    """How many of the hexadecimal numbers have each bit set; equal ones, which suites have many of, are read once."""
-    counts: Counter[int] = Counter()
-    for number, times in Counter(numbers).items():
-        for place, digit in enumerate(reversed(bin(int(number, 16)))):
-            if digit == "1":
-                counts[place] += times
-    return counts
+def count_bits(numbers: Sequence[str], size: int) -> list[int]:
+    """How many of the hexadecimal numbers have each of the first `size` bits set."""
+    counts = [0] * size
+    for number in numbers:
+        counts = list(map(add, counts, f"{int(number, 16):0{size}b}"[::-1].encode()))
+    return [count - len(numbers) * ord("0") for count in counts]

@@ -17,7 +17,7 @@ from pytest_hricdv.report.violations import (
     unit_of,
     violation_line,
 )
-from pytest_hricdv.results.model import Report, RequirementText, TestResult
+from pytest_hricdv.results.model import ReplayComparison, Report, RequirementText, TestResult
 
 # Chosen, as the number of actions in `action_lines`.
 _MAX_VIOLATIONS = 3
@@ -177,6 +177,15 @@ def instructions(
         return ["run it again:", f"  {replay_command(file, options)}"]
     lines = ["run it again:", f"  {generate_command(test.nodeid, suite or test.suite, seed, options)}"]
     return [*lines, "or the very same run, from its file:", f"  {replay_command(file, options)}"] if file else lines
+
+
+def describe_replay(replayed: ReplayComparison) -> tuple[str, str]:
+    """How the run of a replayed test compares with the recorded one, and a hint at the cause, which may be empty."""
+    if replayed.same:
+        return "the same run, to the bit", ""
+    changes = f": {', '.join(replayed.changed)}" if replayed.changed else "; cause unknown: --hri-audit looks for it"
+    hint = f"it may be Python's hash seed, which was {replayed.hash_seed}" if replayed.hash_seed else ""
+    return f"differs from the recording{changes}", hint
 
 
 def instructions_of(report: Report, test: TestResult) -> list[str]:

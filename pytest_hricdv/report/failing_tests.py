@@ -12,7 +12,7 @@ from pytest_hricdv.report.view import FailureCause, FailureCauses, views
 from pytest_hricdv.report.violations import is_known, order_failures
 from pytest_hricdv.results.model import Report, TestResult
 
-MOST_ROWS = 40
+MAX_ROWS = 40
 """So many tests have a line, unless all are asked for. Chosen: two screens; pytest's own list has all."""
 
 _GAP = "  "
@@ -68,13 +68,13 @@ class FailingTests:
 
         Args:
             columns: as many as a line may have; None for any number.
-            all_rows: not only the first `MOST_ROWS`.
+            all_rows: not only the first `MAX_ROWS`.
         """
         if self.causes is not None:
             yield Line(visible(self.causes.headline), "title")
         elif len(self.tests) > 1:
             yield Line(f"{plural(len(self.tests), 'test')} failed", "title")
-        room = len(self.tests) if all_rows else MOST_ROWS
+        room = len(self.tests) if all_rows else MAX_ROWS
         for cause, nodeids in self.groups:
             if cause is not None:
                 yield from cause.lines
@@ -84,8 +84,8 @@ class FailingTests:
                 yield from self.rows(nodeids[:room], columns)
                 room = max(0, room - len(nodeids))
         yield from self._replays(columns)
-        if not all_rows and len(self.tests) > MOST_ROWS:
-            yield Line(f"and {plural(len(self.tests) - MOST_ROWS, 'more test')}: -v lists all", "dim")
+        if not all_rows and len(self.tests) > MAX_ROWS:
+            yield Line(f"and {plural(len(self.tests) - MAX_ROWS, 'more test')}: -v lists all", "dim")
         if self.causes is not None and self.causes.remark:
             yield from (Line(line, "dim") for line in _wrap_lines(self.causes.remark, columns))
 

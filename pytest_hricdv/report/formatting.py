@@ -18,7 +18,7 @@ Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 LABEL_COLUMNS = 20
 """Of the label that a line of the terminal begins with; chosen: the names of most suites and agents fit."""
 
-_MOST_LINES = 3
+_MAX_LINES = 3
 """Of a sentence in the summary; chosen: what is longer is in the report."""
 
 _ZERO_WIDTH = {"Mn", "Me"}
@@ -101,6 +101,11 @@ def by_requirement(name: str) -> tuple[bool, tuple[tuple[int, int, str], ...]]:
     return name == MODEL, natural(name)
 
 
+def capitalize(text: str) -> str:
+    """The text with a capital first letter, and all others as they are."""
+    return text[:1].upper() + text[1:]
+
+
 def width(text: str) -> int:
     """Columns that a text takes in a terminal: two for wide East Asian characters, none for combining marks."""
     return sum(_char_width(char) for char in text)
@@ -179,8 +184,8 @@ def wrap_line(text: str, columns: int) -> list[str]:
     indent = " " * min(len(text) - len(words), columns // 2)
     room = columns - len(indent) - 2
     lines = wrap(words.split(" "), room)
-    if len(lines) > _MOST_LINES:
-        lines = [*lines[: _MOST_LINES - 1], fit(" ".join(lines[_MOST_LINES - 1 :]), room)]
+    if len(lines) > _MAX_LINES:
+        lines = [*lines[: _MAX_LINES - 1], fit(" ".join(lines[_MAX_LINES - 1 :]), room)]
     return [indent + lines[0], *(f"{indent}  {line}" for line in lines[1:])]
 
 

@@ -36,11 +36,6 @@ from pytest_hricdv.results.model import Report
 EMBEDDED_BYTES = 1_200_000
 """If the tests' details are larger, they are written to files beside the page, so that it opens fast."""
 
-_SHOWN_ITEMS = 40
-"""Of a gap, before the rest is folded away; chosen: some lines of a browser."""
-_SHOWN_HOLES = 15
-"""Groups of points that no test covers, before the rest is folded away; chosen: each is a line or two, so a screen."""
-
 
 def page(report: Report) -> tuple[str, dict[str, str]]:
     """The page, and the files beside it: name relative to the page -> text. Equal reports give equal text."""
@@ -74,6 +69,7 @@ def _environment() -> jinja2.Environment:
         outcome=totals.outcome_word,
         outcome_style=totals.outcome_style,
         coded=_mark_code,
+        capitalized=formatting.capitalize,
     )
     return environment
 
@@ -115,9 +111,9 @@ def _context(report: Report) -> dict[str, Any]:
         "duration": totals.duration(report),
         "suites": report.suites,
         "holes": hole_causes(report),
-        "shown_holes": _SHOWN_HOLES,
+        "shown_holes": 15,
         "aim": next((command for view in views() if (command := view.aim(report))), ""),
-        "shown_items": _SHOWN_ITEMS,
+        "shown_items": 40,
         "waivers": waivers_view.waivers(report),
         "unmeasured": totals.explain_no_coverage(report),
         "origins": origins,

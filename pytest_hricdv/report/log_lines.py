@@ -10,9 +10,6 @@ from dataclasses import dataclass
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import MAX_TEXT, cut, visible
 
-MAX_KEPT = 1_000
-"""Of a run, the last ones (chosen): more are not read, and a loop may log without end."""
-
 MAX_BEFORE, MAX_AFTER = 8, 3
 """Shown around an instant (chosen): with the actions about a screen of a terminal. pytest shows all it captured."""
 
@@ -42,7 +39,7 @@ class RunLog(logging.Handler):
     def __init__(self) -> None:
         super().__init__()
         self.now_s: Callable[[], float] = lambda: 0.0
-        self._lines: deque[LogLine] = deque(maxlen=MAX_KEPT)
+        self._lines: deque[LogLine] = deque(maxlen=1_000)
 
     def __enter__(self) -> RunLog:
         logging.getLogger().addHandler(self)

@@ -13,18 +13,16 @@ from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import instructions_of
-from pytest_hricdv.report.failing_tests import MOST_ROWS, FailingTests
-from pytest_hricdv.report.formatting import fit, percent, plural, seconds, share
+from pytest_hricdv.report.failing_tests import MAX_ROWS, FailingTests
+from pytest_hricdv.report.formatting import capitalize, fit, percent, plural, seconds, share
 from pytest_hricdv.report.view import views
 from pytest_hricdv.report.violations import margin_text, margin_unit, order_failures, violation_line
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_FAILURES = 10
 """In the markdown of a job's summary; chosen, as is GitHub's limit of annotations: who has more opens the report."""
-_MAX_SECTION_BYTES = 200_000
-"""Of each of the summary's six sections (chosen: together they stay below GitHub's limit of 1 MiB)."""
-_MAX_GAP_COLUMNS = 200
-"""Of an entry with what is not covered; chosen: two or three lines of a browser."""
+_MAX_SECTION_BYTES = 2**20 // 7
+"""GitHub's limit is 1 MiB: six sections, and the room of one for what closes them."""
 
 
 _CUT = "&#8203;"
@@ -93,7 +91,7 @@ def _head(report: Report) -> Iterator[str]:
     outcome = "failed" if bad else "nothing checked" if totals.list_vacuity_warnings(report) else "passed"
     yield f"## Human-robot interaction: {_escape(report.testbench)}, {outcome}"
     yield ""
-    unchecked = ". ".join(f"{text[0].upper()}{text[1:]}" for text in totals.list_vacuity_warnings(report))
+    unchecked = ". ".join(map(capitalize, totals.list_vacuity_warnings(report)))
     if unchecked:
         yield f"**{_escape(unchecked)}.**\n"
     lost = f" **{loss}.**" if loss else ""
@@ -125,7 +123,7 @@ def _causes(report: Report) -> Iterator[str]:
         if len(nodeids) > 1:
             yield f"<details><summary>{plural(len(nodeids), 'test')}</summary>"
             yield ""
-            yield from _fence([line.text.strip() for line in failing.rows(nodeids[:MOST_ROWS])])
+            yield from _fence([line.text.strip() for line in failing.rows(nodeids[:MAX_ROWS])])
             yield "</details>"
         yield ""
     yield _escape(failing.causes.remark)
@@ -217,7 +215,7 @@ def _gaps(report: Report) -> Iterator[str]:
     yield "<details><summary>Not covered</summary>"
     yield ""
     for gap in gaps:
-        yield f"- {_escape(gap.place)} {gap.kind}: {_escape(fit(', '.join(gap.items), _MAX_GAP_COLUMNS))}"
+        yield f"- {_escape(gap.place)} {gap.kind}: {_escape(fit(', '.join(gap.items), 200))}"
     yield ""
     yield "</details>"
 

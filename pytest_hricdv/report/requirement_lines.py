@@ -18,18 +18,6 @@ from pytest_hricdv.report.formatting import (
 )
 from pytest_hricdv.results.model import Report, SuiteResult
 
-_MAX_OVERTAKEN = 3
-"""Of topics (chosen: mostly one has several messages at one instant, and the report has all)."""
-
-_MAX_UNUSED = 3
-"""Alternatives that a requirement never needed; chosen: formulas with more are rare, and the report has them."""
-
-
-_LEAST_TITLE = 16
-"""Columns of a title that say something; with fewer, a requirement has its name only. Chosen: three words."""
-_MAX_PASSED = 8
-"""Requirements that no test failed are listed in a failed session if they are no more; chosen: few take no room."""
-
 
 def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief: bool = False) -> Iterator[Line]:
     """A suite's requirements: how many tests passed and failed each, what was not checked, and what is known.
@@ -42,7 +30,7 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief
         yield Line("  no requirements", "dim")
         return
     good = [row for row in rows if not row.failed and (row.passed or row.allowed_untriggered)]
-    if brief and len(good) > _MAX_PASSED:
+    if brief and len(good) > 8:
         yield from _table([row for row in rows if row not in good], columns)
         yield Line(f"  {len(good)} others: no test failed them; -v lists all", "ok")
     else:
@@ -71,7 +59,7 @@ def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
             margin = "" if row.margin is None else f"{row.margin:.3g}"
             figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
             unit = visible(f" {row.unit}" if margin else "")
-            is_titled = room - width(visible(row.name)) > _LEAST_TITLE
+            is_titled = room - width(visible(row.name)) > 16  # with less room, a title says nothing
             name = pad(visible(f"{row.name} {row.title}" if is_titled else row.name), room)
             if width(visible(row.name)) > room:  # it is what tells rows apart
                 yield Line(f"  {visible(row.name)}", _verdict_style(row))
@@ -111,11 +99,8 @@ def _describe_xfails(rows: Sequence[totals.RequirementRow], columns: int) -> Ite
 def _vacuous_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     """Alternatives of responses without which all verdicts would be the same."""
     unused = [f"in {row.name}, never affected the verdict: {text}" for row in rows for text in row.vacuous_alternatives]
-    for text in unused[:_MAX_UNUSED]:
-        shown = fit(text, columns - LABEL_COLUMNS - 4)  # the report has the whole formula
-        yield from label_lines("vacuous", shown, columns, "warn")
-    if len(unused) > _MAX_UNUSED:
-        yield from label_lines("vacuous", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
+    shown = [fit(text, columns - LABEL_COLUMNS - 4) for text in unused]  # the report has the formulas in full
+    yield from _first_lines("vacuous", shown, columns)
 
 
 def _describe_masked_messages(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
@@ -126,10 +111,14 @@ def _describe_masked_messages(rows: Sequence[totals.RequirementRow], columns: in
         for row in rows
         for topic, count in row.masked_messages.items()
     ]
-    for text in texts[:_MAX_OVERTAKEN]:
-        yield from label_lines("warning", text, columns, "warn")
-    if len(texts) > _MAX_OVERTAKEN:
-        yield from label_lines("warning", f"{len(texts) - _MAX_OVERTAKEN} more: see the report", columns, "warn")
+    yield from _first_lines("warning", texts, columns)
+
+
+def _first_lines(label: str, texts: Sequence[str], columns: int) -> Iterator[Line]:
+    """The first three of the texts, and how many more the report has."""
+    rest = [f"{len(texts) - 3} more: see the report"] if len(texts) > 3 else []
+    for text in [*texts[:3], *rest]:
+        yield from label_lines(label, text, columns, "warn")
 
 
 def _verdict_style(row: totals.RequirementRow) -> Style:

@@ -14,7 +14,7 @@ from pytest_hricdv.report.waivers_view import Waiver, waivers
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.origin import ReportOrigin
 
-MOST_ROWS = 80
+MAX_ROWS = 80
 """Of requirements, a row each: with more, those that passed are named only. Chosen: with a plan of 30 goals and 20
 waivers, 80 rows of two lines are four pages."""
 
@@ -46,7 +46,7 @@ class Sheet:
 
 def sheet(report: Report, requirements: Sequence[RequirementView], origins: Sequence[ReportOrigin]) -> Sheet:
     """The sheet of a report."""
-    is_long = len(requirements) > MOST_ROWS
+    is_long = len(requirements) > MAX_ROWS
     named = [view for view in requirements if is_long and view.state == "passed"]
     revisions = dict.fromkeys(
         f"{o.revision[:12]}{' with local changes' if o.dirty else ''}" for o in origins if o.revision

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from operator import add
 from typing import Literal
 
 from pytest_hricdv.coverage.records import MappedFile
-from pytest_hricdv.report.tests_view import code_bits, plan_bits, plan_names
+from pytest_hricdv.report.code_formats import FileHits, count_bits, count_hits
+from pytest_hricdv.report.tests_view import plan_bits, plan_names
 from pytest_hricdv.results.model import ModelSource, Report
 
 LineKind = Literal["hit", "missed", "partial", "waived", ""]
@@ -78,20 +78,11 @@ def code_sources(report: Report) -> tuple[AnnotatedSource, ...]:
     """The files under test; empty where nothing was measured."""
     if not any(test.code for test in report.tests):
         return ()
-    files = report.code_under_test.map
-    statements, branches = zip(*map(code_bits, report.tests), strict=True)
-    hits = count_bits(statements, sum(len(file.statements) for file in files))
-    taken = count_bits(branches, sum(len(file.branches) for file in files))
-    waived = {(waiver.file, waiver.line) for waiver in report.code_under_test.waivers}
-    sources, first, first_branch = [], 0, 0
-    for file in files:
-        file_waived = {line for name, line in waived if name == file.file}
-        next_first, next_branch = first + len(file.statements), first_branch + len(file.branches)
-        counts = dict(zip(file.branches, taken[first_branch:next_branch], strict=True))
-        needed = {arc: count for arc, count in counts.items() if not file_waived.intersection(arc)}
-        source = _code_source(file, first, hits, needed, file_waived)
+    sources, first = [], 0
+    for file, file_hits in zip(report.code_under_test.map, count_hits(report), strict=True):
+        source = _code_source(file, first, file_hits)
         sources.append(replace(source, note=_file_note(report, file.file)))
-        first, first_branch = next_first, next_branch
+        first += len(file.statements)
     return tuple(source for source in sources if source.lines and (source.units.total or source.waived))
 
 
@@ -107,7 +98,7 @@ def model_sources(report: Report) -> tuple[AnnotatedSource, ...]:
     """The agents' sources."""
     names = plan_names(report)
     numbers = {plan: number for number, plan in enumerate(names)}
-    hits = count_bits((plan_bits(test, numbers) for test in report.tests), len(names))
+    hits = count_bits([f"{plan_bits(test, numbers):x}" for test in report.tests], len(names))
     sources = []
     for agent, model in sorted(report.models.items()):
         lines = {line: label for label, line in model.plans.items() if (agent, label) in numbers}
@@ -120,43 +111,33 @@ def model_sources(report: Report) -> tuple[AnnotatedSource, ...]:
     return tuple(sources)
 
 
-def count_bits(sets: Iterable[int], size: int) -> list[int]:
-    """How many of the bit sets have each of the first `size` bits."""
-    counts, number = [0] * size, 0
-    for number, bits in enumerate(sets, start=1):  # noqa: B007
-        counts = list(map(add, counts, f"{bits:0{size}b}"[::-1].encode()))
-    return [count - number * ord("0") for count in counts]
-
-
-def _code_source(
-    file: MappedFile, first: int, hits: Sequence[int], taken: Mapping[tuple[int, int], int], waived: Set[int]
-) -> AnnotatedSource:
-    """A file whose first statement has this number; how many tests took each branch that has to be taken."""
+def _code_source(file: MappedFile, first: int, hits: FileHits) -> AnnotatedSource:
+    """A file whose first statement has this number."""
     units = {line: unit for unit, line in enumerate(file.statements, start=first)}
+    branches = hits.branches or {}
     untaken: dict[int, list[str]] = {}
-    for (start, end), tests in taken.items():
+    for (start, end), tests in branches.items():
         if not tests:
             untaken.setdefault(start, []).append("to the exit" if end < 0 else f"to line {end}")
     lines = []
     for number, text in enumerate(file.source.splitlines(), start=1):
-        unit = units.get(number)
+        unit, tests = units.get(number), hits.lines.get(number, 0)
         if unit is None:
             lines.append(SourceLine(number, text))
-        elif number in waived:  # the line itself holds the reason
-            lines.append(SourceLine(number, text, "waived", unit, hits[unit]))
-        elif hits[unit] and number in untaken:
+        elif number in hits.waived:  # the line itself holds the reason
+            lines.append(SourceLine(number, text, "waived", unit, hits.waived[number]))
+        elif tests and number in untaken:
             note = f"branch never taken: {', '.join(untaken[number])}"
-            lines.append(SourceLine(number, text, "partial", unit, hits[unit], note))
+            lines.append(SourceLine(number, text, "partial", unit, tests, note))
         else:
-            lines.append(SourceLine(number, text, "hit" if hits[unit] else "missed", unit, hits[unit]))
-    needed = [unit for line, unit in units.items() if line not in waived]
+            lines.append(SourceLine(number, text, "hit" if tests else "missed", unit, tests))
     return AnnotatedSource(
         title=file.file,
         file="",
         lines=tuple(lines),
-        units=CoverageCount(sum(hits[unit] > 0 for unit in needed), len(needed)),
-        branches=CoverageCount(sum(tests > 0 for tests in taken.values()), len(taken)),
-        waived=len(units) - len(needed),
+        units=CoverageCount(sum(tests > 0 for tests in hits.lines.values()), len(hits.lines)),
+        branches=CoverageCount(sum(tests > 0 for tests in branches.values()), len(branches)),
+        waived=len(hits.waived),
     )
 
 

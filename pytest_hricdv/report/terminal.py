@@ -8,6 +8,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.report import behaviour_view, totals
+from pytest_hricdv.report.explanation import describe_replay
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
     LABEL_COLUMNS,
@@ -262,13 +263,7 @@ def _slowest(report: Report) -> Iterator[Line]:
 
 
 def _replay_lines(test: str, replayed: ReplayComparison) -> Iterator[Line]:
-    start = visible(f"replay of {test}: ")
-    if replayed.same:
-        yield Line(f"{start}the same run, to the bit", "ok")
-        return
-    if replayed.changed:
-        yield Line(f"{start}differs from the recording: {visible(', '.join(replayed.changed))}", "warn")
-    else:
-        yield Line(f"{start}differs from the recording; cause unknown: --hri-audit looks for it", "bad")
-    if replayed.hash_seed:
-        yield Line(visible(f"  it may be Python's hash seed, which was {replayed.hash_seed}"), "warn")
+    text, hint = describe_replay(replayed)
+    yield Line(visible(f"replay of {test}: {text}"), "ok" if replayed.same else "warn" if replayed.changed else "bad")
+    if hint:
+        yield Line(visible(f"  {hint}"), "warn")

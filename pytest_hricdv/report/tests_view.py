@@ -14,15 +14,15 @@ from msgspec import to_builtins
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
-from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
+from pytest_hricdv.report.formatting import by_requirement, capitalize, natural, quantity, seconds
 from pytest_hricdv.report.view import views
 from pytest_hricdv.report.violations import margin_text, margin_unit, violation_line
 from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 
 TESTS_PER_PACK = 20
-"""Tests whose details are read at once. Chosen: with more, opening a test takes longer; with fewer, there are more
-files, and all of them together are larger (50: 557 kB of the table's 134 tests; 20: 567; 5: 611)."""
-MOST_LISTED = 20
+"""Tests whose details are read at once: all details of the table's 134 tests take 611 kB with 5, 567 with 20, and 557
+with 50, but opening a test takes longer with more."""
+MAX_LISTED = 20
 """Violations of a requirement that the page of a test lists (chosen: a screen); there may be one an event."""
 
 FOLDER = "details"
@@ -85,12 +85,6 @@ def plan_names(report: Report) -> list[PlanName]:
             labels = sorted({*suite.plans[agent].covered, *suite.plans[agent].missing}, key=natural)
             names.update(dict.fromkeys((agent, label) for label in labels))
     return list(names)
-
-
-def code_bits(test: TestResult) -> tuple[int, int]:
-    """The statements and branches that a test covered, bit n for the n-th of the sources; 0 where unmeasured."""
-    statements, branches = test.code.bits if test.code else (None, None)
-    return int(statements or "0", 16), int(branches or "0", 16)
 
 
 def plan_bits(test: TestResult, numbers: Mapping[PlanName, int]) -> int:
@@ -167,7 +161,7 @@ def _row(
         _round(test.code.percent) if test.code else None,
         _round(test.sim_s),
         " ".join(test.beliefs),
-        f"{code_bits(test)[0]:x}",
+        f"{int(test.code.bits[0], 16) if test.code else 0:x}",
         f"{plan_bits(test, plans):x}",
     ]
 
@@ -215,18 +209,13 @@ def _verdict(report: Report, name: str, result: RequirementResult) -> dict[str, 
         "margin": "" if result.margin is None else margin_text(result.margin, unit) + at,
         "miss": explanation.near_miss(result.near_miss) if result.near_miss else "",
         "violations": [
-            violation_line(violation, report.units or {}, unit) for violation in result.violations[:MOST_LISTED]
+            violation_line(violation, report.units or {}, unit) for violation in result.violations[:MAX_LISTED]
         ],
-        "more": max(0, len(result.violations) - MOST_LISTED),
+        "more": max(0, len(result.violations) - MAX_LISTED),
         "times": [violation.time_s for violation in result.violations],
     }
 
 
 def _replay_text(replayed: ReplayComparison) -> str:
-    if replayed.same:
-        return f"Replay of {replayed.file}: the same run, to the bit."
-    if replayed.changed:
-        return f"Replay of {replayed.file}: the run differs from the recording; changed: {', '.join(replayed.changed)}."
-    seed = f" It may be Python's hash seed, which was {replayed.hash_seed}." if replayed.hash_seed else ""
-    unknown = "cause unknown: --hri-audit looks for it"
-    return f"Replay of {replayed.file}: the run differs from the recording; {unknown}.{seed}"
+    text, hint = explanation.describe_replay(replayed)
+    return f"Replay of {replayed.file}: {text}.{f' {capitalize(hint)}.' if hint else ''}"

@@ -28,9 +28,6 @@ _OUTCOME_WORDS: Mapping[TestOutcome, tuple[str, str]] = {
 }
 """In the order in which they are listed: what one test is called, and a number of tests."""
 
-_MAX_NAMES = 5
-"""Of requirements in a sentence (chosen: the table below it has all)."""
-
 
 @dataclass(frozen=True)
 class RequirementRow:
@@ -170,7 +167,7 @@ def list_vacuity_warnings(report: Report) -> tuple[str, ...]:
     ran = plural(len(passed), "test")
     if not names:
         return (f"nothing was checked: the testbench has no requirement, so {ran} passed vacuously",)
-    shown = ", ".join(names[:_MAX_NAMES]) + and_more(len(names[_MAX_NAMES:]))
+    shown = ", ".join(names[:5]) + and_more(len(names[5:]))
     return (
         f"nothing was checked: no test triggered a requirement ({shown}), so {ran} passed vacuously",
         *_nearest(report, names),

@@ -13,8 +13,6 @@ from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChange, BehaviourChanges, BusMessage, ChangeKind
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
-_LONGEST_VALUE = 40
-"""Characters; chosen: two of them and their message fit in a line of a terminal."""
 _ABSENT = object()
 _NEVER = sys.maxsize
 """Farther than any message of a run."""
@@ -210,7 +208,7 @@ def _message_text(
 def _value(value: object, exact: bool) -> str:
     """Numbers with six digits, and texts of at most so many characters, unless they are to be exact."""
     text = f"{value:.6g}" if isinstance(value, float) and not exact else _text(value)
-    return text if exact or len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+    return text if exact or len(text) <= 40 else f"{text[:37]}..."
 
 
 def _text(value: object) -> str:

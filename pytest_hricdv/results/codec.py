@@ -38,15 +38,11 @@ def encode(result: msgspec.Struct) -> str:
         return re.sub("[\ud800-\udfff]", lambda match: f"\\\\u{ord(match[0]):04x}", text)
 
 
-MAX_RESULT = 1_000_000
-"""Characters of a result whose texts are not looked at (chosen: those of the table have some ten thousand)."""
-
-
 def encode_bounded(result: TestResult) -> str:
     """As `encode`, with the texts of the code under test cut; its messages and signals are cut in the timeline."""
     try:
         text = encode(result)
-        if len(text) <= MAX_RESULT:
+        if len(text) <= 1_000_000:
             return text
     except MemoryError:
         pass  # once more with less

@@ -9,7 +9,7 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from pytest_hricdv.extra.diagnosis.records import CAUSES, Cause, SuspiciousPlace
-from pytest_hricdv.report.failing_tests import MOST_ROWS, FailingTests
+from pytest_hricdv.report.failing_tests import MAX_ROWS, FailingTests
 from pytest_hricdv.report.formatting import width
 from pytest_hricdv.results.model import Report, TestResult
 from tests.report import sample, sample_tests
@@ -109,8 +109,8 @@ def test_thousands_of_tests_are_counted_unless_all_are_asked_for() -> None:
     tests = [failing(number, "R2") for number in range(100, 300)]
     report = report_of(*tests)
     lines = texts(report, None)
-    assert lines[-1] == f"and {200 - MOST_ROWS} more tests: -v lists all"
-    assert sum(line.endswith(".json") and "pytest" not in line for line in lines) == MOST_ROWS
+    assert lines[-1] == f"and {200 - MAX_ROWS} more tests: -v lists all"
+    assert sum(line.endswith(".json") and "pytest" not in line for line in lines) == MAX_ROWS
     assert sum(line.endswith(".json") and "pytest" not in line for line in texts(report, None, all_rows=True)) == 200
 
 

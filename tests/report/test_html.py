@@ -10,8 +10,8 @@ import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv.report import html
+from pytest_hricdv.report.code_formats import count_bits
 from pytest_hricdv.report.files import PAGE_NAME, write
-from pytest_hricdv.report.sources_view import count_bits
 from pytest_hricdv.results.model import Report
 from tests.report import sample, sample_sections, sample_tests
 from tests.report.parsed import Page, details
@@ -152,7 +152,9 @@ def test_sources_say_how_many_tests_reach_each_line() -> None:
 @pytest.mark.parametrize("size", [1, 7, 64])
 def test_bits_are_counted_one_by_one(size: int) -> None:
     sets = [(n * 2654435761) % (1 << size) for n in range(40)]
-    assert count_bits(sets, size) == [sum(bits >> bit & 1 for bits in sets) for bit in range(size)]
+    assert count_bits([f"{bits:x}" for bits in sets], size) == [
+        sum(bits >> bit & 1 for bits in sets) for bit in range(size)
+    ]
     assert count_bits([], size) == [0] * size
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from pytest_hricdv.report import html
 from pytest_hricdv.report.requirement_view import requirement_view
-from pytest_hricdv.report.sheet import MOST_ROWS, css_text, sheet
+from pytest_hricdv.report.sheet import MAX_ROWS, css_text, sheet
 from pytest_hricdv.report.tests_view import requirement_names
 from tests.report import sample, sample_sections, sample_tests
 from tests.report.parsed import Page
@@ -85,11 +85,11 @@ def test_it_says_why_it_should_not_be_signed_yet() -> None:
 
 
 def test_of_very_many_requirements_those_that_passed_are_named() -> None:
-    report = sample.typed(large(MOST_ROWS + 1, goals=1, waivers=0))
+    report = sample.typed(large(MAX_ROWS + 1, goals=1, waivers=0))
     views = [requirement_view(report, name) for name in requirement_names(report)]
     signed = sheet(report, views, ())
     assert {view.name for view in signed.listed} <= {"R1", "R2", "R3", "R4"}
-    assert len(signed.listed) + len(signed.passed) == MOST_ROWS + 1
+    assert len(signed.listed) + len(signed.passed) == MAX_ROWS + 1
 
 
 def test_no_name_ends_the_style_of_the_pages() -> None:
@@ -100,7 +100,7 @@ def test_no_name_ends_the_style_of_the_pages() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("requirements", [4, 60, MOST_ROWS])
+@pytest.mark.parametrize("requirements", [4, 60, MAX_ROWS])
 def test_the_sheet_is_printed_on_at_most_four_pages_in_the_light_theme(
     browser: Any, tmp_path: Path, requirements: int
 ) -> None:

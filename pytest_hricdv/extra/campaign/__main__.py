@@ -52,9 +52,9 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--most",
         type=_number,
-        default=commands.MOST_LISTED,
+        default=commands.MAX_LISTED,
         metavar="N",
-        help=f"list all runs where they are at most N, otherwise those to keep (default {commands.MOST_LISTED})",
+        help=f"list all runs where they are at most N, otherwise those to keep (default {commands.MAX_LISTED})",
     )
     report.set_defaults(do=commands.report)
     export = subparsers.add_parser("export", help="write a row a run for other tools")

@@ -37,7 +37,7 @@ from pytest_hricdv.session.remote import ClusterError, Remote, RemoteProject, re
 
 OK, FAILED_RUNS, USAGE, UNFINISHED = 0, 1, 2, 3
 
-MOST_LISTED = 7000
+MAX_LISTED = 7000
 """A page with more tests takes seconds to open."""
 
 _SHOWN = 10

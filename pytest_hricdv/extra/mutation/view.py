@@ -18,8 +18,6 @@ from pytest_hricdv.results.model import Report
 
 _MAX_EXAMPLES = 5
 _TOKEN = re.compile(r"\w+|\W")
-_AROUND = 3
-"""Words and signs that are shown of what a fault has left on each side. Chosen: a name and a bracket."""
 
 WHY: Mapping[MutantStatus, str] = {
     "survived": "a record changed, and nothing failed: an oracle is missing",
@@ -174,7 +172,7 @@ def change(mutant: MutantResult) -> tuple[str, str]:
     )
     first = _share(before, after)
     last = _share(before[first:][::-1], after[first:][::-1])
-    begin, end = max(0, first - _AROUND), max(0, last - _AROUND)
+    begin, end = max(0, first - 3), max(0, last - 3)
 
     def part(tokens: list[str]) -> str:
         shown = "".join(tokens[begin : len(tokens) - end])

@@ -9,11 +9,11 @@ from pytest_hricdv.extra.suggestion.candidate import (
     RequirementCandidate,
     above,
     below,
-    capitalize,
     is_quantity,
     number,
 )
 from pytest_hricdv.extra.suggestion.events import Runs, Series, SignalCondition, signal_conditions
+from pytest_hricdv.report.formatting import capitalize
 
 TIGHTER = 0.6
 """A bound under a condition says more than the bound at all times if it is tighter by this factor."""

@@ -90,8 +90,3 @@ def is_quantity(member: str) -> bool:
 def number(value: float) -> str:
     """In a formula or a title, short."""
     return f"{value:.6g}"
-
-
-def capitalize(text: str) -> str:
-    """With a capital first letter; the rest stays."""
-    return text[:1].upper() + text[1:]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCandidate, capitalize
+from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCandidate
 from pytest_hricdv.extra.suggestion.events import RecordedEvent, last_before
+from pytest_hricdv.report.formatting import capitalize
 
 MAX_OF_EVENT = 4
 """Causes of an event that become candidates: those nearest to it."""

@@ -70,14 +70,8 @@ function plain(width, options) {
 /** A legend of [name, colour, dash, note] items, drawn as the lines are. */
 function legend(items) {
   return h("ul", { class: "legend" }, items.map(([name, colour, dash, note]) => {
-    const sample = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    sample.setAttribute("viewBox", "0 0 30 10");
-    sample.setAttribute("aria-hidden", "true");
-    const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
-    for (const [key, value] of Object.entries({ d: "M0 5H30", stroke: colour, "stroke-width": 2.5, "stroke-dasharray": dash })) {
-      line.setAttribute(key, value);
-    }
-    sample.append(line);
+    const line = svgElement("path", { d: "M0 5H30", stroke: colour, "stroke-width": 2.5, "stroke-dasharray": dash });
+    const sample = svgElement("svg", { viewBox: "0 0 30 10", "aria-hidden": "true" }, [line]);
     return h("li", {}, sample, name, note && h("span", { class: "soft" }, " (" + note + ")"));
   }));
 }
