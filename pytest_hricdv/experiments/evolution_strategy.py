@@ -20,10 +20,10 @@ from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler, Sometimes, Uniform
 
 PATIENCE = 8
-"""So many steps without an improvement, and it is the next start's turn. Chosen."""
+"""Steps without an improvement after which the next start has its turn."""
 
 FIRST_WIDTH = 0.1
-"""The first steps are of at most so large a share of a range. Chosen."""
+"""Largest first step, as a share of a range; the 1/5 success rule adapts it."""
 
 _WIDER, _NARROWER = 1.5, 1.5**-0.25  # with one success in five, the width stays the same
 _WIDTHS = (0.01, 0.5)

@@ -180,7 +180,7 @@ def _check_exemptions(report: Report, gates: Gates) -> Iterator[str]:
 
     That a suite checks a requirement which was generated to check all of them is no sign that others do.
     """
-    aimed = {name_aimed(report) for name_aimed in offers("records", "aimed_suite")}
+    aimed = {name_aimed(report) for name_aimed in offers("records", "target_suite")}
     untriggered, suites = _nc_requirements(report), {suite.name for suite in report.suites if suite.name not in aimed}
     for name, exemption in gates.known_violations.items():
         if not _violations(report, name) and name not in untriggered and exemption.reason:

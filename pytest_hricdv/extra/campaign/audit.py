@@ -20,8 +20,8 @@ from pytest_hricdv.session.remote import Answer, LostRequest, WorkerName, WorkRe
 from pytest_hricdv.session.run_process import RunReply
 
 PERCENT = 1.0
-"""Share of the runs that are done again. Chosen: it costs a hundredth of the time, and in a campaign of 6,560 runs a
-record that differs in one run of twenty is found with probability 1 - 0.95**65 = 96 %."""
+"""Share of the runs that are repeated. In a campaign of 6,560 runs, a record that differs in one run of twenty is found
+with probability 1 - 0.95**65 = 96 %."""
 
 _PARTS = 10_000  # so that shares can be given to a hundredth of a per cent
 

@@ -144,7 +144,7 @@ def _summary(now: CampaignPlan, store: Store, counts: Counts) -> Iterator[str]:
     if 0 < now.runs - counts.runs <= _SHOWN:
         done = store.keys()
         yield f"missing: {', '.join(now.name(key) for key in now.run_keys() if key not in done)}"
-    yield f"repeated {counts.repeated:,}, on another worker where there is one, of which {counts.differing:,} differ"
+    yield f"repeated {counts.repeated:,}, on another worker if there is one; {counts.differing:,} differ"
     lost = store.losses()
     for key, reason in lost[:_SHOWN]:
         yield f"lost: {now.name(key)}: {reason}"
@@ -209,7 +209,7 @@ def report(options: argparse.Namespace) -> int:
 
 
 def _failures(made: Report) -> Iterator[str]:
-    """What fails a campaign beside the gates of a session, a sentence each."""
+    """What fails a campaign in addition to the gates of a session, a sentence each."""
     result = CAMPAIGN.of(made)
     assert result is not None, "it is a campaign's"
     if result.not_run:

@@ -31,9 +31,9 @@ CREATE TABLE sessions (began_utc TEXT, wall_s REAL);
 """
 
 _BESIDE = ("-wal", "-shm", "-journal")
-"""Endings of the files that SQLite writes beside a database."""
+"""Suffixes of the files that SQLite writes next to a database."""
 
-_MOST_K = 10_000_000
+_MAX_K = 10_000_000
 """Concretizations of a test; as many as the command line takes."""
 
 _STRANGE_KEYS = "SELECT count(*) FROM {} WHERE typeof(test) != 'integer' OR typeof(k) != 'integer' OR test < 0 \
@@ -44,7 +44,7 @@ def connect(path: Path) -> sqlite3.Connection:
     """A connection to the file, which is made where it is missing.
 
     Raises:
-        OSError: SQLite would write through a symbolic link beside it.
+        OSError: SQLite would write through a symbolic link next to it.
         sqlite3.Error: it cannot be opened.
     """
     for ending in _BESIDE:
@@ -84,7 +84,7 @@ def _tables(connection: sqlite3.Connection) -> dict[str, tuple[str, str]]:
 def check_keys(path: Path, connection: sqlite3.Connection, tests: int) -> None:
     """Check that all rows are of tests of the plan. Raises CampaignError."""
     for table in ("runs", "results", "again"):
-        (count,) = connection.execute(_STRANGE_KEYS.format(table), (tests, _MOST_K)).fetchone()
+        (count,) = connection.execute(_STRANGE_KEYS.format(table), (tests, _MAX_K)).fetchone()
         if count:
             raise damage_error(path, f"{count:,} rows of {table} are of no test of its plan")
 

@@ -1,4 +1,4 @@
-"""What a report says of a campaign: sums over all runs, of which it lists some or all as tests."""
+"""What a report says of a campaign: sums over all runs. Some or all of them are listed as tests."""
 
 from __future__ import annotations
 

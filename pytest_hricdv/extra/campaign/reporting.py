@@ -29,7 +29,7 @@ def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -
     """The report, and what is wrong with it: see `assemble`.
 
     Args:
-        most: lists all runs where they are at most so many, and those to keep otherwise.
+        most: largest number of runs that are all listed; of more, those to keep are.
         output: the folder of the report, into which the replay files of listed runs are written.
 
     Raises:

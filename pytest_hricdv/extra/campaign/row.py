@@ -73,7 +73,7 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
 
 
 def read_row(cells: tuple[Any, ...]) -> Row:
-    """Check the cells of a row, of which SQLite takes values of any type.
+    """Check the cells of a row: columns of SQLite take values of any type.
 
     Raises:
         msgspec.MsgspecError: they are no such row.

@@ -221,7 +221,7 @@ CLOSING: Section[ClosingResult | None] = Section("closing", ClosingResult | None
 SECTIONS = (CLOSING,)
 
 
-def aimed_suite(report: Struct) -> str:
+def target_suite(report: Struct) -> str:
     """The suite that the loop generated to reach all there is; empty where there is none."""
     result = CLOSING.of(report)
     return result.suite if result is not None else ""

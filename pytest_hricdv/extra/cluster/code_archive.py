@@ -17,7 +17,7 @@ from pytest_hricdv._base.message import quoted
 from pytest_hricdv.extra.cluster.private_folder import private_folder
 from pytest_hricdv.session.remote import ClusterError
 
-MOST_BYTES = 100_000_000
+MAX_BYTES = 100_000_000
 """A project of code and models has less; more is a data set, or a folder of results."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -101,9 +101,9 @@ def pack(root: Path, files: Iterable[Path]) -> bytes:
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in files:
             size += path.stat().st_size
-            if size > MOST_BYTES:
+            if size > MAX_BYTES:
                 raise ClusterError(
-                    f"--send-code: {root} has more than {MOST_BYTES:,} bytes, {path.relative_to(root)} included: "
+                    f"--send-code: {root} has more than {MAX_BYTES:,} bytes, {path.relative_to(root)} included: "
                     "install the project where the workers are, or keep results in a hidden folder (.NAME)"
                 )
             entry = zipfile.ZipInfo(path.relative_to(root).as_posix(), _EPOCH)
@@ -145,8 +145,8 @@ def unpack(archive: bytes, parent: Path | None = None) -> Iterator[Path]:
 def _unpack(packed: zipfile.ZipFile, folder: Path) -> None:
     entries = packed.infolist()
     size = sum(entry.file_size for entry in entries)
-    if size > MOST_BYTES:
-        raise ArchiveError(f"the project that was sent has {size:,} bytes, expected at most {MOST_BYTES:,}")
+    if size > MAX_BYTES:
+        raise ArchiveError(f"the project that was sent has {size:,} bytes, expected at most {MAX_BYTES:,}")
     for entry in entries:
         path = folder / _relative(entry)
         path.parent.mkdir(parents=True, exist_ok=True)

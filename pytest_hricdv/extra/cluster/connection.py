@@ -1,4 +1,4 @@
-"""The connection to a scheduler of Dask: made, made anew where the scheduler was gone for a while, and ended."""
+"""The connection to a scheduler of Dask, which is restored when the scheduler was gone for a while."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from distributed import Client
     from distributed.security import Security
 
-# Chosen: a scheduler that is up answers in milliseconds; one that its service starts anew is back in two minutes.
+# A scheduler that is up answers in milliseconds; one that its service restarts is back in two minutes.
 CONNECT_S, WAIT_FOR_SCHEDULER_S = 5.0, 120.0
 CONNECT_LOCALLY_S = 60.0
-"""Chosen: that scheduler is in this process, and cannot be gone; with 25 processes on two cores it takes over 5 s."""
+"""That scheduler is in this process and cannot be gone; next to 25 processes on two cores it takes over 5 s."""
 
-MOST_RESTARTS = 20
-"""So often workers of this machine are started anew; they end where a run kills its worker, or nothing can run."""
+MAX_RESTARTS = 20
+"""Restarts of the workers of this machine, which end where a run kills its worker."""
 
 UNENCRYPTED = (
     "warning: {address} is neither encrypted nor authenticated: whoever reaches its port can run code as the users of "
@@ -117,7 +117,7 @@ class Connection:
         return bool(self.client.status == "running")
 
     def renew(self, error: Exception) -> None:
-        """Connect anew to a scheduler that is gone for a while; everything that it knew is gone.
+        """Reconnect to a scheduler that is gone for a while; everything that it knew is lost.
 
         Raises:
             ClusterError: it does not return.
@@ -139,9 +139,9 @@ class Connection:
                 return
 
     def _restart(self, error: Exception) -> None:
-        """Start scheduler and workers of this machine anew: nannies give up on workers that die when they begin."""
+        """Restart scheduler and workers of this machine: nannies give up on workers that die when they start."""
         self._restarts += 1
-        if self._restarts > MOST_RESTARTS:
+        if self._restarts > MAX_RESTARTS:
             raise ClusterError(f"{self._address}: the workers of this machine end again and again: {error}") from None
         self._say("the workers of this machine are gone: others are started")
         self._close_client()

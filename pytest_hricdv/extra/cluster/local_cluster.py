@@ -29,7 +29,7 @@ class LocalWorkers:
     modules in it.
 
     Args:
-        workers: so many.
+        workers: number of workers.
 
     Raises:
         ClusterError: there can be no such cluster on this machine.

@@ -1,4 +1,4 @@
-"""The worker's side: a process beside each thread of a worker, which is asked, and which survives from one to the next.
+"""The worker's side: a process for each thread of a worker, which answers one question after the other.
 
 Runs take place in that process and not in the worker: so a run that crashes or hangs costs no worker, is known by name,
 and leaves the connection to the scheduler alone.

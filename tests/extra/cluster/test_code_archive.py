@@ -126,7 +126,7 @@ def test_no_file_takes_the_place_of_another_one(tmp_path: Path, entries: tuple[s
 def test_an_archive_that_unpacks_to_more_than_a_project_has_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(code_archive, "MOST_BYTES", 1000)
+    monkeypatch.setattr(code_archive, "MAX_BYTES", 1000)
     for archive in (archive_of("a", data=bytes(1001)), archive_of("a", "b", data=bytes(501))):
         with (
             pytest.raises(ArchiveError, match=r"has 1,00\d bytes, expected at most 1,000"),
@@ -259,7 +259,7 @@ def test_a_link_to_a_folder_elsewhere_is_refused(project: Path, tmp_path: Path) 
 
 
 def test_a_project_with_data_is_not_sent(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(code_archive, "MOST_BYTES", 1000)
+    monkeypatch.setattr(code_archive, "MAX_BYTES", 1000)
     (project / "recordings.bin").write_bytes(bytes(1001))
     with pytest.raises(ClusterError, match=r"more than 1,000 bytes, .* install the project where the workers are"):
         packed(project)
