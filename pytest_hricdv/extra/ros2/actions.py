@@ -10,6 +10,7 @@ from typing import Any
 from pytest_hricdv.extra.ros2.clocks import Clock, RosTimer
 from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError
+from pytest_hricdv.extra.ros2.messages import NS_PER_S, stamp_ns
 from pytest_hricdv.extra.ros2.qos import Profile
 from pytest_hricdv.extra.ros2.services import Client, IntrospectionState, RequestId, ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
@@ -142,18 +143,12 @@ class ActionClient(Destroyable):
         return (*heard, *(wait_set.is_ready("client", index) for index in clients))
 
 
-_NS_PER_S = 1_000_000_000
-
 _UNKNOWN_GOAL, _GOAL_OVER = 2, 3
 """Return codes of `action_msgs/srv/CancelGoal`."""
 
 
 def _key(goal_info: Any) -> bytes:
     return bytes(goal_info.goal_id.uuid)
-
-
-def _stamp_ns(goal_info: Any) -> int:
-    return int(goal_info.stamp.sec) * _NS_PER_S + int(goal_info.stamp.nanosec)
 
 
 @dataclass
@@ -205,7 +200,7 @@ class ActionServer(Destroyable):
         self._result = ServiceServer(node, types.GetResultService, names["get_result"], result)
         self._feedback = Publisher(node, types.FeedbackMessage, names["feedback"], feedback)
         self._status = Publisher(node, types.GoalStatusMessage, names["status"], status)
-        self._keeps_ns = None if result_timeout < 0 else round(result_timeout * _NS_PER_S)
+        self._keeps_ns = None if result_timeout < 0 else round(result_timeout * NS_PER_S)
         self._expiry = RosTimer(clock, node.context, self._keeps_ns or 0, autostart=False)
         self._goals: dict[bytes, _Goal] = {}
         self._indices: tuple[list[int], int] = ([], 0)
@@ -257,7 +252,7 @@ class ActionServer(Destroyable):
     def process_cancel_request(self, request: Any, response_type: type[Any]) -> Any:
         """Which goals a request means: by id, all up to a time, or all; and whether it means any that is known."""
         response = response_type()
-        key, until_ns = _key(request.goal_info), _stamp_ns(request.goal_info)
+        key, until_ns = _key(request.goal_info), stamp_ns(request.goal_info.stamp)
         # action_msgs/srv/CancelGoal: an id of zeros and a time of 0 say nothing. Only an id: that goal. Only a time:
         # all up to it. Both: that goal, and all up to the time. Neither: all.
         has_key = any(key)
@@ -272,7 +267,7 @@ class ActionServer(Destroyable):
         response.goals_canceling = [
             goal.info
             for name, goal in self._goals.items()
-            if goal.may_be_canceled and (every or name == key or _stamp_ns(goal.info) <= until_ns)
+            if goal.may_be_canceled and (every or name == key or stamp_ns(goal.info.stamp) <= until_ns)
         ]
         return response
 
@@ -294,7 +289,7 @@ class ActionServer(Destroyable):
         self._expiry.reset_timer()
 
     def expire_goals(self, max_num_goals: int) -> tuple[Any, ...]:
-        """Forget goals whose results were kept long enough, at most so many; returns their infos."""
+        """Forget at most `max_num_goals` goals whose results were kept long enough; returns their infos."""
         now_ns, keeps_ns = self._clock.now_ns(), self._keeps_ns
         expired = [
             key

@@ -20,7 +20,7 @@ from pytest_hricdv.runtime import Record
 from pytest_hricdv.runtime.kernel import US_PER_S
 
 _PROFILE, _LIBRARY = "ros2", "pytest-hricdv"
-_SEPARATOR = "=" * 80  # the MCAP registry's "ros2msg" has it before each further type, with its name
+_SEPARATOR = "=" * 80  # the MCAP registry's "ros2msg" has it before each additional type, with its name
 _SEQUENCE = re.compile(r"sequence<(?P<of>.+?)(?:, (?P<most>\d+))?>")
 _BOUNDED_TEXT = re.compile(r"(w?string)<(\d+)>")
 # The generated classes have the names of IDL for basic types; those of .msg files are others.

@@ -81,7 +81,7 @@ class Duration:
 
 @dataclass(frozen=True)
 class _Jump:
-    """Who is to hear of jumps of a clock, and of which."""
+    """A callback for jumps of a clock, and the jumps that it is for."""
 
     handle: Any
     on_change: bool
@@ -167,7 +167,7 @@ class Clock(Destroyable):
         self._after_jump(concerned, ClockChange.ROS_TIME_NO_CHANGE, delta_ns)
 
     def add_clock_callback(self, handle: Any, on_clock_change: bool, min_forward: int, min_backward: int) -> None:
-        """Tell `handle` of jumps of at least so many ns."""
+        """Call the callbacks of `handle` at jumps of at least these sizes (ns)."""
         self._jumps.append(_Jump(handle, on_clock_change, min_forward, min_backward))
 
     def remove_clock_callback(self, handle: Any) -> None:
@@ -297,13 +297,13 @@ class RosTimer(Waitable):
         return {"expected_call_time": expected_ns, "actual_call_time": now_ns}
 
     def notice_jump(self) -> None:
-        """To be called when the clock was set: back before the last call, the period begins anew."""
+        """Restart the period if the clock was set back before the last call."""
         now_ns = self._clock.now_ns()
         if now_ns < self._last_ns:
             self._last_ns, self._next_ns = now_ns, now_ns + self._period_ns
 
     def reset_timer(self) -> None:
-        """Begin the period anew, also after it was cancelled."""
+        """Restart the period, also of a cancelled timer."""
         self._next_ns = self._clock.now_ns() + self._period_ns
         self._canceled = False
         self._has_new()

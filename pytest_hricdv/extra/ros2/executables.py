@@ -21,6 +21,8 @@ from pytest_hricdv.extra.ros2.arguments import command_line
 from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, find_executable, is_binary
 from pytest_hricdv.runtime.source_location import error_line
 
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
 _CONTAINERS = "rclcpp_components/component_container*"
 """Containers of composable nodes: only what is loaded into them is a matter of the testbench."""
 _PATH_LENGTH = 3
@@ -157,9 +159,6 @@ class Executables:
             f"{self.launch}: {what} {problem}. Replace it by a function or an entry of Python, or leave it "
             f'out: Launch(..., executables={{"{name}": replacement}}) or {{"{name}": "{IGNORED}"}}',
         )
-
-
-__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 def entry_point(node: RosNode) -> str:

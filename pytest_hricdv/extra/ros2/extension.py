@@ -45,8 +45,6 @@ class SignalHandlerOptions(IntEnum):
 
 _SIGNAL_HANDLERS = "ros2 signal handlers"
 
-_NS_PER_S = 1_000_000_000
-
 
 class TypeDescriptionService(handles.Destroyable):
     """The service by which a node tells the definitions of its types. There is none: what is loaded are classes."""
@@ -102,7 +100,7 @@ class RosoutNode(contexts.GraphNode):
         assert self._publisher is not None
         message = self._kind(level=int(entry.severity), name=entry.logger, msg=entry.text)
         message.function, message.file, message.line = entry.function, Path(entry.file).name, entry.line
-        message.stamp.sec, message.stamp.nanosec = divmod(clocks.system_ns(self.kernel), _NS_PER_S)
+        messages.set_stamp(message.stamp, clocks.system_ns(self.kernel))
         self._publisher.publish(message)
 
     def leave(self) -> None:
@@ -243,7 +241,7 @@ def extension() -> ModuleType:
     vars(introspection)["ServiceIntrospectionState"] = IntrospectionState
     vars(made).update({**_CLASSES, **_CONSTANTS, **_FUNCTIONS, "service_introspection": introspection})
 
-    # A distribution that is newer than this may use further names: then it says which, when it does.
+    # A newer distribution may use other names: the error then names them.
     def find_name(name: str) -> Any:
         if name == _EVENTS_EXECUTOR:  # a class below one of rclpy's, which is imported after its extension
             vars(made)[name] = events_executor(importlib.import_module("rclpy.executors"))

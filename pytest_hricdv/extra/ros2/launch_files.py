@@ -208,7 +208,7 @@ def launch_process(processes: Processes, file: LaunchFile) -> Process:
 
 
 def _all_of(file: LaunchFile, errors: Sequence[BaseException]) -> str:
-    """The first error, and the executables that are refused beside it: they are decided upon together."""
+    """The first error, and the names of other executables that are refused."""
     first = _as_input_error(file, errors[0])
     others = dict.fromkeys(error.name for error in errors[1:] if isinstance(error, RefusedError))
     return f"{first}{'; the same of ' if others else ''}{', '.join(others)}"
@@ -270,7 +270,7 @@ def _text(value: Any) -> str:
 
 
 def _says_what_follows(made: Any) -> bool:
-    """Whether a launch file restarts a process, or handles its end, beside what each action does itself.
+    """Whether a launch file restarts a process, or handles its end, in addition to what each action does itself.
 
     Args:
         made: what makes the protocol of the process: a function of its action, which encloses both.

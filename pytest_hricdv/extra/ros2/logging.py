@@ -51,7 +51,7 @@ class RosLog:
     """Process -> name of a logger -> its level; "" is the one that all others inherit from."""
     entries: list[LogEntry] = field(default_factory=list)
     listeners: dict[str, list[Callable[[LogEntry], None]]] = field(default_factory=dict)
-    """Name of a logger -> who is told what it logs: as often as it was added, the last one counts."""
+    """Name of a logger -> its listeners, as often as they were added; only the last one is called."""
 
     def level(self, name: str, process: object) -> int:
         """The level of a logger: its own, or that of the nearest one above it that has one."""

@@ -87,6 +87,19 @@ def _copy_value(value: Any) -> Any:
     return value.copy() if hasattr(value, "copy") else value  # an array of numpy
 
 
+NS_PER_S = 10**9
+
+
+def stamp_ns(stamp: Any) -> int:
+    """The nanoseconds of a `builtin_interfaces/msg/Time` or `Duration`."""
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def set_stamp(stamp: Any, time_ns: int) -> None:
+    """Set a `builtin_interfaces/msg/Time` or `Duration`."""
+    stamp.sec, stamp.nanosec = divmod(time_ns, NS_PER_S)
+
+
 def type_name(kind: type[Any]) -> str:
     """The name of a message, service or action type, such as "std_msgs/msg/String"."""
     parts = kind.__module__.split(".")

@@ -118,7 +118,7 @@ def _in_ns(timeout_sec: float | None) -> int:
 def _round_up() -> None:
     """Let what is longer than nothing be no 0 for what is loaded of `rclpy`: see `clocks.whole_ns`."""
     for name, module in [*sys.modules.items()]:
-        # Not in `rclpy.utilities`, where it is defined: who asks for it there is told what it is told elsewhere.
+        # Not in `rclpy.utilities`, where it is defined: its callers there get the original.
         if name.partition(".")[0] == "rclpy" and name != "rclpy.utilities" and _IN_NS in vars(module):
             vars(module)[_IN_NS] = _in_ns
     _replace_once("rclpy.duration", "Duration", "__init__", _round_up_init)

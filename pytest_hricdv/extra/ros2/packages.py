@@ -47,7 +47,7 @@ def packages_around(file: Path, workspace: Iterable[Path] = ()) -> dict[str, Sou
 
     Args:
         file: such as a launch file.
-        workspace: further folders; what they have comes first.
+        workspace: other folders; their packages take precedence.
     """
     own = next((folder for folder in file.absolute().parents if (folder / _MANIFEST).is_file()), None)
     roots = [*workspace, *([] if own is None else [own, *_neighbourhood(own)])]
@@ -233,7 +233,7 @@ def add_to_index(prefix: Path, packages: Iterable[SourcePackage]) -> None:
 
 
 def _pip_packages() -> list[tuple[str, Path]]:
-    """Packages of ROS 2 of which AMENT_PREFIX_PATH says nothing, in a virtual environment, with their share folders."""
+    """Packages of ROS 2 in a virtual environment, which AMENT_PREFIX_PATH lacks, with their share folders."""
     share = Path(sys.prefix) / "share"
     markers = share / "ament_index" / "resource_index" / "packages"
     return [(name, share / name) for name in sorted(os.listdir(markers))] if markers.is_dir() else []

@@ -7,12 +7,11 @@ from enum import IntEnum
 from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import Duration
+from pytest_hricdv.extra.ros2.messages import NS_PER_S
 
 # As rmw: the longest duration, and the one before it, which stands for "what the other side can".
 INFINITE_NS = 2**63 - 1
 BEST_AVAILABLE_NS = INFINITE_NS - 1
-
-_NS_PER_S = 1_000_000_000
 
 
 class QosPolicyKind(IntEnum):
@@ -57,7 +56,7 @@ class CompatibilityResult:
 
 @dataclass(frozen=True)
 class Profile:
-    """The policies by their numbers in rmw; durations in ns, of which 0 says nothing."""
+    """The policies by their numbers in rmw; durations in ns, where 0 means unspecified."""
 
     history: int = KEEP_LAST
     depth: int = 10
@@ -121,7 +120,7 @@ PREDEFINED = {
     "qos_profile_parameters": Profile(depth=1000),
     "qos_profile_parameter_events": Profile(depth=1000),
     # Who joins late gets the last ten seconds of the log, up to a thousand entries.
-    "qos_profile_rosout_default": Profile(depth=1000, durability=TRANSIENT_LOCAL, lifespan_ns=10 * _NS_PER_S),
+    "qos_profile_rosout_default": Profile(depth=1000, durability=TRANSIENT_LOCAL, lifespan_ns=10 * NS_PER_S),
     "qos_profile_system_default": Profile(_SYSTEM_DEFAULT, 0, _SYSTEM_DEFAULT, _SYSTEM_DEFAULT),
     "qos_profile_unknown": _UNKNOWN_PROFILE,
     "qos_profile_best_available": Profile(
@@ -210,7 +209,7 @@ def policies_text(offered: Profile, requested: Profile) -> str:
 
 
 def _duration_text(duration_ns: int) -> str:
-    return "none" if not duration_ns or duration_ns >= BEST_AVAILABLE_NS else f"{duration_ns / _NS_PER_S:g} s"
+    return "none" if not duration_ns or duration_ns >= BEST_AVAILABLE_NS else f"{duration_ns / NS_PER_S:g} s"
 
 
 def last_policy(offered: Profile, requested: Profile) -> QosPolicyKind:

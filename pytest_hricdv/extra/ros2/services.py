@@ -13,13 +13,13 @@ from pytest_hricdv.extra.ros2.clocks import Clock, system_ns
 from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.graph import GraphEntity
 from pytest_hricdv.extra.ros2.handles import QueueHandle
-from pytest_hricdv.extra.ros2.messages import copy_message, type_name
+from pytest_hricdv.extra.ros2.messages import copy_message, set_stamp, type_name
 from pytest_hricdv.extra.ros2.qos import Profile, effective
 from pytest_hricdv.extra.ros2.topics import Publisher
 from pytest_hricdv.runtime.kernel import Node as KernelNode
 from pytest_hricdv.runtime.source_location import place_of
 
-_NS_PER_S = 1_000_000_000
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 class IntrospectionState(IntEnum):
@@ -60,7 +60,7 @@ class Introspection:
         """Publish one event of the request of that number of a client, which its pointer names."""
         message = self._kind.Event()
         message.info.event_type = int(event)
-        message.info.stamp.sec, message.info.stamp.nanosec = divmod(self._clock.now_ns(), _NS_PER_S)
+        set_stamp(message.info.stamp, self._clock.now_ns())
         message.info.client_gid = list(client.to_bytes(16, "big"))
         message.info.sequence_number = sequence_number
         if self._has_contents:
@@ -71,9 +71,6 @@ class Introspection:
     def close(self) -> None:
         """Publish no more."""
         self._publisher.destroy_when_not_in_use()
-
-
-__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import Any
 
 from pytest_hricdv.extra.ros2.frame_tree import EXCEPTIONS, FrameTree
+from pytest_hricdv.extra.ros2.messages import set_stamp, stamp_ns
 from pytest_hricdv.extra.ros2.transforms import (
     StampedTransform,
     Transform,
@@ -34,7 +35,7 @@ _TOLERANCE = 10e-3
 def _ns(time: Any) -> int:
     """Of a time or duration, of messages or of `rclpy`. Raises TypeError for anything else."""
     if hasattr(time, "sec") and hasattr(time, "nanosec"):
-        return int(time.sec) * 10**9 + int(time.nanosec)
+        return stamp_ns(time)
     if hasattr(time, "nanoseconds"):
         return int(time.nanoseconds)
     raise TypeError("time must have sec and nanosec, or nanoseconds.")
@@ -179,7 +180,7 @@ def _message(target: str, source: str, transform: Transform, time_ns: int) -> An
 
     message = TransformStamped(child_frame_id=source)
     message.header.frame_id = target
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time_ns, 10**9)
+    set_stamp(message.header.stamp, time_ns)
     for part, names, values in (
         (message.transform.translation, "xyz", transform.translation),
         (message.transform.rotation, "xyzw", transform.rotation),

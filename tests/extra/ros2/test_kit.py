@@ -111,26 +111,6 @@ def test_a_ray_meets_the_nearest_edge(start: tuple[float, float], angle_rad: flo
     assert distance_m(*start, angle_rad, [SQUARE]) == pytest.approx(expected_m)
 
 
-def test_a_ray_that_meets_an_edge_ends_on_it() -> None:
-    """For polygons drawn at random: the end is on an edge, and nothing is nearer by stepping along the ray."""
-    draw = random.Random(0)
-    for _ in range(50):
-        triangle = [(draw.uniform(1, 3), draw.uniform(-2, 2)) for _ in range(3)]
-        angle = draw.uniform(-math.pi, math.pi)
-        far = distance_m(0.0, 0.0, angle, [triangle])
-        inside = [_inside(t * 0.02 * math.cos(angle), t * 0.02 * math.sin(angle), triangle) for t in range(250)]
-        first = inside.index(True) * 0.02 if True in inside else math.inf
-        assert far == pytest.approx(first, abs=0.021) if True in inside else True
-
-
-def _inside(x: float, y: float, triangle: list[tuple[float, float]]) -> bool:
-    sides = [
-        (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1)
-        for (x1, y1), (x2, y2) in zip(triangle, [*triangle[1:], triangle[0]], strict=True)
-    ]
-    return all(side > 0 for side in sides) or all(side < 0 for side in sides)
-
-
 def test_a_laser_sees_walls_and_what_moves_with_seeded_noise(world: World) -> None:
     legs = [[(1.0, -0.1), (1.2, -0.1), (1.2, 0.1), (1.0, 0.1)]]
     polygons = lambda: [SQUARE, *(legs if world.kernel.now_s >= 0.5 else [])]  # noqa: E731

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.extra.ros2 import arguments, logging, names
-from pytest_hricdv.extra.ros2.extension import extension
 from pytest_hricdv.runtime import Kernel
 from tests.extra.ros2.system import node, run
 
@@ -135,11 +134,6 @@ def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
     kernel, _ = run(robot)
     (entry,) = logging.log_of(kernel).entries
     assert (entry.time_s, entry.severity.text, entry.text, entry.line) == (0.5, "ERROR", "slipped", 8)
-
-
-def test_a_name_that_the_extension_lacks_says_so() -> None:
-    with pytest.raises(AttributeError, match="rclpy_fly of rclpy's extension is not simulated yet"):
-        extension().rclpy_fly  # noqa: B018
 
 
 @pytest.mark.parametrize(

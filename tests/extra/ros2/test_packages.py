@@ -60,7 +60,7 @@ def test_a_command_is_a_node_whatever_stands_before_it() -> None:
     assert command(["/usr/bin/gz", "sim"]).name == "gz"
 
 
-def test_what_cmake_builds_is_refused_and_says_how_to_stand_in(tmp_path: Path) -> None:
+def test_what_cmake_builds_is_refused_and_says_how_to_replace_it(tmp_path: Path) -> None:
     folder = write_manifest(tmp_path / "driver", "driver")
     (folder / "CMakeLists.txt").touch()
     executables = Executables(Launch("a.launch.py"), {"driver": SourcePackage("driver", folder)})

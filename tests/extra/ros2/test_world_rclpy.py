@@ -136,7 +136,7 @@ def play(
     return execute(RunSettings(checked(testbench, "here")), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
 
 
-def test_an_action_client_of_rclpy_is_served_by_a_stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_action_client_of_rclpy_is_served_by_a_fake(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def world(run: Run, ros: Any) -> None:
         Navigation(ros, PlanarBase(ros, odom="", tf=""), speed_m_s=1.0).navigate_to_pose()
 

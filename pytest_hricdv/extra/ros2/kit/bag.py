@@ -14,13 +14,11 @@ from pytest_hricdv._base.input_file import write_ahead_log
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.extra.ros2.clocks import system_ns
-from pytest_hricdv.extra.ros2.messages import CdrError, deserialize, import_type
+from pytest_hricdv.extra.ros2.messages import NS_PER_S, CdrError, deserialize, import_type, set_stamp, stamp_ns
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.run import TestbenchError
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
-
-_NS_PER_S = 10**9
 
 
 class BagPlayer:
@@ -84,9 +82,9 @@ class BagPlayer:
         if not content.messages:
             raise BagError(f"{bag}: there is no message in it, of the topics that are played")
         first_ns, last_ns = content.messages[0].time_ns, content.messages[-1].time_ns
-        from_ns = first_ns + round(start_s * _NS_PER_S)
+        from_ns = first_ns + round(start_s * NS_PER_S)
         if from_ns > last_ns:
-            raise BagError(f"{bag}: start_s={start_s!r}, but it is {(last_ns - first_ns) / _NS_PER_S:.3f} s long")
+            raise BagError(f"{bag}: start_s={start_s!r}, but it is {(last_ns - first_ns) / NS_PER_S:.3f} s long")
         messages = [message for message in content.messages if message.time_ns >= from_ns]
         if self._loop and messages[0].time_ns == messages[-1].time_ns:
             raise BagError(f"{bag}: loop=True, but all messages are of one instant: a round would take no time")
@@ -99,12 +97,12 @@ class BagPlayer:
         while True:
             begins_ns = system_ns(self._kernel)
             for number, message in enumerate(self._messages):
-                due_s = begins_s + (message.time_ns - self._from_ns) / _NS_PER_S / self._rate
+                due_s = begins_s + (message.time_ns - self._from_ns) / NS_PER_S / self._rate
                 self._kernel.sleep(max(due_s - self._kernel.now_s, 0.0))
                 self._publishers[message.topic].publish(self._message(number, message, begins_ns))
             if not self._loop:
                 break
-            begins_s += (self._messages[-1].time_ns - self._from_ns) / _NS_PER_S / self._rate
+            begins_s += (self._messages[-1].time_ns - self._from_ns) / NS_PER_S / self._rate
         self.is_over = True
 
     def _message(self, number: int, recorded: BagEntry, begins_ns: int) -> Any:
@@ -112,7 +110,7 @@ class BagPlayer:
         try:
             message = deserialize(recorded.data, kind)
         except (CdrError, ValueError) as error:
-            at_s = (recorded.time_ns - self._from_ns) / _NS_PER_S
+            at_s = (recorded.time_ns - self._from_ns) / NS_PER_S
             raise TestbenchError(
                 f"bag {self._bag}: message {number} of those that are played, {recorded.topic} at {at_s:.3f} s: "
                 f"{error}; was it recorded with another version of the type?"
@@ -141,9 +139,8 @@ def _classes(content: BagContent, topics: set[str]) -> dict[str, Any]:
 def _shift(message: Any, move: Callable[[int], int]) -> None:
     """Move the stamps of all headers in a message; those that are 0 mean that there is none."""
     if type(message).__name__ == "Header":
-        ns = message.stamp.sec * _NS_PER_S + message.stamp.nanosec
-        if ns:
-            message.stamp.sec, message.stamp.nanosec = divmod(max(move(ns), 0), _NS_PER_S)
+        if ns := stamp_ns(message.stamp):
+            set_stamp(message.stamp, max(move(ns), 0))
         return
     for name, type_ in zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True):
         of = getattr(type_, "value_type", type_)

@@ -9,10 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import system_ns
-from pytest_hricdv.extra.ros2.messages import import_type
+from pytest_hricdv.extra.ros2.messages import import_type, set_stamp
 from pytest_hricdv.extra.ros2.world import StartedSystem
-
-_NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -54,19 +52,18 @@ def heading_rad(quaternion: Any) -> float:
 
 def stamp(header: Any, system: StartedSystem, frame_id: str) -> None:
     """Give a header the present time, as clocks of nodes read it, and a frame."""
-    now_ns = system_ns(system.kernel)
-    header.stamp.sec, header.stamp.nanosec = divmod(now_ns, _NS_PER_S)
+    set_stamp(header.stamp, system_ns(system.kernel))
     header.frame_id = frame_id
 
 
 class PlanarBase:
-    """A base on wheels. It does what it is told at once, and nothing stops it: walls are the world's affair.
+    """A base on wheels. It obeys commands at once, and drives through walls.
 
     Args:
         system: of `run.ros2`.
         pose: where it begins.
         cmd_vel: the topic that it obeys, with a type: `geometry_msgs/msg/Twist` or `TwistStamped`.
-        period_s: between two messages on `/odom` and `/tf`. 20 Hz, as of small robots (chosen).
+        period_s: between two messages on `/odom` and `/tf`. 20 Hz by default, as of small robots.
         stops_after_s: without a command for so long it stops; infinity: never.
         odom: topic; empty: none.
         tf: topic; empty: none.
@@ -187,7 +184,7 @@ class Laser:
         samples: rays of a scan, evenly from `angle_min_rad` to `angle_max_rad`.
         range_m: the least and the largest distance. REP 117: nearer is -inf, farther is inf.
         noise_m: standard deviation of a distance.
-        period_s: between two scans. 10 Hz, as of small scanners (chosen).
+        period_s: between two scans. 10 Hz by default, as of small scanners.
         generator: of the noise; without one it is that of the test's seed.
         frame_id: of the scanner.
         node: its name in the graph.

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.kit.base import PlanarBase, PlanarPose, heading_rad, quaternion, stamp
 from pytest_hricdv.extra.ros2.lifecycle import LifecycleStateMachine, Transition
-from pytest_hricdv.extra.ros2.messages import import_type
+from pytest_hricdv.extra.ros2.messages import import_type, set_stamp
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.extra.ros2.world_action_server import ServedGoal
 
@@ -159,7 +159,7 @@ def _misses(goal: ServedGoal, missed: list[tuple[int, Any]]) -> Any:
 def duration(seconds: float) -> Any:
     """A `builtin_interfaces/msg/Duration`."""
     made = import_type("builtin_interfaces/msg/Duration", "msg")()
-    made.sec, made.nanosec = divmod(round(seconds * 1e9), 1_000_000_000)
+    set_stamp(made, round(seconds * 1e9))
     return made
 
 
