@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv._base.contained import files_inside, inside
-from pytest_hricdv.report.files import write_error
+from pytest_hricdv.report.files import explain_write_errors
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.section import report_sections, test_sections
@@ -80,14 +80,12 @@ class FileCarrier:
         Raises:
             ReportError: the folder cannot be written.
         """
-        try:
+        with explain_write_errors(self.target):
             for path in self._files():
                 target = inside(self.target, self.name(path))
                 if not target.is_file() or target.is_symlink():
                     with atomic_file.replace_file(target) as part:
                         shutil.copyfile(path, part)
-        except OSError as error:
-            raise write_error(self.target, error) from error
 
     def name(self, path: Path) -> str:
         """Of a file, relative to the target."""

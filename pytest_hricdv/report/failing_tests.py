@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.judge import ENGINE_SENSITIVE
 from pytest_hricdv.report.formatting import Line, pad, plural, width, wrap
-from pytest_hricdv.report.view import FailureCause, FailureCauses, views
+from pytest_hricdv.report.view import FailureCause, FailureCauses, failure_causes
 from pytest_hricdv.report.violations import is_known, order_failures
 from pytest_hricdv.results.model import Report, TestResult
 
@@ -36,7 +36,7 @@ class FailingTests:
     def of(cls, report: Report, columns: int | None = None) -> FailingTests:
         """Those of a report; what is said of causes fits into so many columns."""
         tests = {test.nodeid: test for test in report.tests if test.outcome == "failed"}
-        return cls(report, tests, next(filter(None, (view.causes(report, columns) for view in views())), None))
+        return cls(report, tests, failure_causes(report, columns))
 
     @property
     def groups(self) -> list[tuple[FailureCause | None, list[str]]]:

@@ -4,7 +4,7 @@ import contextlib
 import errno
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv._base import atomic_file
@@ -45,14 +45,12 @@ def prepare(directory: Path) -> None:
         ReportError: it is not a folder, cannot be written, or the disk is full.
     """
     probe = atomic_file.temporary_path(directory / "probe")
-    try:
+    with explain_write_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
         try:
             probe.write_bytes(b"\0" * 4096)  # not empty: an empty file fits on a full disk
         finally:
             probe.unlink(missing_ok=True)
-    except OSError as error:
-        raise write_error(directory, error) from error
 
 
 def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
@@ -71,13 +69,11 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
     """
     earlier = directory / EARLIER
     names = [name for name in _MOVED if _is_there(directory / name) and not (of_this_journal and name == JOURNAL_NAME)]
-    try:
+    with explain_write_errors(directory):
         _refuse_links(directory)
         if names and earlier.exists():
             shutil.rmtree(earlier)
         _move(names, directory, earlier)
-    except OSError as error:
-        raise write_error(directory, error) from error
     return bool(names)
 
 
@@ -88,11 +84,9 @@ def keep_whole(directory: Path) -> None:
         ReportError: it cannot be moved.
     """
     forget_whole(directory)
-    try:
+    with explain_write_errors(directory):
         _refuse_links(directory)
         (directory / EARLIER).rename(directory / WHOLE)
-    except OSError as error:
-        raise write_error(directory, error) from error
 
 
 def forget_whole(directory: Path) -> None:
@@ -101,12 +95,10 @@ def forget_whole(directory: Path) -> None:
     Raises:
         ReportError: it cannot be removed.
     """
-    try:
+    with explain_write_errors(directory):
         _refuse_links(directory)
         if (directory / WHOLE).exists():
             shutil.rmtree(directory / WHOLE)
-    except OSError as error:
-        raise write_error(directory, error) from error
 
 
 def reinstate(directory: Path) -> None:
@@ -115,13 +107,11 @@ def reinstate(directory: Path) -> None:
     Raises:
         ReportError: a file cannot be moved.
     """
-    try:
+    with explain_write_errors(directory):
         _refuse_links(directory)
         (directory / JOURNAL_NAME).unlink(missing_ok=True)
         _move(_MOVED, directory / EARLIER, directory)
         (directory / EARLIER).rmdir()
-    except OSError as error:
-        raise write_error(directory, error) from error
 
 
 def _move(names: Sequence[str], source: Path, target: Path) -> None:
@@ -166,10 +156,8 @@ def write_inside(directory: Path, name: str, text: str) -> Path:
     Raises:
         ReportError: the folder cannot be written, or a link in it would lead out of it.
     """
-    try:
+    with explain_write_errors(directory):
         return atomic_file.write_text(inside(directory, name), text)
-    except OSError as error:
-        raise write_error(directory, error) from error
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -178,10 +166,8 @@ def write_text(path: Path, text: str) -> Path:
     Raises:
         ReportError: the folder cannot be written.
     """
-    try:
+    with explain_write_errors(path.parent):
         return atomic_file.write_text(path, text)
-    except OSError as error:
-        raise write_error(path.parent, error) from error
 
 
 def _page(report: Report) -> tuple[str, dict[str, str]]:
@@ -203,8 +189,16 @@ def _remove_leftovers(directory: Path, written: Sequence[Path]) -> None:
         (directory / FOLDER).rmdir()  # refused as long as anything is in it
 
 
-def write_error(directory: Path, error: OSError) -> ReportError:
-    """The error of a folder that cannot be written, with what to do."""
+@contextlib.contextmanager
+def explain_write_errors(directory: Path) -> Iterator[None]:
+    """Turn an OSError of a folder that cannot be written into a ReportError that says what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise _write_error(directory, error) from error
+
+
+def _write_error(directory: Path, error: OSError) -> ReportError:
     remedy = _REMEDIES.get(error.errno or 0, f"{error.strerror}: {_OTHER_FOLDER}")
     place = error.filename2 or error.filename or directory
     return ReportError(f"cannot write the report into {directory}: {remedy} ({place})")

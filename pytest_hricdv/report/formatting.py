@@ -101,6 +101,11 @@ def by_requirement(name: str) -> tuple[bool, tuple[tuple[int, int, str], ...]]:
     return name == MODEL, natural(name)
 
 
+def utc(began: str) -> str:
+    """The time of a report, `2026-01-31T12:00:00+00:00`, as `2026-01-31 12:00:00 UTC`."""
+    return began.replace("T", " ").replace("+00:00", " UTC")
+
+
 def capitalize(text: str) -> str:
     """The text with a capital first letter, and all others as they are."""
     return text[:1].upper() + text[1:]

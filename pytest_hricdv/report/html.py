@@ -70,6 +70,7 @@ def _environment() -> jinja2.Environment:
         outcome_style=totals.outcome_style,
         coded=_mark_code,
         capitalized=formatting.capitalize,
+        utc=formatting.utc,
     )
     return environment
 

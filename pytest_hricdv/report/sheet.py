@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from pytest_hricdv.report import totals
-from pytest_hricdv.report.formatting import line_ranges
+from pytest_hricdv.report.formatting import line_ranges, utc
 from pytest_hricdv.report.requirement_view import RequirementView
 from pytest_hricdv.report.view import SheetTable, views
 from pytest_hricdv.report.waivers_view import Waiver, waivers
@@ -53,7 +53,7 @@ def sheet(report: Report, requirements: Sequence[RequirementView], origins: Sequ
     )
     waived = tuple(_join_lines(waivers(report)))
     return Sheet(
-        date=max((origin.began for origin in origins), default="").replace("T", " ").replace("+00:00", " UTC"),
+        date=utc(max((origin.began for origin in origins), default="")),
         revision=", ".join(revisions),
         incomplete=tuple(_incomplete(report, origins, waived)),
         tables=tuple(table for view in views() if (table := view.of_sheet(report)) is not None),

@@ -15,7 +15,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import by_requirement, capitalize, natural, quantity, seconds
-from pytest_hricdv.report.view import views
+from pytest_hricdv.report.view import failure_causes, views
 from pytest_hricdv.report.violations import margin_text, margin_unit, violation_line
 from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 
@@ -59,7 +59,7 @@ def index(report: Report) -> dict[str, Any]:
 def index_causes(report: Report) -> list[dict[str, Any]]:
     """The causes, where somebody looked for them: `title`, and `tests` as numbers in the order of the report."""
     numbers = {test.nodeid: number for number, test in enumerate(report.tests)}
-    causes = next((causes for view in views() if (causes := view.causes(report, None)) is not None), None)
+    causes = failure_causes(report)
     return [
         {"title": cause.title, "tests": sorted(numbers[name] for name in cause.tests if name in numbers)}
         for cause in (causes.causes if causes else ())

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pytest_hricdv.monitor import Violation
 from pytest_hricdv.report import totals
 from pytest_hricdv.report.formatting import Style, by_requirement, plural
-from pytest_hricdv.report.view import FailureCauses, views
+from pytest_hricdv.report.view import FailureCauses, failure_causes
 from pytest_hricdv.results.model import Report, TestResult
 
 
@@ -57,7 +57,7 @@ class ReportVerdict:
 def verdict(report: Report) -> ReportVerdict:
     """The verdict on a report: failed where a test, a gate or the session itself did."""
     groups = failure_groups(report)
-    causes = next((causes for view in views() if (causes := view.causes(report, None)) is not None), None)
+    causes = failure_causes(report)
     why = [*_describe_failures(report, causes)]
     counts = totals.outcomes(report)
     rest = [

@@ -180,6 +180,11 @@ def views() -> tuple[View, ...]:
     return offers("view", "VIEW")
 
 
+def failure_causes(report: Report, columns: int | None = None) -> FailureCauses | None:
+    """What tests fail for, as the first feature says that has looked for it; None where none has."""
+    return next(filter(None, (view.causes(report, columns) for view in views())), None)
+
+
 @dataclass(frozen=True)
 class ReportCommand:
     """A command on reports, of `python -m pytest_hricdv.report`.
