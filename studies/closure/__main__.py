@@ -1,6 +1,7 @@
 """How fast suites reach points, and what each strategy of the closing loop contributes, for docs/studies/closure.md.
 
-    python -m studies.closure [--suites NAME,...] [--without WAY,...] [--seeds 0-9] [--runs N] [--report DIR] [--again]
+    python -m studies.closure [--suites NAME,...] [--without STRATEGY,...] [--seeds 0-9] [--runs N] [--again]
+        [--report DIR]
 
 A session for each suite and seed, and one of the loop for each strategy that is left out. The loop has 400 runs, the
 other suites twice as many tests, as theirs are shorter. Each takes some minutes and leaves its report in a folder of
@@ -25,7 +26,7 @@ from studies.closure.tables import LOOP, WITHOUT, context, curves
 from studies.dependencies import DependencyError
 
 SUITES = (LOOP, *grid.SUITES)
-WAYS = ("model", "disturbances", "online")
+STRATEGIES = ("model", "disturbances", "online")
 SECONDS = 24 * 3600
 """No loop ends for want of time, or it would depend on the machine."""
 MORE = 2
@@ -36,7 +37,13 @@ def main() -> None:
     """Run what is missing; write the page after each session."""
     parser = session.arguments(__doc__, "hri-closure")
     grid.add_options(parser, seeds="0-9", suites=SUITES)
-    parser.add_argument("--without", type=_ways, default=WAYS, metavar="WAY,...", help=f"({','.join(WAYS)}; or none)")
+    parser.add_argument(
+        "--without",
+        type=_strategies,
+        default=STRATEGIES,
+        metavar="STRATEGY,...",
+        help=f"({','.join(STRATEGIES)}; or none)",
+    )
     parser.add_argument("--runs", type=int, default=400, metavar="N", help="of a loop (400)")
     options = parser.parse_args()
     try:
@@ -48,15 +55,15 @@ def main() -> None:
         sys.exit("closure: interrupted; start it again to go on")
 
 
-def _ways(text: str) -> tuple[str, ...]:
+def _strategies(text: str) -> tuple[str, ...]:
     names = () if text == "none" else tuple(text.split(","))
-    unknown = [name for name in names if name not in WAYS]
+    unknown = [name for name in names if name not in STRATEGIES]
     if unknown:
-        raise argparse.ArgumentTypeError(f"{unknown[0]!r}: expected none, or some of {', '.join(WAYS)}")
+        raise argparse.ArgumentTypeError(f"{unknown[0]!r}: expected none, or some of {', '.join(STRATEGIES)}")
     return names
 
 
-def sessions(suites: Iterable[str], ways: Sequence[str], seeds: Iterable[int], runs: int) -> list[grid.Cell]:
+def sessions(suites: Iterable[str], strategies: Sequence[str], seeds: Iterable[int], runs: int) -> list[grid.Cell]:
     """The sessions, seed by seed: the loop first, as it says which points there are."""
     # How fast points are reached: what is searched for afterwards has no part in it.
     closing = (f"--hri-close-runs={runs}", f"--hri-close-seconds={SECONDS}", "--hri-close-search=0")
@@ -65,7 +72,10 @@ def sessions(suites: Iterable[str], ways: Sequence[str], seeds: Iterable[int], r
     for seed in seeds:
         cells.append(grid.Cell(LOOP, seed, closing))
         cells += [grid.Cell(suite, seed, (f"--hri-tests={MORE * runs}",)) for suite in others]
-        cells += [grid.Cell(LOOP, seed, (*closing, f"--hri-close-without={way}"), WITHOUT + way) for way in ways]
+        cells += [
+            grid.Cell(LOOP, seed, (*closing, f"--hri-close-without={strategy}"), WITHOUT + strategy)
+            for strategy in strategies
+        ]
     return cells
 
 

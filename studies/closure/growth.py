@@ -29,7 +29,7 @@ class Growth:
     """What a session reached.
 
     Args:
-        series: the suite, or the loop without one of its ways.
+        series: the suite, or the loop without one of its strategies.
         seed: of the session.
         steps: the runs that hit new points, in order.
         runs: all of them.

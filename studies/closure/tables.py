@@ -34,7 +34,7 @@ def context(sessions: Sequence[Growth], report: Report) -> dict[str, Any]:
         "horizon_s": horizon_s(sessions),
         "at_time": reached(suites, wanted, sim_s=horizon_s(sessions)),
         "without": without(loops, wanted),
-        "ways": ways(suites[LOOP]),
+        "strategies": strategies(suites[LOOP]),
         "sessions": len(sessions),
         "seeds": len({growth.seed for growth in sessions}),
         "version": report.version,
@@ -98,7 +98,7 @@ def _compared(name: str, sessions: Sequence[Growth], whole: Mapping[int, Growth]
     return [*row, _mean(points, signed=True), _mean([growth.runs - other.runs for growth, other in pairs], signed=True)]
 
 
-def ways(sessions: Sequence[Growth]) -> str:
+def strategies(sessions: Sequence[Growth]) -> str:
     """A row for each strategy: runs and new points of the whole loop, means over seeds."""
     results = [growth.closing.strategies for growth in sessions if growth.closing is not None]
     rows = []

@@ -1,4 +1,4 @@
-"""How many runs the closing loop takes on the testbenches with several actors: what its ways bring.
+"""How many runs the closing loop takes on the testbenches with several actors: what its strategies bring.
 
     python -m tests.actors.closing_runs corridor --seeds 100 108 --without interleaving
 
@@ -20,11 +20,10 @@ from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy
-from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
+from pytest_hricdv.extra.closing.loop import Loop, OnlineTests
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
-from pytest_hricdv.extra.closing.observation import Observation, observe
-from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
-from pytest_hricdv.extra.closing.online_strategy import OnlineStrategy
+from pytest_hricdv.extra.closing.observation import RunObservation, observe
+from pytest_hricdv.extra.closing.online_strategy import OnlineRun, OnlineStrategy, roles_of
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.strategy import Strategy
 from pytest_hricdv.extra.closing.targets import target_points
@@ -43,7 +42,7 @@ NEVER = {("verdict", "R1", "Passed")}
 """In the corridor the cart always drives where the child is so near: it is what the requirement forbids."""
 
 
-class Closing:
+class ClosureGenerator:
     """Closing loops of a testbench, in this process."""
 
     def __init__(self, testbench: Testbench) -> None:
@@ -58,8 +57,8 @@ class Closing:
     def loop(self, seed: int, runs: int, without: Sequence[str]) -> Archive:
         """A loop that has ended."""
         archive = Archive(point for point in self._targets() if point not in NEVER)
-        ways = [way for way in self._ways() if way.name not in without]
-        Loop(archive, ways, self._run, seed, Budget(runs, None), fallback=FallbackStrategy(self._pool)).run()
+        strategies = [strategy for strategy in self._strategies() if strategy.name not in without]
+        Loop(archive, strategies, self._run, seed, Budget(runs, None), fallback=FallbackStrategy(self._pool)).run()
         return archive
 
     def _targets(self) -> Iterator[tuple[str, ...]]:
@@ -69,27 +68,27 @@ class Closing:
         cross = self._bench.cross
         yield from target_points(None, plans, cross, reachable(self._exploration, cross), self._requirements)
 
-    def _ways(self) -> list[Strategy]:
+    def _strategies(self) -> list[Strategy]:
         bench = self._bench
         experience = Experience(self._pool, lambda test: concretize(test, bench.commands).run)
         disturbances = {name: disturbance.parameters for name, disturbance in bench.disturbances.items()}
-        ways: list[Strategy] = [
+        strategies: list[Strategy] = [
             ModelStrategy(self._pool, experience),
             DisturbanceStrategy(self._pool, experience, disturbances),
             InterleavingStrategy(self._pool, bench.commands.run[TURN_WAIT_S]),
         ]
-        return [*ways, OnlineStrategy(self._roles, {})] if self._roles else ways
+        return [*strategies, OnlineStrategy(len(self._roles))] if self._roles else strategies
 
-    def _run(self, tests: Sequence[AbstractTest], online: OnlineWeights, /) -> Iterator[tuple[int, Observation]]:
+    def _run(self, tests: Sequence[AbstractTest], online: OnlineTests, /) -> Iterator[tuple[int, RunObservation]]:
         bench = self._bench
         for number, abstract in enumerate(tests):
             concrete = concretize(abstract, bench.commands)
             if number in online:
-                people = OnlineRun(self._roles, bench.commands, concrete.seed, online[number])
+                people = OnlineRun(self._roles, bench.commands, concrete.seed)
                 result = execute(self._settings, concrete, producing=people.actions, watching=[people.watcher])
-                test, choices = people.recorded(result), people.choices
+                test = people.to_test(result)
             else:
-                result, test, choices = execute(self._settings, concrete), abstract, ()
+                result, test = execute(self._settings, concrete), abstract
             yield (
                 number,
                 observe(
@@ -99,7 +98,6 @@ class Closing:
                     cross=bench.cross,
                     requirements=self._requirements,
                     known_violations=(),
-                    choices=choices,
                 ),
             )
 
@@ -112,7 +110,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=150)
     parser.add_argument("--without", nargs="*", default=())
     options = parser.parse_args()
-    closing = Closing(TESTBENCHES[options.testbench])
+    closing = ClosureGenerator(TESTBENCHES[options.testbench])
     for seed in range(*options.seeds):
         archive = closing.loop(seed, options.runs, options.without)
         violating = [

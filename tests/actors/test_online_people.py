@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
+from pytest_hricdv.extra.closing.online_strategy import OnlineRun, roles_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import PAUSE_S, TURN_WAIT_S
 from pytest_hricdv.generate.beliefs import START
@@ -56,7 +56,7 @@ def decided(testbench: Testbench, seed: int, weights: list[Weight]) -> tuple[Cas
     empty = concretize(AbstractTest("t", "closure", "t", (), (), seed=seed), testbench.commands)
     people = OnlineRun(roles_of(testbench), testbench.commands, seed, weights)
     result = execute(settings(testbench), empty, producing=people.actions, watching=[people.watcher])
-    return result, people.recorded(result)
+    return result, people.to_test(result)
 
 
 def settings(testbench: Testbench) -> RunSettings:

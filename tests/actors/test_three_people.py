@@ -9,7 +9,7 @@ from itertools import combinations, pairwise
 import pytest
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
+from pytest_hricdv.extra.closing.online_strategy import OnlineRun, roles_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import actor_of
 from pytest_hricdv.generate.concrete import concretize
@@ -86,4 +86,4 @@ def test_who_only_tells_others_something_needs_no_node() -> None:
     result = execute(settings, empty, producing=people.actions, watching=[people.watcher])
     assert result.ending_faults == ()
     assert {actor_of(action.command) for action in result.test.actions} == {"nurse", "porter"}
-    assert run(people.recorded(result), testbench).record.sha256 == result.record.sha256
+    assert run(people.to_test(result), testbench).record.sha256 == result.record.sha256

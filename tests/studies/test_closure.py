@@ -1,4 +1,4 @@
-"""The page on the closing loop: what sessions reached by when, and what loops without a way reached."""
+"""The page on the closing loop: what sessions reached by when, and what loops without a strategy reached."""
 
 from __future__ import annotations
 

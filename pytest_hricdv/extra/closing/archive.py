@@ -1,4 +1,4 @@
-"""The archive of all runs: the targets that are still open, and of each point the best test and the nearest run."""
+"""The archive of all runs: the targets that are still open, and of each point the best test."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.generate.abstract import AbstractTest
 
 GIVEN = "given"
-"""In place of a way: tests of a suite that was there before the loop."""
+"""In place of a strategy: tests of a suite that was there before the loop."""
 
 
 @dataclass(frozen=True)
-class Entry:
+class ArchivedRun:
     """A run in the archive.
 
     Args:
         number: from 0, in the order of proposals.
         test: that was run.
         observation: what it yielded.
-        way: that proposed it.
+        strategy: that proposed it.
         targets: the points that it was to hit.
         new: the targets of the loop that it hit and that no earlier run had hit.
     """
 
     number: int
     test: AbstractTest
-    observation: Observation
-    way: str = GIVEN
+    observation: RunObservation
+    strategy: str = GIVEN
     targets: tuple[Point, ...] = ()
     new: tuple[Point, ...] = ()
 
@@ -44,26 +44,24 @@ class Archive:
 
     def __init__(self, targets: Iterable[Point]) -> None:
         self.targets = tuple(dict.fromkeys(targets))
-        self.entries: list[Entry] = []
+        self.entries: list[ArchivedRun] = []
         self.open: dict[Point, None] = dict.fromkeys(self.targets)
         """The targets that no run has hit, in order; used as an ordered set."""
-        self.best: dict[Point, Entry] = {}
+        self.best: dict[Point, ArchivedRun] = {}
         """The run that hits a point in the shortest simulated time; of equal ones the first."""
         self.hit_by: dict[Point, list[int]] = {}
         """The numbers of the runs that hit a point, in order."""
-        self.nearest: dict[Point, tuple[float, Entry]] = {}
-        """Of a point that was not hit: the least distance of a run, and the first run that had it."""
         self.tries: Counter[Point] = Counter()
         """How many runs had a point as a target while it was open."""
         self.sim_s = 0.0
         """Simulated time of all runs (s)."""
 
-    def add(self, observation: Observation, way: str = GIVEN, targets: tuple[Point, ...] = ()) -> Entry:
+    def add(self, observation: RunObservation, strategy: str = GIVEN, targets: tuple[Point, ...] = ()) -> ArchivedRun:
         """Keep a run. Runs have to be added in the order in which they were proposed."""
         test = AbstractTest.from_data(observation.test)
         self.tries.update(point for point in targets if point in self.open)
         new = tuple(point for point in observation.points if point in self.open)
-        entry = Entry(len(self.entries), test, observation, way, targets, new)
+        entry = ArchivedRun(len(self.entries), test, observation, strategy, targets, new)
         self.entries.append(entry)
         self.sim_s += observation.sim_s
         for point in observation.points:
@@ -72,7 +70,4 @@ class Archive:
             best = self.best.get(point)
             if best is None or observation.sim_s < best.observation.sim_s:
                 self.best[point] = entry
-        for point, distance in observation.distances:
-            if point not in self.nearest or distance < self.nearest[point][0]:
-                self.nearest[point] = distance, entry
         return entry

@@ -10,10 +10,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
 
-from pytest_hricdv._base import sealed_cache
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
@@ -26,18 +24,17 @@ from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy
-from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError, searched
+from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError, search_violations
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
-from pytest_hricdv.extra.closing.observation import Observation
-from pytest_hricdv.extra.closing.online_run import roles_of
-from pytest_hricdv.extra.closing.online_strategy import OnlineStrategy
+from pytest_hricdv.extra.closing.observation import RunObservation
+from pytest_hricdv.extra.closing.online_strategy import OnlineStrategy, roles_of
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingOptions, ClosingResult
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
 from pytest_hricdv.extra.closing.strategy import Strategy
-from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
-from pytest_hricdv.extra.closing.targets import ClosingProgress, impossible_points, listed, target_points
+from pytest_hricdv.extra.closing.suite import SuiteCache, repeatable_suite, smallest_suite
+from pytest_hricdv.extra.closing.targets import ClosingProgress, impossible_points, list_open, target_points
 from pytest_hricdv.extra.closing.violation_strategy import ViolationStrategy
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
@@ -55,12 +52,12 @@ from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.remote import ClusterError, remote
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
-from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
+from pytest_hricdv.session.suites import generation_context
 
 CACHE_SCHEMA = "hricdv-closing/6"
 
 
-class Closing:
+class ClosureGenerator:
     """The closing loop of a session.
 
     Args:
@@ -85,14 +82,14 @@ class Closing:
             pytest.UsageError: there can be no loop, or every run errs.
         """
         tests = [test for other in others for test in other.suite.tests] if self._options.given else []
-        kept = KeptSuite(self._collection, self._key(tests))
+        kept = SuiteCache(self._collection, self._key(tests))
         suite_before = kept.read()
         if suite_before is not None:
             return suite_before
         began_s = time.perf_counter()
         try:
             with self._signals.defer(), self._runs() as runs:
-                suite, result = self._closed(runs, tests)
+                suite, result = self._close(runs, tests)
                 self._signals.hold()  # up to where a report can be made
         except (ProcessError, LoopError) as error:
             raise usage_error(f"--hri-suite={NAME}: no run came to its end: {error}") from None
@@ -112,22 +109,24 @@ class Closing:
         here = identity(Path(config.rootpath), self._context.provenance.code)
         return RunsOnCluster(cluster, self._collection, here.project, self._signals.let_through)
 
-    def _closed(self, runs: ClosingRuns, others: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
-        archive, progress = Archive(self._wanted), ClosingProgress(self._collection, self._options.runs)
+    def _close(self, runs: ClosingRuns, others: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
+        archive, progress = Archive(self._targets), ClosingProgress(self._collection, self._options.runs)
         seed = self._collection.options.seed
-        self._collection.say(f"hricdv: closing {listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
+        self._collection.say(
+            f"hricdv: closing {list_open(archive)}, at most {self._options.runs} runs (seed {seed}) ..."
+        )
         for note in self._exploration_notes:
             self._collection.say(f"hricdv: {note}")
         faults: list[str] = []
         ended = "interrupted" if self._is_over else self._run_others(archive, runs, others, faults)
         if ended is None:
             budget = Budget(self._options.runs, self._options.seconds)
-            ways, let_through = self._used_ways(), self._signals.let_through
+            strategies, let_through = self._used_strategies(), self._signals.let_through
             loop = Loop(
-                archive, ways, runs.run, seed, budget, progress.show, FallbackStrategy(self._pool), self._searcher
+                archive, strategies, runs.run, seed, budget, progress.show, FallbackStrategy(self._pool), self._searcher
             )
             loop.let_through, loop.faults = let_through, faults
-            ended = searched(loop, loop.run(), self._options.search)
+            ended = search_violations(loop, loop.run(), self._options.search)
         suite, result = self._suite(archive, ended, runs, faults)
         self._signals.interrupted |= result.end_reason == "interrupted"
         progress.end(archive, result.end_reason, faults, len(suite.tests), goes_on=not self._signals.terminated)
@@ -143,16 +142,16 @@ class Closing:
             ViolationStrategy(requirements, self._collection.testbench.commands) if self._options.search != 0 else None
         )
 
-    def _used_ways(self) -> tuple[Strategy, ...]:
-        """The ways that are not left out."""
-        ways, without = self._ways(), self._options.without
-        names = [way.name for way in ways]
+    def _used_strategies(self) -> tuple[Strategy, ...]:
+        """The strategies that are not left out."""
+        strategies, without = self._strategies(), self._options.without
+        names = [strategy.name for strategy in strategies]
         for name in without:
             if name not in names:
-                raise usage_error(f"--hri-close-without: no way {name!r}; there are: {', '.join(names)}")
-        return tuple(way for way in ways if way.name not in without)
+                raise usage_error(f"--hri-close-without: no strategy {name!r}; there are: {', '.join(names)}")
+        return tuple(strategy for strategy in strategies if strategy.name not in without)
 
-    def _ways(self) -> tuple[Strategy, ...]:
+    def _strategies(self) -> tuple[Strategy, ...]:
         testbench, pool = self._collection.testbench, self._pool
         experience = Experience(pool, lambda test: concretize(test, testbench.commands).run)
         disturbances = {name: disturbance.parameters for name, disturbance in testbench.disturbances.items()}
@@ -161,7 +160,7 @@ class Closing:
             ModelStrategy(pool, experience),
             DisturbanceStrategy(pool, experience, disturbances),
             *([InterleavingStrategy(pool, testbench.commands.run[TURN_WAIT_S])] if testbench.model.actors else []),
-            *([OnlineStrategy(roles, pool.planned)] if roles else []),
+            *([OnlineStrategy(len(roles))] if roles else []),
         )
 
     def _run_others(
@@ -169,11 +168,11 @@ class Closing:
     ) -> ClosingEnd | None:
         """What the other suites hit is not open. They are no part of the budget. Returns why there will be no loop."""
         ended: ClosingEnd | None = None
-        observed: dict[int, Observation] = {}
+        observed: dict[int, RunObservation] = {}
         if tests:
             self._say(f"running the {len(tests)} tests of the other suites first ...")
             try:
-                observed.update(runs.run(tests, {}))
+                observed.update(runs.run(tests, frozenset()))
             except KeyboardInterrupt:
                 ended = "interrupted"
             except GivenUpError as error:
@@ -199,7 +198,7 @@ class Closing:
         except (ProcessError, GivenUpError, ClusterError, KeyboardInterrupt) as error:
             # Nothing runs tests any more, or nobody waits for it: only what needs no check can be kept.
             ended = "interrupted" if isinstance(error, KeyboardInterrupt) else ended
-            left_out = tuple(entry for entry in archive.entries if entry.way in online)
+            left_out = tuple(entry for entry in archive.entries if entry.strategy in online)
             entries = smallest_suite(archive, {entry.number for entry in left_out})
         entries = entries[: self._collection.options.tests]
         errored_runs = [entry.observation.error for entry in archive.entries if entry.observation.error]
@@ -217,7 +216,7 @@ class Closing:
         return suite, evidence(
             archive,
             entries,
-            impossible_points(*self._declared),
+            impossible_points(*self._coverage_model),
             self._surroundings,
             suite=NAME,
             ended=ended,
@@ -226,11 +225,13 @@ class Closing:
         )
 
     @property
-    def _wanted(self) -> tuple[Point, ...]:
-        return target_points(*self._declared, self._context.requirements, self._collection.testbench.state.transitions)
+    def _targets(self) -> tuple[Point, ...]:
+        return target_points(
+            *self._coverage_model, self._context.requirements, self._collection.testbench.state.transitions
+        )
 
     @cached_property
-    def _declared(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
+    def _coverage_model(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
         """What there is to reach, and what the model says of it."""
         testbench = self._collection.testbench
         code = self._context.code if self._collection.options.coverage else None
@@ -238,7 +239,7 @@ class Closing:
 
     @property
     def _surroundings(self) -> Surroundings:
-        code, _, cross, reachability = self._declared
+        code, _, cross, reachability = self._coverage_model
         coordinates = {name: tuple(product.coordinates) for name, product in cross.items()}
         return Surroundings(code, coordinates, reachability.exploration.plans or {})
 
@@ -249,7 +250,7 @@ class Closing:
         cache = getattr(self._collection.config, "cache", None)
         try:
             with self._signals.let_through():
-                return _explored(context, cache)
+                return _explore(context, cache)
         except KeyboardInterrupt:
             self._is_over = True
             return Exploration(reason="exploring the model was interrupted")
@@ -296,7 +297,7 @@ class Closing:
         )
 
 
-def _explored(context: GenerationContext, cache: Any) -> Exploration:
+def _explore(context: GenerationContext, cache: Any) -> Exploration:
     try:
         exploration = explore_model(context, cache)
     except GenerateError as error:  # of one belief set, it may be, that other suites never use
@@ -307,44 +308,3 @@ def _explored(context: GenerationContext, cache: Any) -> Exploration:
 def _processes(config: pytest.Config) -> int:
     """As many as xdist has workers; without it, as many as there are processors."""
     return int(getattr(config.option, "numprocesses", None) or os.cpu_count() or 1)
-
-
-class KeptSuite:
-    """A suite with its evidence, and with the files that its runs loaded: where one has changed, it does not hold.
-
-    Args:
-        collection: of the session.
-        key: of all else that the suite depends on.
-    """
-
-    def __init__(self, collection: Collection, key: str) -> None:
-        self._cache = getattr(collection.config, "cache", None)
-        self._root = collection.config.rootpath
-        self._key = f"{CACHE_FOLDER}/{key}"
-
-    def read(self) -> GeneratedSuite | None:
-        """The suite; None where there is none, or it is of other files."""
-        kept = sealed_cache.read(self._cache, self._key)
-        try:
-            if kept is None or kept["files"] != self._digests(kept["files"]):
-                return None
-            closing = msgspec.json.decode(kept["closing"], type=ClosingResult)
-            return GeneratedSuite(Suite.from_json(kept["suite"]), 0.0, cached=True, sections={CLOSING.name: closing})
-        except (GenerateError, KeyError, TypeError, msgspec.DecodeError):
-            return None  # written by another version, or cut off
-
-    def write(self, suite: Suite, closing: ClosingResult, files: Sequence[str]) -> None:
-        """Keep a suite."""
-        if self._cache is not None:
-            evidence = msgspec.json.encode(closing).decode()
-            digests = self._digests(dict.fromkeys(files, ""))
-            sealed_cache.write(
-                self._cache, self._key, {"files": digests, "suite": suite.to_json(), "closing": evidence}
-            )
-
-    def _digests(self, files: Mapping[str, str]) -> dict[str, str]:
-        digests = {}
-        for name in files:
-            path = self._root / name
-            digests[name] = sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
-        return digests

@@ -14,67 +14,39 @@ from functools import partial
 from random import Random
 from typing import TypeVar
 
-from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.combination_synthesis import CombinationSynthesis
-from pytest_hricdv.extra.closing.distance import elite_size, nearest_runs
 from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
 from pytest_hricdv.extra.closing.interactions import Combination, Intervention, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
-from pytest_hricdv.extra.closing.strategy import Proposal, favoured
+from pytest_hricdv.extra.closing.strategy import Proposal, draw_good
 from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
 
 MIN_CHANCE = 0.01
-"""A combination that is known or put together is used if it leads to an outcome with at least this chance. Chosen
-(0.005: no change, 0.02: -0.6 +- 1.2; see the package)."""
+"""A known or synthesized combination is used if it leads to an outcome with at least this chance; see the package."""
 
 NEW_CHANCE = 0.015
-"""Of a new intervention no less is expected. Chosen: what is known with less comes after new ones (0.0075: -4.5 +- 5.3,
-0.03: -4.5 +- 2.8; see the package)."""
+"""What is expected of a new intervention at least; see the package."""
 
 PROMISING = 0.75
-"""How often a new intervention is one of a disturbance that probably changes what is missing, instead of one that was
-rarely tried. Chosen (0.5: -5.0 +- 6.9, 0.9: -7.4 +- 6.0; see the package)."""
-
-REDUCING = 0.4
-"""How often a combination is tried without one of its interventions instead, where this was not tried. Chosen (0.2:
-+0.0 +- 0.0, 0.6: no change; see the package)."""
+"""How often a new intervention is of a disturbance that probably changes what is missing; see the package."""
 
 VARYING = 0.35
-"""So often an intervention of what is put together is varied. Chosen (0.2: -3.1 +- 2.5, 0.5: -3.8 +- 3.3; see the
-package)."""
-
-LEAVING_OUT = 0.3
-"""So often it is left out then. Chosen (0.15: -1.3 +- 1.8, 0.6: +0.1 +- 1.1; see the package)."""
+"""How often an intervention of such a combination is varied; see the package."""
 
 EXPLORING = 0.4
-"""So often an interaction has a new intervention, whatever else is known. Chosen (0.2: -5.0 +- 3.5, 0.6: -4.1 +- 4.6;
-see the package)."""
+"""How often an interaction has a new intervention whatever is known; see the package."""
 
-MIN_UNTARGETED, MAX_UNTARGETED = 0.25, 0.5
-"""Between so often and so often, by the share of open points that are no bins, all interactions of a test have one.
-Chosen; of the first one, 0.125: -3.1 +- 5.7, 0.4: -6.5 +- 8.8; of the second one, 0.35: no change, 0.75: no change (see
-the package)."""
-
-NEAR = 0.6
-"""So often what was rarely tried is tried where a run came near to an open point, where there is one; otherwise where
-most is new. Chosen (0.3: +0.6 +- 3.2, 0.9: -5.7 +- 5.6; see the package)."""
-
-LED = 0.5
-"""So often interactions are led there that nominally end otherwise. Chosen (0.25: -1.8 +- 2.8, 0.75: -0.5 +- 1.3; see
-the package)."""
-
-TRIES_AT_START = 2
-"""So often a disturbance is tried at the start of a run. Chosen: a second try has other parameters (1: -2.0 +- 2.2, 4:
--0.0 +- 0.0; see the package)."""
+MIN_UNTARGETED = 0.25
+"""Smallest share of tests in which all interactions have a rarely tried disturbance; the share of open points that are
+no bins, if that is larger; see the package."""
 
 MASKED = 0.75
-"""So often such a disturbance is a known one, with another one that masks what it changes. Chosen (0.5: +0.3 +- 1.0,
-0.9: -0.9 +- 1.1; see the package)."""
+"""How often a rarely tried combination is one in which disturbances mask each other; see the package."""
 
 Disturbances = Mapping[str, Mapping[str, Sampler]]
 """Name -> the ranges of its parameters."""
@@ -104,56 +76,31 @@ class DisturbanceStrategy:
         generation = _Generation(self._pool, self._experience, self._disturbances, archive, rng)
         selection = Selection(self._pool, self._experience, archive, generation.options)
         others = sum(point[0] != "bin" for point in archive.open)
-        untargeted = min(MAX_UNTARGETED, max(MIN_UNTARGETED, others / len(archive.open))) if others else 0.0
+        untargeted = max(MIN_UNTARGETED, others / len(archive.open)) if others else 0.0
         proposals = []
         for _ in range(count):
             selected = selection.select(rng) if rng.random() >= untargeted else None
             if selected is None:
-                proposals.append(self._rarely_tried(generation, archive, rng))
+                proposals.append(self._rarely_tried(generation))
             else:
                 draft = self._pool.draft(selected.test, selected.product, selected.combinations, selected.run_values)
                 proposals.append(Proposal(draft, self.name, selected.targets))
         return proposals
 
-    def _rarely_tried(self, generation: _Generation, archive: Archive, rng: Random) -> Proposal:
+    def _rarely_tried(self, generation: _Generation) -> Proposal:
         """A test with disturbances that were rarely tried: for open points that are no bins.
 
         Each is tried once before any is tried again where the same outcome is nominal: what was not tried there may be
         all that is missing.
         """
-        near = self._near(generation, archive, rng) if rng.random() < NEAR else None
-        (test, product), outcome, targets = near or (generation.newest_test(), None, ())
+        test, product = generation.newest_test()
         interactions: list[PlannedInteraction | None] = [*self._pool.interactions_of(test, product)]
         starts, sizes = self._pool.starts(test, product), self._pool.sizes(test, product)
         combinations = [
-            generation.beside(interaction, outcome, size) or generation.rare(interaction, size, start == starts[0])
+            generation.rare(interaction, size, start == starts[0])
             for interaction, start, size in zip(interactions or [None], starts, sizes, strict=True)
         ]
-        return Proposal(self._pool.draft(test, product, combinations), self.name, targets)
-
-    def _near(
-        self, generation: _Generation, archive: Archive, rng: Random
-    ) -> tuple[tuple[int, str], Outcome | None, tuple[Point, ...]] | None:
-        """A test of interactions that nominally end as in runs that came near to an open point, or of others that are
-        to be led there; this outcome; and this point."""
-        near = {point: runs for point in archive.open if point[0] != "bin" and (runs := nearest_runs(point, archive))}
-        if not near:
-            return None
-        point = pick(rng, [*near])
-        elite = [entry for _, entry in near[point][: elite_size(len(near[point]))]]
-        outcome = self._experience.distinctive(elite, archive)
-        if outcome is None:
-            return None
-        planned = self._pool.by_interaction
-        nominal = [interaction for interaction in planned if self._experience.nominal(interaction) == outcome]
-        led = [
-            interaction
-            for interaction in planned
-            if interaction not in nominal
-            and ("bin", interaction.product, *interaction.planned, *outcome[1:]) in archive.best
-        ]
-        interactions = led if led and rng.random() < LED else nominal
-        return (generation.test_of(interactions), outcome, (point,)) if interactions else None
+        return Proposal(self._pool.draft(test, product, combinations), self.name)
 
 
 class _Generation:
@@ -170,13 +117,13 @@ class _Generation:
         self._tries_at = experience.tries_at.copy()
         self._has_others = any(point[0] != "bin" for point in archive.open)
         self._synthesis = {name: CombinationSynthesis(model) for name, model in experience.models.items()}
-        self._unreached = experience.unreached(archive)
+        self._open_counts = experience.count_open(archive)
         self._by_nominal: dict[Outcome | None, list[PlannedInteraction]] = {}
         """A nominal outcome -> the interactions that have it."""
         for interaction in pool.by_interaction:
             self._by_nominal.setdefault(experience.nominal(interaction), []).append(interaction)
 
-    def _is_untried(self, nominal: Outcome | None) -> bool:
+    def _is_new(self, nominal: Outcome | None) -> bool:
         return any(not self._tries[name, nominal] for name in self._disturbances)
 
     def options(self, interaction: PlannedInteraction, wanted: dict[Outcome, float]) -> list[Option]:
@@ -191,13 +138,13 @@ class _Generation:
         options: list[Option] = []
         gain = 0.0
         for outcome, openness in wanted.items():
-            bins = openness * self._unreached.get((model.nominal(planned), outcome), 1)
-            synthesized = self._synthesis[interaction.product].drawn(planned, outcome, commands, self._rng)
+            bins = openness * self._open_counts.get((model.nominal(planned), outcome), 1)
+            synthesized = self._synthesis[interaction.product].synthesize(planned, outcome, commands, self._rng)
             best = model.best(planned, outcome, commands)
             if best is not None and best.chance >= MIN_CHANCE:
                 options.append(Option(best.chance * bins, (outcome,), partial(_again, best.combination)))
             if synthesized is not None and synthesized.chance >= MIN_CHANCE:
-                varied = partial(self._varied, synthesized.combination)
+                varied = partial(self._vary, synthesized.combination)
                 options.append(Option(synthesized.chance * bins, (outcome,), varied))
             gain += max(model.first_chance(planned, outcome), NEW_CHANCE) * bins
         options.append(Option(gain, outcomes, new))
@@ -225,31 +172,21 @@ class _Generation:
             key=lambda candidate: sum(interaction in wanted for interaction in self._pool.interactions(candidate[0])),
         )
 
-    def beside(
-        self, interaction: PlannedInteraction | None, outcome: Outcome | None, commands: int
-    ) -> Combination | None:
-        """What leads to an outcome that is not nominal, with another intervention; None where nothing is known."""
-        if interaction is None or outcome is None or self._experience.nominal(interaction) == outcome:
-            return None
-        synthesis = self._synthesis[interaction.product]
-        combination = synthesis.beside(interaction.planned, outcome, commands, self._rng)
-        return None if combination is None else self._varied(combination, commands, False)
-
     def rare(self, interaction: PlannedInteraction | None, commands: int, is_first: bool) -> Combination:
         """What was rarely tried: a new intervention, or known ones of which one masks what another one changes."""
-        is_known = interaction is not None and not self._is_untried(self._experience.nominal(interaction))
+        is_known = interaction is not None and not self._is_new(self._experience.nominal(interaction))
         if interaction is not None and is_known and self._rng.random() < MASKED:
             synthesis = self._synthesis[interaction.product]
-            masked = synthesis.masked(interaction.planned, commands, self._rng)
+            masked = synthesis.mask(interaction.planned, commands, self._rng)
             if masked is not None:
-                return self._varied(masked, commands, False)
+                return self._vary(masked, commands, False)
         return self.single(interaction, commands, is_first)
 
     def single(self, interaction: PlannedInteraction | None, commands: int, is_first: bool) -> Combination:
         """A disturbance tried as rarely as any where the same outcome is nominal, or at the start; at such a place."""
         nominal = None if interaction is None else self._experience.nominal(interaction)
         starts = [(name, AT_THE_START) for name in self._disturbances if is_first]
-        new = [start for start in starts if self._tries[start] < TRIES_AT_START]
+        new = [start for start in starts if not self._tries[start]]
         name, where = self._rarest([(name, nominal) for name in self._disturbances], self._tries, new)
         if where == AT_THE_START:
             return (self._intervention(name, 0),)
@@ -271,29 +208,23 @@ class _Generation:
     def _new(
         self, interaction: PlannedInteraction, outcomes: Sequence[Outcome], commands: int, is_first: bool
     ) -> Combination:
-        """A new intervention, or a part of several that have done something."""
+        """A new intervention: of a disturbance that probably changes what is missing, or one that was rarely tried."""
         synthesis, planned = self._synthesis[interaction.product], interaction.planned
-        if self._rng.random() < REDUCING:
-            reduced = synthesis.reduced(planned, commands, self._rng)
-            if reduced is not None:
-                return reduced
         expected: Mapping[str, float] = {}
         if outcomes and self._rng.random() < PROMISING:
             outcome = pick(self._rng, outcomes)
-            expected = synthesis.expected_changes(self._disturbances, planned, outcome, commands)
+            expected = synthesis.promise_changes(self._disturbances, planned, outcome, commands)
         if not expected:
             return self.single(interaction, commands, is_first)
-        name = favoured(self._rng, expected)
+        name = draw_good(self._rng, expected)
         return (self._intervention(name, self._place(name, self._experience.nominal(interaction), commands)),)
 
-    def _varied(self, combination: Combination, commands: int, is_first: bool) -> Combination:
-        """What was put together; at times one intervention is left out, as it may not be needed, or has another place
-        and other parameters, as what it does together with others may depend on them."""
+    def _vary(self, combination: Combination, commands: int, is_first: bool) -> Combination:
+        """What was put together; at times one intervention has another place and other parameters, as what it does
+        together with others may depend on them."""
         if not combination or self._rng.random() >= VARYING:
             return combination
         varied = pick(self._rng, combination)
-        if len(combination) > 1 and self._rng.random() < LEAVING_OUT:
-            return tuple(intervention for intervention in combination if intervention != varied)
         other = self._intervention(varied.name, 1 + random_index(self._rng, max(commands, 1)))
         return tuple(sorted(other if intervention == varied else intervention for intervention in combination))
 

@@ -11,8 +11,8 @@ from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.extra.closing.archive import GIVEN, Archive, Entry
-from pytest_hricdv.extra.closing.open_points import Surroundings, missing, nearest, waiver
+from pytest_hricdv.extra.closing.archive import GIVEN, Archive, ArchivedRun
+from pytest_hricdv.extra.closing.open_points import Surroundings, explain_gap, nearest, waiver
 from pytest_hricdv.extra.closing.records import (
     RULE_OF_THREE,
     ClosingEnd,
@@ -24,20 +24,20 @@ from pytest_hricdv.extra.closing.records import (
     KindCount,
     NearestRun,
     OpenPoint,
+    StrategyResult,
     ViolationEstimate,
     ViolationKind,
-    WayResult,
 )
 from pytest_hricdv.extra.closing.targets import by_kind
 from pytest_hricdv.extra.closing.violation_strategy import NAME, vacuous_alternatives
 from pytest_hricdv.extra.closing.violation_strategy import NAME as SEARCHING
-from pytest_hricdv.extra.closing.violations import FAULT, KINDS, NEW, described
+from pytest_hricdv.extra.closing.violations import FAULT, KINDS, NEW, describe
 from pytest_hricdv.generate.suite_files import dump_tests
 
 
 def evidence(
     archive: Archive,
-    tests: Iterable[Entry],
+    tests: Iterable[ArchivedRun],
     impossible: Sequence[ImpossiblePoint],
     surroundings: Surroundings,
     *,
@@ -58,16 +58,16 @@ def evidence(
         budget: so many runs were allowed.
         without: numbers of runs that do not repeat: what only they hit is open.
     """
-    seen = _Seen(archive, impossible, without)
-    handed = (*(entry for entry in archive.entries if entry.way == GIVEN), *tests)
-    runs = [entry for entry in archive.entries if entry.way != GIVEN]
+    seen = _HitCounts(archive, impossible, without)
+    handed = (*(entry for entry in archive.entries if entry.strategy == GIVEN), *tests)
+    runs = [entry for entry in archive.entries if entry.strategy != GIVEN]
     hit = tuple(seen.hit(handed))
     closed = tuple(point for point in impossible if point.point not in seen.first)
     left, others = _open(
         [target for target in archive.targets if target not in seen.first], archive, handed, surroundings
     )
     near = tuple(nearest_runs(archive, {entry.number for entry in handed}, without))
-    others |= _unhanded(archive, handed, {run.test for run in near if run.spread})
+    others |= _test_texts(archive, handed, {run.test for run in near if run.spread})
     return ClosingResult(
         suite=suite,
         end_reason=ended,
@@ -78,14 +78,14 @@ def evidence(
         sim_s=round(sum(entry.observation.sim_s for entry in runs), 6),
         bound=rule_of_three(len(runs)),
         kinds=_kinds(hit, closed, left),
-        strategies=_ways(runs, seen.new),
+        strategies=_strategies(runs, seen.new),
         growth=tuple(_growth(archive.entries, seen.new)),
         good_turing=seen.good_turing(len(archive.entries)),
         hit=hit,
         impossible=closed,
         open=left,
         violations=_violations(archive, handed, without),
-        searched=sum(entry.way == SEARCHING for entry in runs),
+        searched=sum(entry.strategy == SEARCHING for entry in runs),
         closest_runs=near,
         estimated_undetected=violation_estimate(archive, without),
         closest_tests=others,
@@ -97,15 +97,15 @@ def rule_of_three(trials: int) -> float | None:
     return min(1.0, RULE_OF_THREE / trials) if trials else None
 
 
-class _Seen:
+class _HitCounts:
     """What runs hit of the targets and of the points that were thought impossible."""
 
     def __init__(self, archive: Archive, impossible: Iterable[ImpossiblePoint], without: Container[int]) -> None:
         points = dict.fromkeys([*archive.targets, *(point.point for point in impossible)])
         self._archive = archive
-        self._given = sum(entry.way == GIVEN for entry in archive.entries)
+        self._given = sum(entry.strategy == GIVEN for entry in archive.entries)
         self._times: Counter[Point] = Counter()
-        self.first: dict[Point, Entry] = {}
+        self.first: dict[Point, ArchivedRun] = {}
         self.new: dict[int, Counter[str]] = {}
         """Number of a run -> kind -> points that no earlier run had hit; without runs that hit no such point."""
         for entry in (run for run in archive.entries if run.number not in without):
@@ -117,13 +117,13 @@ class _Seen:
                 self.new[entry.number] = by_kind(fresh)
         self._order = [point for point in points if point in self.first]
 
-    def hit(self, handed: Sequence[Entry]) -> Iterable[HitPoint]:
+    def hit(self, handed: Sequence[ArchivedRun]) -> Iterable[HitPoint]:
         """The points that are hit, each with the first of these tests that hits it, else with the best of all."""
         tests = _tests(self._archive, handed)
         for point in self._order:
             first = self.first[point]
-            run = 0 if first.way == GIVEN else first.number - self._given + 1
-            yield HitPoint(point=point, test=tests[point], strategy=first.way, run=run)
+            run = 0 if first.strategy == GIVEN else first.number - self._given + 1
+            yield HitPoint(point=point, test=tests[point], strategy=first.strategy, run=run)
 
     def good_turing(self, runs: int) -> GoodTuring | None:
         """The estimate of what a further run would find; None where nothing was hit."""
@@ -131,7 +131,7 @@ class _Seen:
         return GoodTuring(once=once, hits=hits, share=once / hits, points=once / runs) if hits else None
 
 
-def _tests(archive: Archive, handed: Sequence[Entry]) -> dict[Point, str]:
+def _tests(archive: Archive, handed: Sequence[ArchivedRun]) -> dict[Point, str]:
     """A test that hits each point: the first of these that does, else the best of all."""
     tests = {point: entry.test.id for point, entry in archive.best.items()}
     for entry in reversed(handed):
@@ -139,7 +139,7 @@ def _tests(archive: Archive, handed: Sequence[Entry]) -> dict[Point, str]:
     return tests
 
 
-def _violations(archive: Archive, handed: Sequence[Entry], without: Container[int]) -> tuple[ViolationKind, ...]:
+def _violations(archive: Archive, handed: Sequence[ArchivedRun], without: Container[int]) -> tuple[ViolationKind, ...]:
     counts = Counter(
         point
         for entry in archive.entries
@@ -148,12 +148,12 @@ def _violations(archive: Archive, handed: Sequence[Entry], without: Container[in
         if point[0] in KINDS
     )
     tests = _tests(archive, handed)
-    violations = [described(point, counts[point], tests[point]) for point in sorted(counts)]
+    violations = [describe(point, counts[point], tests[point]) for point in sorted(counts)]
     return tuple(sorted(violations, key=lambda violation: violation.known))
 
 
 def _open(
-    points: Iterable[Point], archive: Archive, handed: Sequence[Entry], surroundings: Surroundings
+    points: Iterable[Point], archive: Archive, handed: Sequence[ArchivedRun], surroundings: Surroundings
 ) -> tuple[tuple[OpenPoint, ...], dict[str, str]]:
     """The open points; and the tests that came nearest and are not handed over, with their texts."""
     preferred = {entry.number for entry in handed}
@@ -168,14 +168,14 @@ def _open(
                 tries=archive.tries[point],
                 bound=rule_of_three(archive.tries[point]),
                 test=entry.test.id if entry is not None else "",
-                lacking=missing(point, entry, archive, surroundings),
+                lacking=explain_gap(point, entry, archive, surroundings),
                 waiver=waiver(point, archive),
             )
         )
     return tuple(open_points), others
 
 
-def _unhanded(archive: Archive, handed: Sequence[Entry], ids: Container[str]) -> dict[str, str]:
+def _test_texts(archive: Archive, handed: Sequence[ArchivedRun], ids: Container[str]) -> dict[str, str]:
     """The texts of tests with these ids that are not handed over."""
     numbers = {entry.number for entry in handed}
     return {
@@ -193,28 +193,28 @@ def _kinds(
     return {kind: KindCount(hit=counts[0][kind], impossible=counts[1][kind], open=counts[2][kind]) for kind in kinds}
 
 
-def _ways(runs: Sequence[Entry], new: Mapping[int, Counter[str]]) -> dict[str, WayResult]:
-    by_way: dict[str, list[Entry]] = {}
+def _strategies(runs: Sequence[ArchivedRun], new: Mapping[int, Counter[str]]) -> dict[str, StrategyResult]:
+    by_strategy: dict[str, list[ArchivedRun]] = {}
     for entry in runs:
-        by_way.setdefault(entry.way, []).append(entry)
+        by_strategy.setdefault(entry.strategy, []).append(entry)
     return {
-        way: WayResult(
+        strategy: StrategyResult(
             runs=len(entries),
             sim_s=round(sum(entry.observation.sim_s for entry in entries), 6),
             new=sum((new.get(entry.number, Counter()) for entry in entries), Counter()),
         )
-        for way, entries in by_way.items()
+        for strategy, entries in by_strategy.items()
     }
 
 
-def _growth(entries: Iterable[Entry], new: Mapping[int, Counter[str]]) -> Iterable[GrowthStep]:
+def _growth(entries: Iterable[ArchivedRun], new: Mapping[int, Counter[str]]) -> Iterable[GrowthStep]:
     run, sim_s = 0, 0.0
     for entry in entries:
-        if entry.way != GIVEN:
+        if entry.strategy != GIVEN:
             run += 1
             sim_s += entry.observation.sim_s
         if entry.number in new:
-            yield GrowthStep(run=run, sim_s=round(sim_s, 6), strategy=entry.way, new=new[entry.number])
+            yield GrowthStep(run=run, sim_s=round(sim_s, 6), strategy=entry.strategy, new=new[entry.number])
 
 
 def nearest_runs(archive: Archive, handed: Container[int], without: Container[int]) -> Iterator[NearestRun]:
@@ -226,7 +226,7 @@ def nearest_runs(archive: Archive, handed: Container[int], without: Container[in
         without: numbers of runs that do not repeat.
     """
     runs = [entry for entry in archive.entries if entry.number not in without]
-    tried = Counter(target[1] for entry in runs if entry.way == NAME for target in entry.targets)
+    tried = Counter(target[1] for entry in runs if entry.strategy == NAME for target in entry.targets)
     for name in sorted({name for entry in runs for name in entry.observation.unused}):
         triggered = [entry for entry in runs if name in entry.observation.unused]
         margins = {entry.number: entry.observation.margins.get(name, math.inf) for entry in triggered}

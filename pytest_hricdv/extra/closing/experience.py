@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.extra.closing.archive import Archive, Entry
+from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
 from pytest_hricdv.extra.closing.interactions import Effect, Outcome, PlannedInteraction, interactions_of
 from pytest_hricdv.extra.closing.missing_conditions import effect_distance
 from pytest_hricdv.extra.closing.outcome_model import OutcomeModel
@@ -46,7 +46,7 @@ class Experience:
             run_values = tuple(sorted(self._run_values(test).items()))
             for product, planned in self._pool.planned.items():
                 interactions = interactions_of(test.lines, test.values, hits, product, planned)
-                wanted = self._wanted(entry, product)
+                wanted = self._target_outcomes(entry, product)
                 self.models[product].learn(
                     interaction._replace(wanted=wanted.get(interaction.planned, ()), run_values=run_values)
                     for interaction in interactions
@@ -66,7 +66,7 @@ class Experience:
         self.tries[name, where] += 1
         self.tries_at[name, where, place] += 1
 
-    def _wanted(self, entry: Entry, product: str) -> dict[Bin, tuple[Outcome, ...]]:
+    def _target_outcomes(self, entry: ArchivedRun, product: str) -> dict[Bin, tuple[Outcome, ...]]:
         """Planned coordinates -> the outcomes that a run was to have there."""
         size = self.models[product].coordinates
         wanted: dict[Bin, tuple[Outcome, ...]] = {}
@@ -81,19 +81,6 @@ class Experience:
         effect = self.models[interaction.product].nominal(interaction.planned) or ()
         return next((outcome for outcome in effect if outcome[0] == interaction.product), None)
 
-    def distinctive(self, runs: Collection[Entry], archive: Archive) -> Outcome | None:
-        """The outcome that the most more of these runs have than of all; None where none is more frequent."""
-        among, overall = (
-            Counter(outcome for run in group for outcome in self._outcomes(run)) for group in (runs, archive.entries)
-        )
-        lift = {outcome: among[outcome] / len(runs) - overall[outcome] / len(archive.entries) for outcome in among}
-        best = max(lift, key=lambda outcome: (lift[outcome], outcome), default=None)
-        return best if best is not None and lift[best] > 0.0 else None
-
-    def _outcomes(self, run: Entry) -> set[Outcome]:
-        hits = run.observation.hits
-        return {(name, *hit[model.coordinates :]) for name, model in self.models.items() for hit in hits.get(name, ())}
-
     def open_outcomes(self, archive: Archive) -> dict[PlannedInteraction, dict[Outcome, Point]]:
         """What interactions may be wanted to lead to: interaction -> outcome -> open bin.
 
@@ -102,11 +89,11 @@ class Experience:
         wanted: dict[PlannedInteraction, dict[Outcome, Point]] = {}
         for point in archive.open:
             if point[0] == "bin":
-                for interaction, outcome in self._leading_to(point):
+                for interaction, outcome in self._sources_of(point):
                     wanted.setdefault(interaction, {})[outcome] = point
         return wanted
 
-    def unreached(self, archive: Archive) -> Counter[tuple[Effect | None, Outcome]]:
+    def count_open(self, archive: Archive) -> Counter[tuple[Effect | None, Outcome]]:
         """A nominal effect, and an outcome that no combination has led to from there -> how many bins of it are open.
 
         What leads to one of them will probably lead to all.
@@ -126,9 +113,9 @@ class Experience:
 
     def has_unplanned_bins(self, archive: Archive) -> bool:
         """Whether a bin is open of which no interaction is known that may lead to it."""
-        return any(point[0] == "bin" and not self._leading_to(point) for point in archive.open)
+        return any(point[0] == "bin" and not self._sources_of(point) for point in archive.open)
 
-    def _leading_to(self, point: Point) -> list[tuple[PlannedInteraction, Outcome]]:
+    def _sources_of(self, point: Point) -> list[tuple[PlannedInteraction, Outcome]]:
         product, own = point[1], self.models.get(point[1])
         if own is None:
             return self._nearest(point[1:])

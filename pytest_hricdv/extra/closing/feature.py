@@ -44,7 +44,7 @@ class ClosingFeature(Feature[ClosingOptions]):
             "closure: of the runs that are left, search in N for violations where margins are smallest "
             "(default: a tenth of the runs made; 0: none)",
         ),
-        Value("close-without", "WAY[,...]", "closure: leave these ways of reaching points out, to see what they bring"),
+        Value("close-without", "STRATEGY[,...]", "closure: leave these strategies out, to see what they bring"),
     )
 
     def asks_for_suites(self, reader: OptionReader) -> bool:
@@ -68,7 +68,7 @@ class ClosingFeature(Feature[ClosingOptions]):
         return options
 
     def rerun_options(self, reader: OptionReader) -> Iterator[str]:
-        """The budget, and the ways left out."""
+        """The budget, and the strategies left out."""
         if reader.command_line_value("close"):
             yield "--hri-close"
         for name in ("runs", "search", "without"):
@@ -79,9 +79,9 @@ class ClosingFeature(Feature[ClosingOptions]):
     def generate(self, context: RunContext, suites: Sequence[GeneratedSuite]) -> Iterator[GeneratedSuite]:
         """The suite `closure`, where it is asked for."""
         if self.settings(context.options).asked:
-            from pytest_hricdv.extra.closing.closing import Closing
+            from pytest_hricdv.extra.closing.closing import ClosureGenerator
 
-            yield Closing(context.collection, context, self.settings(context.options)).suite(suites)
+            yield ClosureGenerator(context.collection, context, self.settings(context.options)).suite(suites)
 
 
 def _names(text: str) -> list[str]:

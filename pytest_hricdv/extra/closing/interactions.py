@@ -72,11 +72,6 @@ def commands_of(lines: Sequence[str]) -> tuple[str, ...]:
     return tuple(line for line in lines if disturbance_of(line) is None)
 
 
-def is_disturbed(lines: Sequence[str]) -> bool:
-    """Whether a test has a disturbance."""
-    return any(disturbance_of(line) is not None for line in lines)
-
-
 def starts_of(commands: Sequence[str], planned: Planned) -> tuple[int, ...]:
     """The place of the first command of each interaction."""
     sizes = [len([*planned(commands[:place])]) for place in range(len(commands) + 1)]
@@ -106,7 +101,7 @@ def combinations_of(lines: Sequence[str], values: Values, starts: Sequence[int])
     return tuple(map(tuple, interventions))
 
 
-def disturbed(
+def insert_combinations(
     commands: Sequence[str], starts: Sequence[int], combinations: Sequence[Combination]
 ) -> tuple[tuple[str, ...], dict[int, dict[str, float]]]:
     """Lines and values of a test with these interventions in its interactions; the reverse of `combinations_of`."""
@@ -145,7 +140,7 @@ def interactions_of(
     plans = [tuple(coordinates) for coordinates in planned(commands)][: len(combinations)]
     alike = {name: bins for name, bins in hits.items() if len(bins) == len(own)}
     interactions = []
-    for row, number in _matched(plans, own):
+    for row, number in _match(plans, own):
         size = len(plans[number])
         effect = tuple(sorted((name, *bins[row][size if name == product else 0 :]) for name, bins in alike.items()))
         is_isolated = not any(combinations[:number])
@@ -153,7 +148,7 @@ def interactions_of(
     return tuple(interactions)
 
 
-def _matched(plans: Sequence[Bin], hits: Sequence[Bin]) -> Iterator[tuple[int, int]]:
+def _match(plans: Sequence[Bin], hits: Sequence[Bin]) -> Iterator[tuple[int, int]]:
     """The row of each bin, with the number of the interaction that it belongs to."""
     begin = 0
     for row, hit in enumerate(hits):

@@ -28,19 +28,17 @@ from pytest_hricdv.generate.rng import pick, pick_weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 AIMED = 0.5
-"""So often an open bin is aimed at that names what actors do, where there is one. Chosen; its effect was not
-measured."""
+"""How often a test is for an open bin that names what actors do, if there is one: every other time."""
 
 CANDIDATES = 24
-"""Of so many tests, one is taken in which the rarest meeting is possible. Chosen: enough for the few tests of a model
-with two actors, and each costs a run of the model for its order; its effect was not measured."""
+"""Tests among which one with the rarest encounter is taken: enough for the few tests of a model with two actors. Each
+costs a run of the model."""
 
-MOST_TESTS = 512
-"""Of no more tests, evenly spread over the pool, is it looked up which actions can meet in them. Chosen: it takes some
-seconds, as for each the model is run once more, with a trace."""
+MAX_TESTS = 512
+"""Tests, evenly spread over the pool, in which possible encounters are looked up: some seconds of runs of the model."""
 
 
-class Meeting(NamedTuple):
+class Encounter(NamedTuple):
     """Two lines of two actors of which the first one begins, and then the other, none of theirs between them."""
 
     first: str
@@ -75,25 +73,25 @@ class Order:
             lane.append(number)
 
     @cached_property
-    def meetings(self) -> Mapping[Meeting, tuple[Place, ...]]:
+    def meetings(self) -> Mapping[Encounter, tuple[Place, ...]]:
         """Which lines can meet, and where."""
-        places: dict[Meeting, list[Place]] = {}
+        places: dict[Encounter, list[Place]] = {}
         for first_lane, then_lane in permutations(self._lanes.values(), 2):
             for place in self._places(first_lane, then_lane):
-                meeting = Meeting(self.lines[place.first - 1], self.lines[place.then - 1])
+                meeting = Encounter(self.lines[place.first - 1], self.lines[place.then - 1])
                 places.setdefault(meeting, []).append(place)
         return {meeting: tuple(where) for meeting, where in places.items()}
 
     @cached_property
-    def waits(self) -> Mapping[Meeting, tuple[Place, ...]]:
+    def waits(self) -> Mapping[Encounter, tuple[Place, ...]]:
         """Which lines can come while who does another one waits to do it, the first of both meanwhile; and what has to
         meet for that: the one waits until the next action of the other actor, too, has begun."""
-        places: dict[Meeting, list[Place]] = {}
+        places: dict[Encounter, list[Place]] = {}
         last_of = {number: last for lane in self._lanes.values() for last, number in pairwise(lane)}
         for place in (place for where in self.meetings.values() for place in where):
             if place.first in last_of:
                 meanwhile = self.lines[last_of[place.first] - 1]
-                places.setdefault(Meeting(meanwhile, self.lines[place.then - 1]), []).append(place)
+                places.setdefault(Encounter(meanwhile, self.lines[place.then - 1]), []).append(place)
         return {meeting: tuple(where) for meeting, where in places.items()}
 
     def _places(self, first_lane: Sequence[int], then_lane: Sequence[int]) -> Iterator[Place]:
@@ -130,12 +128,12 @@ class Order:
         return tuple(order)
 
 
-def meetings_of(lines: Iterable[str]) -> Iterator[Meeting]:
+def meetings_of(lines: Iterable[str]) -> Iterator[Encounter]:
     """Which lines have met, of those that began, in this order."""
     begun = [line for line in lines if actor_of(line)]
     for pair in combinations(sorted(actors_of(begun)), 2):
         theirs = [line for line in begun if actor_of(line) in pair]
-        yield from (Meeting(*met) for met in pairwise(theirs) if actor_of(met[0]) != actor_of(met[1]))
+        yield from (Encounter(*met) for met in pairwise(theirs) if actor_of(met[0]) != actor_of(met[1]))
 
 
 class InterleavingStrategy:
@@ -152,7 +150,7 @@ class InterleavingStrategy:
         self._pool = pool
         self._waits_s = [wait_s for wait_s in turn_wait.simple_values() if wait_s > 0.0]
         self._orders: dict[int, Order] = {}
-        self._met: Counter[Meeting] = Counter()
+        self._met: Counter[Encounter] = Counter()
         self._learned = 0
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
@@ -166,7 +164,7 @@ class InterleavingStrategy:
         proposals = [self._proposal(archive, met, rng) for _ in range(count)]
         return [proposal for proposal in proposals if proposal is not None]
 
-    def _proposal(self, archive: Archive, met: Counter[Meeting], rng: Random) -> Proposal | None:
+    def _proposal(self, archive: Archive, met: Counter[Encounter], rng: Random) -> Proposal | None:
         aim = self._aim(archive, rng) if rng.random() < AIMED else None
         number, places = aim[:2] if aim else self._rarest(met, rng)
         if not places:
@@ -195,7 +193,7 @@ class InterleavingStrategy:
         order = self._order(number)
         return number, (order.waits if is_wait else order.meetings)[meeting], point
 
-    def _rarest(self, met: Counter[Meeting], rng: Random) -> tuple[int, Sequence[Place]]:
+    def _rarest(self, met: Counter[Encounter], rng: Random) -> tuple[int, Sequence[Place]]:
         """A test, and where those of its lines meet, or of some other tests, that have met least often."""
         numbers = dict.fromkeys(self._pool.any(rng) for _ in range(CANDIDATES))
         choices = [(number, meeting) for number in numbers for meeting in self._order(number).meetings]
@@ -225,10 +223,10 @@ class InterleavingStrategy:
         return frozenset(lines | {act_of(line) for line in lines})
 
     @cached_property
-    def _tests_of(self) -> Mapping[tuple[Meeting, bool], Sequence[int]]:
+    def _tests_of(self) -> Mapping[tuple[Encounter, bool], Sequence[int]]:
         """The tests in which two lines can meet, or, with True, one can come while who does the other one waits."""
-        numbers: dict[tuple[Meeting, bool], list[int]] = {}
-        for number in range(0, len(self._pool.tests), 1 + len(self._pool.tests) // MOST_TESTS):
+        numbers: dict[tuple[Encounter, bool], list[int]] = {}
+        for number in range(0, len(self._pool.tests), 1 + len(self._pool.tests) // MAX_TESTS):
             order = self._order(number)
             for meeting in order.meetings:
                 numbers.setdefault((meeting, False), []).append(number)
@@ -237,7 +235,7 @@ class InterleavingStrategy:
         return numbers
 
 
-def _names(parts: Sequence[str], meeting: Meeting, is_wait: bool) -> bool:
+def _names(parts: Sequence[str], meeting: Encounter, is_wait: bool) -> bool:
     """Whether a bin names both actions of a meeting, and no other actor as the one who is first: that is said of
     actions that meet, and of none that waits."""
     actors = [actor_of(line) for line in meeting]

@@ -20,30 +20,18 @@ from pytest_hricdv.extra.closing.missing_conditions import (
     are_comparable,
     character,
     effect_distance,
+    find_missing,
     is_changed,
     is_met,
     is_missing,
-    missing_conditions,
 )
-from pytest_hricdv.extra.closing.outcome_model import INDIRECT_WEIGHT, PRIOR_TRIES, OutcomeModel, fitted
-
-MAX_DEVIATIONS = 3
-"""Of the combinations with the same effect, so many are known. Chosen (2: +0.4 +- 0.7, 6: -0.2 +- 0.4; see the
-package)."""
-
-SIZE_DISCOUNT = 0.7
-"""Of these, each further intervention has to make the effect more certain by this factor. Chosen (0.5: -0.0 +- 0.0,
-0.9: no change; see the package). Replacing the error rate and the size discount changed the share of open targets by
--0.0 +- 0.1 points, within chance (ten scenes)."""
+from pytest_hricdv.extra.closing.outcome_model import INDIRECT_WEIGHT, PRIOR_TRIES, OutcomeModel, fit_combination
 
 ERROR_RATE, ERROR_PRIOR_TRIES = 0.05, 20.0
-"""A missing condition is met by chance, without disturbances, at this rate: as if so many tries had shown it. Chosen;
-of the rate, 0.02: -2.8 +- 4.6, 0.1: -0.6 +- 4.3; of the tries, 10: -4.9 +- 3.5, 40: -2.8 +- 3.4 (see the package);
-measured with `SIZE_DISCOUNT`, too."""
+"""Rate at which a missing condition is met by chance, and the tries that this prior weighs; see the package."""
 
 PRIOR_EFFECTIVE = 0.1
-"""How probably a disturbance brings about a condition before it was tried: of those of a testbench, few do. Chosen
-(0.05: -2.2 +- 4.9, 0.2: -5.2 +- 3.8; see the package)."""
+"""Probability that a disturbance brings about a condition, before it was tried: few do; see the package."""
 
 
 class Deviation(NamedTuple):
@@ -54,7 +42,7 @@ class Deviation(NamedTuple):
     chance: float
 
 
-class Change(NamedTuple):
+class EffectChange(NamedTuple):
     """An intervention that changed an effect, the conditions that it made missing, and how often its disturbance does
     so."""
 
@@ -100,7 +88,7 @@ class InterventionEffects:
                 elif not combination and is_isolated:
                     self._undisturbed.append((nominal, effect))
         self._deviations: dict[Effect, list[Deviation]] = {}
-        self._changes: dict[Effect, list[Change]] = {}
+        self._changes: dict[Effect, list[EffectChange]] = {}
         self._effects_alone: dict[Effect, dict[Intervention, Effect]] = {}
         self._chances: dict[tuple[MissingCondition, int], dict[Intervention, float]] = {}
         self._combined = [*self._with_others()]
@@ -122,9 +110,9 @@ class InterventionEffects:
             # Of those beside others, the ones that count are known after all single tries.
             beside = (trial for trial in self._combined if met[trial.intervention.name])
             for trial in chain(self._singles, beside):
-                weight, weight_met = _met(trial, condition)
+                weight, weight_met = _weigh(trial, condition)
                 keys: tuple[Intervention | str, ...] = (
-                    *fitted((trial.intervention,), commands),
+                    *fit_combination((trial.intervention,), commands),
                     trial.intervention.name,
                 )
                 for key in keys:
@@ -148,7 +136,7 @@ class InterventionEffects:
         """
         tried, met = dict[str, float](), dict[str, float]()
         for trial in self._singles:
-            name, (weight, weight_met) = trial.intervention.name, _met(trial, condition)
+            name, (weight, weight_met) = trial.intervention.name, _weigh(trial, condition)
             tried[name] = tried.get(name, 0.0) + weight
             met[name] = met.get(name, 0.0) + weight_met
         undisturbed = [
@@ -164,28 +152,24 @@ class InterventionEffects:
         """The combinations that made something else of a nominal effect; of each other one, the most certain."""
         deviations = self._deviations.get(nominal)
         if deviations is None:
-            by_effect: dict[Effect, list[Deviation]] = {}
+            best: dict[Effect, Deviation] = {}
             for deviation in self._all_deviations(nominal):
-                by_effect.setdefault(deviation.effect, []).append(deviation)
-            deviations = self._deviations[nominal] = [
-                deviation
-                for alike in by_effect.values()
-                for deviation in sorted(alike, key=lambda deviation: -_certainty(deviation))[:MAX_DEVIATIONS]
-            ]
+                known = best.setdefault(deviation.effect, deviation)
+                if deviation.chance > known.chance:
+                    best[deviation.effect] = deviation
+            deviations = self._deviations[nominal] = [*best.values()]
         return deviations
 
-    def changes(self, nominal: Effect) -> list[Change]:
+    def changes(self, nominal: Effect) -> list[EffectChange]:
         """The interventions that changed something that is so in a nominal effect.
 
         Where it was seen, another effect may have been nominal, if it has the same characters where these were changed.
         """
         changes = self._changes.get(nominal)
         if changes is None:
-            conditions = {
-                trial.intervention: missing_conditions(trial.after, trial.before[0]) for trial in self._singles
-            }
+            conditions = {trial.intervention: find_missing(trial.after, trial.before[0]) for trial in self._singles}
             changes = self._changes[nominal] = [
-                Change(intervention, changed, chance)
+                EffectChange(intervention, changed, chance)
                 for intervention, changed in conditions.items()
                 if changed and (chance := self._change_chance(intervention.name, changed, nominal))
             ]
@@ -206,9 +190,9 @@ class InterventionEffects:
 
         alike = [trial for trial in self._singles if trial.intervention.name == name and is_alike(trial.before[0])]
         tries = sum(trial.weight for trial in alike)
-        came = sum(trial.weight for trial in alike if missing_conditions(trial.after, trial.before[0]) == conditions)
+        came = sum(trial.weight for trial in alike if find_missing(trial.after, trial.before[0]) == conditions)
         by_chance = [
-            missing_conditions(effect, before) == conditions for before, effect in self._undisturbed if is_alike(before)
+            find_missing(effect, before) == conditions for before, effect in self._undisturbed if is_alike(before)
         ]
         rate = _rate_by_chance(sum(by_chance), len(by_chance))
         return significance(came, tries, rate) * came / (tries + PRIOR_TRIES)
@@ -296,16 +280,12 @@ def _rate_by_chance(came: float, tries: float) -> float:
     return (came + ERROR_RATE * ERROR_PRIOR_TRIES) / (tries + ERROR_PRIOR_TRIES)
 
 
-def _certainty(deviation: Deviation) -> float:
-    return deviation.chance * SIZE_DISCOUNT ** len(deviation.combination)
-
-
 def _share_before(trial: Trial, condition: EffectCondition) -> float:
     """How much an effect before a try was like the one that is to be changed; 0 where there was none."""
     return max([0.0, *(1.0 - effect_distance(before, condition.present) for before in trial.before)])
 
 
-def _met(trial: Trial, condition: MissingCondition) -> tuple[float, float]:
+def _weigh(trial: Trial, condition: MissingCondition) -> tuple[float, float]:
     """The weight of a try of which a condition was missing before, and of this, how much that it was met then."""
     if isinstance(condition, EffectCondition):
         weight = trial.weight * _share_before(trial, condition)

@@ -1,4 +1,4 @@
-"""The closing loop: ways propose a generation of tests, these are run, and what they hit decides the next proposals.
+"""The closing loop: strategies propose tests, these run, and what they hit decides what is proposed next.
 
 The proposals of a generation are made from the archive alone, are run in any order on any number of processes, and are
 merged in the order in which they were proposed. So the same seed gives the same archive, however many processes run.
@@ -17,59 +17,57 @@ from typing import NamedTuple, Protocol
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing.archive import Archive, Entry
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.records import ClosingEnd
 from pytest_hricdv.extra.closing.strategy import Proposal, Strategy
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
 from pytest_hricdv.generate.rng import make_rng, pick_weighted
-from pytest_hricdv.online.chooser import Weight
 
 DISCOUNT = 0.9
-"""After each generation that hit new points of a kind, what was before counts so much less for this kind: what pays off
-at the beginning does not at the end. As long as nothing pays off, nothing is forgotten. A discount is that of Garivier
-and Moulines (On Upper-Confidence Bound Policies for Non-Stationary Bandit Problems, arXiv 0805.3415); its value is
-chosen: some ten such generations count (0.8: -0.7 +- 0.5, 0.95: -4.4 +- 4.9; see the package)."""
+"""Weight of earlier tests after each generation that hit new points of a kind: what pays off at the beginning does not
+at the end (Garivier, Moulines: On Upper-Confidence Bound Policies for Non-Stationary Bandit Problems, arXiv
+0805.3415). While nothing pays off, nothing is forgotten."""
 
 
-class Reward(NamedTuple):
+class StrategyReward(NamedTuple):
     """What a test has brought.
 
     Args:
-        way: that proposed it.
+        strategy: that proposed it.
         hit: the kinds of its new points.
         targeted: the kinds of its targets.
     """
 
-    way: str
+    strategy: str
     hit: frozenset[str] = frozenset()
     targeted: frozenset[str] = frozenset()
 
 
 class Bandit:
-    """Chooses ways, as a bandit with discounted rewards does.
+    """Chooses strategies, as a bandit with discounted rewards does.
 
     Args:
-        names: of the ways.
+        names: of the strategies.
         kinds: of points.
     """
 
     def __init__(self, names: Iterable[str], kinds: Iterable[str]) -> None:
-        self._ways = tuple(names)
-        self._tests = {kind: dict.fromkeys(self._ways, 0.0) for kind in kinds}
-        self._hits = {kind: dict.fromkeys(self._ways, 0.0) for kind in self._tests}
+        self._strategies = tuple(names)
+        self._tests = {kind: dict.fromkeys(self._strategies, 0.0) for kind in kinds}
+        self._hits = {kind: dict.fromkeys(self._strategies, 0.0) for kind in self._tests}
 
     def weight(self, name: str, kind: str) -> float:
-        """The share of the way's tests that hit a new point of a kind, by Jeffreys' prior (half of one test)."""
+        """The share of the strategy's tests that hit a new point of a kind, by Jeffreys' prior (half of one test)."""
         return (self._hits[kind][name] + 0.5) / (self._tests[kind][name] + 1.0)
 
     def shares(self, names: Sequence[str], count: int, kinds: Mapping[str, int], rng: Random) -> dict[str, int]:
-        """How many of `count` tests each of these ways may propose.
+        """How many of `count` tests each of these strategies may propose.
 
-        For each test a kind is drawn in proportion to its open points, and for this kind a way.
+        For each test a kind is drawn in proportion to its open points, and for this kind a strategy.
 
         Args:
-            names: of the ways.
+            names: of the strategies.
             count: of tests.
             kinds: kind -> how many points are open.
             rng: of which only `random()` is used.
@@ -80,10 +78,10 @@ class Bandit:
             shares[pick_weighted(rng, {name: self.weight(name, kind) for name in names})] += 1
         return shares
 
-    def learn(self, rewards: Iterable[Reward]) -> None:
+    def learn(self, rewards: Iterable[StrategyReward]) -> None:
         """Learn from a generation: a test says something of the kinds of its targets; without targets, of all. Tests of
-        other ways do not count."""
-        own = [reward for reward in rewards if reward.way in self._ways]
+        other strategies do not count."""
+        own = [reward for reward in rewards if reward.strategy in self._strategies]
         for kind, tests in self._tests.items():
             hits = self._hits[kind]
             telling = [reward for reward in own if not reward.targeted or kind in reward.targeted]
@@ -92,28 +90,27 @@ class Bandit:
                     tests[name] *= DISCOUNT
                     hits[name] *= DISCOUNT
             for reward in telling:
-                tests[reward.way] += 1.0
-                hits[reward.way] += kind in reward.hit
+                tests[reward.strategy] += 1.0
+                hits[reward.strategy] += kind in reward.hit
 
 
 NAME = "closure"
 """The name of the method and of its suite."""
 
 GENERATION = 8
-"""So many tests are proposed at a time. Fewer learn sooner, more keep more processes busy. Chosen; its effect was not
-measured."""
+"""Number of tests proposed per generation. Fewer learn sooner, more keep more processes busy."""
 
 STALLED = 10 * GENERATION
-"""After so many runs without a new target nothing pays. Chosen: a fifth of the default budget."""
+"""Runs without a new target after which nothing pays: a fifth of the default budget."""
 
-OnlineWeights = Mapping[int, Sequence[Weight]]
-"""The numbers of the tests (from 0) in which the person decides during the run, with the weights of choices."""
+OnlineTests = frozenset[int]
+"""The numbers of the tests (from 0) in which the person decides during the run."""
 
 
-class Runner(Protocol):
+class BatchRunner(Protocol):
     """Runs tests."""
 
-    def __call__(self, tests: Sequence[AbstractTest], online: OnlineWeights, /) -> Iterable[tuple[int, Observation]]:
+    def __call__(self, tests: Sequence[AbstractTest], online: OnlineTests, /) -> Iterable[tuple[int, RunObservation]]:
         """The number of each test (from 0) with what it yielded, in any order.
 
         What is run may be another test than the one that was handed over, where it is made up while it runs, and one
@@ -138,21 +135,21 @@ class Loop:
 
     Args:
         archive: with the targets; it keeps the runs.
-        ways: that propose tests.
+        strategies: that propose tests.
         runner: runs the tests.
         seed: the master seed.
         budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
         progress: called with the archive after each generation.
-        fallback: proposes where the ways know no more.
-        searcher: of violations; proposes a quarter of each generation, beside the ways, while nothing pays: from
+        fallback: proposes where the strategies know no more.
+        searcher: of violations; proposes a quarter of each generation, beside the strategies, while nothing pays: from
             `STALLED` runs on that hit no new target.
         search_only: it searches for violations until the budget is spent, whatever is closed.
         let_through: within what it gives, Ctrl-C may be raised; elsewhere it would leave the archive in pieces.
     """
 
     archive: Archive
-    ways: Sequence[Strategy]
-    runner: Runner
+    strategies: Sequence[Strategy]
+    runner: BatchRunner
     seed: int
     budget: Budget
     progress: Callable[[Archive], None] = lambda archive: None
@@ -161,7 +158,7 @@ class Loop:
     search_only: bool = False
     let_through: Callable[[], AbstractContextManager[None]] = nullcontext
     faults: list[str] = field(default_factory=list)
-    """What went wrong in the loop itself, each in a sentence: it goes on without the way that it went wrong in."""
+    """What went wrong in the loop itself, each in a sentence: it goes on without the strategy that it went wrong in."""
     _drafts: list[AbstractDraft] = field(default_factory=list)
     _left_out: set[str] = field(default_factory=set)
 
@@ -172,16 +169,20 @@ class Loop:
             LoopError: every run of the first generation errs.
             Exception: an error before any run has come to its end, from what runs the tests.
         """
-        bandit = Bandit((way.name for way in self.ways), dict.fromkeys(point[0] for point in self.archive.targets))
+        bandit = Bandit(
+            (strategy.name for strategy in self.strategies), dict.fromkeys(point[0] for point in self.archive.targets)
+        )
         try:
             for number in range(self.budget.runs):
-                if ended := self._ended():
+                if ended := self._end_reason():
                     return ended
                 proposals = self._proposals(number, bandit)
                 if not proposals:
                     return "nothing to try"
                 entries = self._run(proposals)
-                bandit.learn(Reward(entry.way, _kinds(entry.new), _kinds(entry.targets)) for entry in entries)
+                bandit.learn(
+                    StrategyReward(entry.strategy, _kinds(entry.new), _kinds(entry.targets)) for entry in entries
+                )
                 self.progress(self.archive)
         except KeyboardInterrupt:
             return "interrupted"
@@ -193,11 +194,11 @@ class Loop:
         except Exception as error:  # whatever it is, hours of runs are not to be lost for it
             if not self.archive.entries:
                 raise
-            self.faults.append(f"the loop ended by an error of its own: {_located(error)}")
+            self.faults.append(f"the loop ended by an error of its own: {_error_text(error)}")
             return "error"
-        return self._ended() or "runs"
+        return self._end_reason() or "runs"
 
-    def _ended(self) -> ClosingEnd | None:
+    def _end_reason(self) -> ClosingEnd | None:
         if not self.archive.open and not self.search_only:
             return "closed"
         if self.budget.used >= self.budget.runs:
@@ -205,23 +206,23 @@ class Loop:
         return "seconds" if self.budget.seconds is not None and self.budget.elapsed_s >= self.budget.seconds else None
 
     def _proposals(self, number: int, bandit: Bandit) -> list[Proposal]:
-        """A generation. What one way cannot use of its share, the others share."""
+        """A generation. What one strategy cannot use of its share, the others share."""
         count = min(GENERATION, self.budget.runs - self.budget.used)
         kinds = Counter(point[0] for point in self.archive.open)
         rng = make_rng(NAME, self.seed, number, "shares")
         proposals: list[Proposal] = []
         if self.searcher is not None and (self.search_only or self._stalls()):
             share = count if self.search_only else count // 4
-            proposals += self._proposed(self.searcher, share, self._rng(number, self.searcher, int(self.search_only)))
-        ways = [way for way in self.ways if way.name not in self._left_out]
-        for attempt in range(len(ways)):
-            shares = bandit.shares([way.name for way in ways], count - len(proposals), kinds, rng)
-            for way in [*ways]:
-                if share := shares[way.name]:
-                    proposed = self._proposed(way, share, self._rng(number, way, attempt))
+            proposals += self._ask(self.searcher, share, self._rng(number, self.searcher, int(self.search_only)))
+        strategies = [strategy for strategy in self.strategies if strategy.name not in self._left_out]
+        for attempt in range(len(strategies)):
+            shares = bandit.shares([strategy.name for strategy in strategies], count - len(proposals), kinds, rng)
+            for strategy in [*strategies]:
+                if share := shares[strategy.name]:
+                    proposed = self._ask(strategy, share, self._rng(number, strategy, attempt))
                     proposals += proposed
                     if len(proposed) < share:
-                        ways.remove(way)
+                        strategies.remove(strategy)
         if self.fallback is not None and len(proposals) < count:
             rng = self._rng(number, self.fallback, 0)
             with self.let_through():
@@ -232,26 +233,28 @@ class Loop:
         last = self.archive.entries[-STALLED:]
         return len(last) == STALLED and not any(entry.new for entry in last)
 
-    def _proposed(self, way: Strategy, share: int, rng: Random) -> list[Proposal]:
-        """What a way proposes; nothing, from now on, once it has failed."""
-        if way.name in self._left_out:
+    def _ask(self, strategy: Strategy, share: int, rng: Random) -> list[Proposal]:
+        """What a strategy proposes; nothing, from now on, once it has failed."""
+        if strategy.name in self._left_out:
             return []
         try:
             with self.let_through():
-                return way.propose(self.archive, share, rng)[:share]
-        except Exception as error:  # a way may fail on a testbench that nobody thought of; the others can go on
-            self._left_out.add(way.name)
-            self.faults.append(f"the way {way.name!r} failed, and is left out from there on: {_located(error)}")
+                return strategy.propose(self.archive, share, rng)[:share]
+        except Exception as error:  # a strategy may fail on a testbench that nobody thought of; the others can go on
+            self._left_out.add(strategy.name)
+            self.faults.append(
+                f"the strategy {strategy.name!r} failed, and is left out from there on: {_error_text(error)}"
+            )
             return []
 
-    def _rng(self, generation: int, way: Strategy, attempt: int) -> Random:
-        return make_rng(NAME, self.seed, generation, way.name, attempt)
+    def _rng(self, generation: int, strategy: Strategy, attempt: int) -> Random:
+        return make_rng(NAME, self.seed, generation, strategy.name, attempt)
 
-    def _run(self, proposals: Sequence[Proposal]) -> list[Entry]:
+    def _run(self, proposals: Sequence[Proposal]) -> list[ArchivedRun]:
         """Run a generation, and merge it in order: of an interrupted one, what has come to its end."""
-        tests, observed = self._identified([proposal.draft for proposal in proposals]), dict[int, list[Observation]]()
-        online = {place: proposal.weights for place, proposal in enumerate(proposals) if proposal.weights is not None}
-        entries: list[Entry] = []
+        tests, observed = self._identify([proposal.draft for proposal in proposals]), dict[int, list[RunObservation]]()
+        online = frozenset(place for place, proposal in enumerate(proposals) if proposal.is_online)
+        entries: list[ArchivedRun] = []
         try:
             for place, observation in self.runner(tests, online):
                 self.budget.used += 1
@@ -259,18 +262,18 @@ class Loop:
         finally:
             for place in sorted(observed):
                 proposal = proposals[place]
-                entries += [self.archive.add(run, proposal.way, proposal.targets) for run in observed[place]]
+                entries += [self.archive.add(run, proposal.strategy, proposal.targets) for run in observed[place]]
         if all(entry.observation.error for entry in self.archive.entries):
             raise LoopError(self.archive.entries[0].observation.error)
         return entries
 
-    def _identified(self, drafts: list[AbstractDraft]) -> list[AbstractTest]:
+    def _identify(self, drafts: list[AbstractDraft]) -> list[AbstractTest]:
         """The tests of new drafts: equal ones are numbered among all so far, so each has its own seed."""
         self._drafts += drafts
         return [*identify(NAME, self.seed, self._drafts)[len(self._drafts) - len(drafts) :]]
 
 
-def searched(loop: Loop, ended: ClosingEnd, runs: int | None) -> ClosingEnd:
+def search_violations(loop: Loop, ended: ClosingEnd, runs: int | None) -> ClosingEnd:
     """Go on with a search for violations, where nothing is left to close; why all of it ended.
 
     Args:
@@ -285,12 +288,12 @@ def searched(loop: Loop, ended: ClosingEnd, runs: int | None) -> ClosingEnd:
     budget.runs = min(budget.runs, budget.used + wanted)
     if budget.used >= budget.runs:
         return ended
-    end = replace(loop, ways=(), fallback=None, search_only=True).run()
+    end = replace(loop, strategies=(), fallback=None, search_only=True).run()
     return end if end in ("seconds", "interrupted", "error") else ended
 
 
-def _located(error: Exception) -> str:
-    """`ValueError: min() iterable argument is empty (closing/way.py:12)`: an error, and where it was raised."""
+def _error_text(error: Exception) -> str:
+    """`ValueError: min() iterable argument is empty (closing/strategy.py:12)`: an error, and where it was raised."""
     at = traceback.extract_tb(error.__traceback__)[-1]
     file = Path(at.filename)
     return f"{type(error).__name__}: {error} ({file.parent.name}/{file.name}:{at.lineno})"

@@ -31,7 +31,7 @@ class EffectCondition(NamedTuple):
 MissingCondition = CharacterCondition | EffectCondition
 
 
-def missing_conditions(effect: Effect, wanted: Effect) -> tuple[MissingCondition, ...]:
+def find_missing(effect: Effect, wanted: Effect) -> tuple[MissingCondition, ...]:
     """What an effect misses to be the wanted one."""
     characters = tuple(
         CharacterCondition(number, len(text), place, right)

@@ -1,8 +1,7 @@
 """The strategy `model`: undisturbed tests of the pool that, as exploring the model has shown, lead to open targets.
 
-Bins are reached by tests that plan them, plans by beliefs that trigger them. Where a requirement was nearly triggered,
-tests are tried that may come nearer; where bins are open of which it is unknown what plans them, tests that were not
-run yet.
+Bins are reached by tests that plan them, plans by beliefs that trigger them. Where bins are open of which it is unknown
+what plans them, tests are tried that were not run yet.
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ from random import Random
 
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.guidance import Guidance
 from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.selection import Option, Selection
@@ -19,12 +17,7 @@ from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.generate.rng import pick, shuffle
 
 MIN_CHANCE = 0.02
-"""A bin is not aimed at with a smaller chance than this. Chosen (0.01: -0.9 +- 0.8, 0.04: -2.0 +- 2.9; see the
-package)."""
-
-GUIDED = 0.5
-"""So often a test is to come nearer to a point that has a distance, where there is one. Chosen (0.25: -4.8 +- 7.4,
-0.75: -5.3 +- 5.6; see the package)."""
+"""Smallest chance with which a bin is aimed at; see the package."""
 
 
 class ModelStrategy:
@@ -47,32 +40,29 @@ class ModelStrategy:
             return []
         self._experience.learn(archive)
         selection = Selection(self._pool, self._experience, archive, self._options)
-        guidance = Guidance(self._pool, self._experience, archive)
         proposals: list[Proposal] = []
         for _ in range(count):
-            proposal = self._nearer(guidance, rng) if rng.random() < GUIDED else None
-            proposal = proposal or self._selected(selection, rng) or self._planned(archive, proposals, rng)
-            proposal = proposal or self._nearer(guidance, rng)
+            proposal = self._for_bins(selection, rng) or self._for_plan(archive, proposals, rng)
             if proposal is not None:
                 proposals.append(proposal)
         if len(proposals) < count and self._experience.has_unplanned_bins(archive):
-            proposals += untried(self._pool, archive, self.name, count - len(proposals), rng)
+            proposals += fresh_tests(self._pool, archive, self.name, count - len(proposals), rng)
         return proposals
 
     def _options(self, interaction: PlannedInteraction, wanted: dict[Outcome, float]) -> list[Option]:
         model = self._experience.models[interaction.product]
         options = [
-            Option(model.chance(interaction.planned, UNDISTURBED, outcome) * openness, (outcome,), _undisturbed)
+            Option(model.chance(interaction.planned, UNDISTURBED, outcome) * openness, (outcome,), _no_interventions)
             for outcome, openness in wanted.items()
         ]
         return sorted((option for option in options if option.gain >= MIN_CHANCE), key=lambda option: -option.gain)
 
-    def _selected(self, selection: Selection, rng: Random) -> Proposal | None:
+    def _for_bins(self, selection: Selection, rng: Random) -> Proposal | None:
         """A test for open bins."""
         selected = selection.select(rng)
         return None if selected is None else Proposal(self._pool.draft(selected.test), self.name, selected.targets)
 
-    def _planned(self, archive: Archive, proposals: list[Proposal], rng: Random) -> Proposal | None:
+    def _for_plan(self, archive: Archive, proposals: list[Proposal], rng: Random) -> Proposal | None:
         """A test for an open plan."""
         targeted = {target for proposal in proposals for target in proposal.targets}
         for point in archive.open:
@@ -81,13 +71,8 @@ class ModelStrategy:
                 return Proposal(self._pool.draft(pick(rng, tests)), self.name, (point,))
         return None
 
-    def _nearer(self, guidance: Guidance, rng: Random) -> Proposal | None:
-        """A test that may come nearer to an open point that has a distance."""
-        nearer = guidance.test(rng)
-        return None if nearer is None else Proposal(self._pool.draft(nearer[0]), self.name, (nearer[1],))
 
-
-def _undisturbed(commands: int, is_first: bool) -> Combination:
+def _no_interventions(commands: int, is_first: bool) -> Combination:
     return UNDISTURBED
 
 
@@ -109,12 +94,12 @@ class FallbackStrategy:
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Strategy`."""
-        proposals = untried(self._pool, archive, UNTRIED, count, rng)
+        proposals = fresh_tests(self._pool, archive, UNTRIED, count, rng)
         if len(proposals) < count:
-            proposals += self._repeated(archive, count - len(proposals), rng)
+            proposals += self._repeat_tests(archive, count - len(proposals), rng)
         return proposals
 
-    def _repeated(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+    def _repeat_tests(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """Tests that were run, the least often run first; none that has done the same each time, to the bit."""
         records: dict[tuple[str, ...], list[str]] = {}
         for entry in archive.entries:
@@ -126,12 +111,12 @@ class FallbackStrategy:
         return [Proposal(self._pool.draft(number), REPEATED) for number in chosen]
 
 
-def untried(pool: Pool, archive: Archive, way: str, count: int, rng: Random) -> list[Proposal]:
+def fresh_tests(pool: Pool, archive: Archive, strategy: str, count: int, rng: Random) -> list[Proposal]:
     """Tests of the pool that were not run yet, of which nobody knows what they hit.
 
     Args:
-        way: that they are proposed for.
+        strategy: that they are proposed for.
     """
     tried = {entry.test.lines for entry in archive.entries}
     numbers = [number for number, test in enumerate(pool.tests) if test.lines not in tried]
-    return [Proposal(pool.draft(number), way) for number in shuffle(rng, numbers)[:count]]
+    return [Proposal(pool.draft(number), strategy) for number in shuffle(rng, numbers)[:count]]

@@ -26,10 +26,9 @@ from pytest_hricdv.extra.closing.violations import violation_points
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.monitor import Criterion, NearMiss, Requirement, Verdict
 from pytest_hricdv.monitor.antecedent import conjunct_outcomes
-from pytest_hricdv.online.chooser import Choice
 
 
-class Observation(msgspec.Struct, frozen=True):
+class RunObservation(msgspec.Struct, frozen=True):
     """One run.
 
     Args:
@@ -44,7 +43,6 @@ class Observation(msgspec.Struct, frozen=True):
         sim_s: simulated time (s).
         record_sha256: of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
-        choices: what was chosen, where the person decided during the run.
         begun: where there are several actors: its actions as they began, by their numbers from 0.
         error: why it came to no end; empty where it did. Then it hits nothing.
     """
@@ -59,7 +57,6 @@ class Observation(msgspec.Struct, frozen=True):
     sim_s: float = 0.0
     record_sha256: str = ""
     failed: tuple[str, ...] = ()
-    choices: tuple[Choice, ...] = ()
     begun: tuple[int, ...] = ()
     error: str = ""
 
@@ -73,8 +70,7 @@ def observe(
     requirements: Sequence[Criterion],
     known_violations: Container[str],
     state: str = "",
-    choices: Sequence[Choice] = (),
-) -> Observation:
+) -> RunObservation:
     """What a run yields.
 
     Args:
@@ -84,7 +80,6 @@ def observe(
         requirements: that the run was judged by.
         known_violations: the requirements that are known to fail.
         state: the field that names the state of the code under test (see `Testbench`).
-        choices: of a person who decided during the run.
     """
     points = {*code_points(code, result.code), *plan_points(test), *_bin_points(result, cross)}
     points.update(_requirement_points(result))
@@ -95,7 +90,7 @@ def observe(
             test.lines, result, cross=cross, requirements=requirements, known_violations=known_violations, state=state
         )
     )
-    return Observation(
+    return RunObservation(
         test=test.to_data(),
         points=tuple(sorted(points)),
         hits={name: tuple(tuple(bin_) for bin_ in hits) for name, hits in result.outcome.cross.items()},
@@ -106,7 +101,6 @@ def observe(
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
         failed=(*list_undeclared_violations(result, known_violations), *result.errors),
-        choices=tuple(choices),
         begun=result.begun if result.test.actors else (),
     )
 

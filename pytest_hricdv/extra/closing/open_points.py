@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.extra.closing.archive import Archive, Entry
-from pytest_hricdv.extra.closing.distance import nearest_runs
+from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class Surroundings:
         return ""
 
 
-def nearest(point: Point, archive: Archive, preferred: Container[int]) -> Entry | None:
+def nearest(point: Point, archive: Archive, preferred: Container[int]) -> ArchivedRun | None:
     """The run that came nearest to a point; None where nothing is known.
 
     Args:
@@ -43,12 +42,42 @@ def nearest(point: Point, archive: Archive, preferred: Container[int]) -> Entry 
     """
     if point[0] == "bin":
         return _nearest_bin(point, archive, preferred)
-    near = nearest_runs(point, archive)
+    near = closest_runs(point, archive)
     same = [entry for distance, entry in near if distance == near[0][0]]
     return next((entry for entry in same if entry.number in preferred), same[0] if same else None)
 
 
-def _nearest_bin(point: Point, archive: Archive, preferred: Container[int]) -> Entry | None:
+def closest_runs(point: Point, archive: Archive) -> list[tuple[float, ArchivedRun]]:
+    """The runs that came near to an open point, the nearest first, each with its distance.
+
+    The distance is the run's own where it has one. To a branch it is 1 for runs that executed the statement it leads
+    away from; to a statement, the number of lines between it and the last statement before it that a run executed.
+    From other points no distance is known.
+    """
+    measured = [
+        (distance, entry)
+        for entry in archive.entries
+        for other, distance in entry.observation.distances
+        if other == point
+    ]
+    return sorted(measured or _by_code(point, archive), key=lambda run: (run[0], run[1].number))
+
+
+def _by_code(point: Point, archive: Archive) -> Iterator[tuple[float, ArchivedRun]]:
+    if point[0] == "branch":
+        before: list[Point] = [("statement", point[1], point[2])]
+    elif point[0] == "statement":
+        lines = [target for target in archive.targets if target[:2] == point[:2]]
+        before = [line for line in reversed(lines) if int(line[2]) < int(point[2]) and line in archive.best][:1]
+    else:
+        return
+    for line in before:
+        runs = archive.hit_by.get(line, [])
+        distance = 1.0 if point[0] == "branch" else float(abs(int(point[2]) - int(line[2])))
+        yield from ((distance, archive.entries[number]) for number in runs)
+
+
+def _nearest_bin(point: Point, archive: Archive, preferred: Container[int]) -> ArchivedRun | None:
     """The run that hit a bin which is nearest to this one; of equally near ones, a run that was aimed at it."""
     candidates = [
         (_distance(point[2:], hit), point not in entry.targets, entry.number not in preferred, entry.number)
@@ -64,7 +93,7 @@ def _distance(bin_: Bin, other: Bin) -> tuple[int, tuple[bool, ...]]:
     return sum(differing), differing
 
 
-def missing(point: Point, entry: Entry | None, archive: Archive, surroundings: Surroundings) -> str:
+def explain_gap(point: Point, entry: ArchivedRun | None, archive: Archive, surroundings: Surroundings) -> str:
     """What a run missed to hit a point, or what else is known of the point; may be empty."""
     match point:
         case ("bin", product, *wanted) if entry is not None:

@@ -24,32 +24,26 @@ from pytest_hricdv.extra.closing.interactions import (
 )
 
 PRIOR_TRIES = 1.0
-"""What is expected of something before it is tried weighs as much as so many tries. Chosen. One prior, and one weight
-of tries that say less, in place of eight constants, changed the share of open targets by +0.1 +- 2.0 points, within
-chance (ten scenes)."""
+"""Tries that weigh as much as what is expected of something before it is tried; see the package."""
 
 PRIOR_CHANCE = 0.25
-"""The chance that a first try is expected to have as long as nothing is known. Chosen; its effect was not measured."""
+"""Expected chance of a first try while nothing is known."""
 
 INDIRECT_WEIGHT = 0.5
-"""A try that is not quite of the same kind weighs so much: of the same disturbances with other parameters, after a
-disturbance that may last, or of the inverse change. Chosen; measured with `PRIOR_TRIES`."""
+"""Weight of a try that is not quite of the same kind: of the same disturbances with other parameters, or after a
+disturbance that may last; see the package."""
 
 MAX_BORROWED_TRIES = 2.0
-"""What was seen where other coordinates are planned weighs no more than so many own tries. Chosen (1: -5.4 +- 6.1, 4:
--2.9 +- 2.7; see the package)."""
+"""Own tries that weigh as much as all that was seen where other coordinates are planned; see the package."""
 
 COMMON = 0.3
-"""An outcome that comes with this probability without any disturbance is not ascribed to one. Chosen (0.15: -5.4 +-
-3.2, 0.6: -0.8 +- 1.0; see the package)."""
+"""An outcome that comes with this probability without any disturbance is not ascribed to one; see the package."""
 
 PRIOR_SAME, PRIOR_COMPARED = 1.0, 2.0
 """As if of so many comparisons so many had shown the same effect: Laplace's rule of succession."""
 
 MIN_SIMILARITY = (PRIOR_SAME / PRIOR_COMPARED) ** 2
-"""A nominal effect is taken from where other coordinates are planned, if these are at least so similar. Chosen: the
-square of one half, which is where a coordinate stands that was never compared (see `similarity`) (0.1: -3.2 +- 4.2,
-0.5: -6.4 +- 5.5; see the package)."""
+"""Smallest similarity of coordinates from which a nominal effect is taken: that of one that was never compared."""
 
 Kind = tuple[tuple[int, str], ...]
 """The disturbances of a combination without their parameters."""
@@ -72,7 +66,7 @@ TrialsByPlan = dict[Bin, Trials]
 """The planned coordinates -> the tries there."""
 
 
-class Candidate(NamedTuple):
+class CombinationCandidate(NamedTuple):
     """A combination, with the chance that it leads to a certain outcome."""
 
     combination: Combination
@@ -159,8 +153,7 @@ class OutcomeModel:
     def similarity(self, planned: Bin, other: Bin) -> float:
         """How much the effects where `other` is planned say of those where `planned` is, from 0 to 1.
 
-        For each coordinate that differs, the share of comparisons with the same effect. That it is squared is chosen;
-        its effect was not measured.
+        For each coordinate that differs, the square of the share of comparisons with the same effect.
         """
         weight = 1.0
         for place, (left, right) in enumerate(zip(planned, other, strict=True)):
@@ -190,15 +183,11 @@ class OutcomeModel:
         results = self.results.get(combination) or self.results.get(like or combination, {})
         return self._estimate(results, planned, outcome, variants, expected)
 
-    def weight_of_tries(self, planned: Bin, combination: Combination) -> float:
-        """How many tries the chance of a combination rests on; what was seen elsewhere counts as some."""
-        return MAX_BORROWED_TRIES + self.results.get(combination, {}).get(planned, Trials()).tries
-
     def first_chance(self, planned: Bin, outcome: Outcome) -> float:
         """The same of a combination that was never tried."""
         return self._estimate(self._first, planned, outcome)
 
-    def best(self, planned: Bin, outcome: Outcome, commands: int) -> Candidate | None:
+    def best(self, planned: Bin, outcome: Outcome, commands: int) -> CombinationCandidate | None:
         """The combination that most probably leads to an outcome, among those, or parts of those, that once did.
 
         Args:
@@ -210,13 +199,13 @@ class OutcomeModel:
             combination for combination in self.leading.get(outcome, {}) if self._is_ascribed(combination, outcome)
         ]
         parts = (part for whole in leading if len(whole) > 1 for part in combinations(whole, len(whole) - 1))
-        best: Candidate | None = None
+        best: CombinationCandidate | None = None
         expected = PRIOR_CHANCE * self._transfer_rate(planned, outcome)
         for like in dict.fromkeys((*leading, *parts)):
-            combination = fitted(like, commands)
+            combination = fit_combination(like, commands)
             chance = self.chance(planned, combination, outcome, like=like, expected=expected)
             if best is None or chance > best.chance:
-                best = Candidate(combination, chance)
+                best = CombinationCandidate(combination, chance)
         return best
 
     def _is_ascribed(self, combination: Combination, outcome: Outcome) -> bool:
@@ -267,7 +256,7 @@ class OutcomeModel:
                 self._compared[places[0]] += 1.0
 
 
-def fitted(combination: Combination, commands: int) -> Combination:
+def fit_combination(combination: Combination, commands: int) -> Combination:
     """The combination for an interaction of so many commands: interventions come in it, after its first command."""
     return tuple(
         sorted(intervention._replace(place=min(max(intervention.place, 1), commands)) for intervention in combination)

@@ -11,7 +11,7 @@ from pytest_hricdv.extra.closing.interactions import (
     Planned,
     PlannedInteraction,
     RunValues,
-    disturbed,
+    insert_combinations,
     starts_of,
 )
 from pytest_hricdv.generate.abstract import AbstractDraft, Plans
@@ -19,12 +19,7 @@ from pytest_hricdv.generate.actors import NO_ORDER, After, actor_of
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.model import Exploration, ExploredRun
-from pytest_hricdv.generate.rng import pick_weighted, random_index
-
-SMOOTHING = 0.7
-"""The weight of the elite's beliefs; the rest is even, so that no belief is ruled out early. 0.7 is a usual value of
-the cross-entropy method's smoothing (R. Rubinstein, D. Kroese: The Cross-Entropy Method, 2004), there with the
-distribution before; its effect here was not measured."""
+from pytest_hricdv.generate.rng import random_index
 
 
 class Pool:
@@ -90,35 +85,6 @@ class Pool:
                     numbers[plan].append(number)
         return numbers
 
-    def drawn_beliefs(self, shares: Mapping[str, float], rng: Random) -> tuple[str, ...]:
-        """A belief of each group, or none of it, drawn as often as wanted but so that none is ruled out.
-
-        Args:
-            shares: belief -> how often it is wanted, from 0 to 1.
-            rng: of which only `random()` is used.
-        """
-        chosen = []
-        for group in (self._space.start, *self._space.groups.values()):
-            wanted: dict[str, float] = {belief: shares.get(belief, 0.0) for belief in group}
-            wanted[""] = max(0.0, 1.0 - sum(wanted.values())) if group != self._space.start else 0.0
-            even = (1.0 - SMOOTHING) / len(wanted)
-            chosen.append(pick_weighted(rng, {belief: SMOOTHING * share + even for belief, share in wanted.items()}))
-        return tuple(belief for belief in chosen if belief)
-
-    def of_beliefs(self, beliefs: Sequence[str]) -> int:
-        """The test that the most of these beliefs, and the fewest others, lead to.
-
-        That another belief counts as much as two of these is chosen; its effect was not measured.
-        """
-        bits = sum(self._space.bits[belief] for belief in beliefs)
-        tests = self.tests
-        return max(
-            range(len(tests)),
-            key=lambda number: (
-                (tests[number].beliefs & bits).bit_count() - 2 * (tests[number].beliefs & ~bits).bit_count()
-            ),
-        )
-
     def commands(self, interaction: PlannedInteraction) -> int:
         """How many commands an interaction has: in the first test that plans it."""
         number = self.by_interaction[interaction][0]
@@ -144,7 +110,7 @@ class Pool:
         test = self.tests[number]
         lines, values = test.lines, dict[int, dict[str, float]]()
         if any(combinations):
-            lines, values = disturbed(test.lines, self.starts(number, product), combinations)
+            lines, values = insert_combinations(test.lines, self.starts(number, product), combinations)
         if run_values:
             values[RUN] = dict(run_values)
         beliefs = self.exploration.belief_set(test.beliefs)

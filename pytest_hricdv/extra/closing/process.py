@@ -14,7 +14,7 @@ import sys
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -24,11 +24,10 @@ import msgspec
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.execution_feature import Watcher
 from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, OutputLine, ProcessPool, Send
-from pytest_hricdv.extra.closing.observation import Observation, observe
-from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
+from pytest_hricdv.extra.closing.observation import RunObservation, observe
+from pytest_hricdv.extra.closing.online_strategy import OnlineRun, roles_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
-from pytest_hricdv.online.chooser import Weight
 from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
@@ -64,7 +63,7 @@ class ForkRunner(Generic[T]):
     def run(self, tests: Sequence[ConcreteTest]) -> Iterator[tuple[int, str]]:
         """Run tests; the number of each with what is said of it, as soon as it is known."""
         if not may_fork():
-            yield from ((number, self._executed(number, test)) for number, test in enumerate(tests))
+            yield from ((number, self._run_text(number, test)) for number, test in enumerate(tests))
             return
         gc.freeze()  # a collection in a fork would copy all that the forks share
         try:
@@ -74,7 +73,7 @@ class ForkRunner(Generic[T]):
 
     def _in_forks(self, tests: Sequence[ConcreteTest]) -> Iterator[tuple[int, str]]:
         def work(number: int, send: Send) -> None:
-            send(self._executed(number, tests[number]))
+            send(self._run_text(number, tests[number]))
 
         longest_first = sorted(range(len(tests)), key=lambda number: -len(tests[number].actions))  # all end together
         done, attempts, queue = set[int](), Counter[int](), deque(longest_first)
@@ -90,7 +89,7 @@ class ForkRunner(Generic[T]):
                 problem = f"its process: {event.problem or 'ended without a result'}"
                 yield event.item, self.text(event.item, None, problem)
 
-    def _executed(self, number: int, test: ConcreteTest) -> str:
+    def _run_text(self, number: int, test: ConcreteTest) -> str:
         try:
             return self.text(number, self.execute(test), "")
         except Exception as error:
@@ -99,12 +98,12 @@ class ForkRunner(Generic[T]):
 
 
 RUN_S = 60.0
-"""A run that takes more processor time (s) does not end. Chosen: some sixty times what a run of the table takes (in
-docs/studies/closure.md, 288 runs took 2.4 minutes on two cores)."""
+"""Processor time (s) after which a run is ended: some sixty times that of a run of the table (docs/studies/closure.md:
+288 runs in 2.4 minutes on two cores)."""
 
 LIMIT_S = 300.0
-"""A run that takes more time (s) waits for what never comes. Chosen: five times `RUN_S`, as the machine may have much
-else to do: beside thirty other processes on two cores, a run of 3 s of processor time took 50 s."""
+"""Wall time (s) after which a run is ended. Beside thirty other processes on two cores, a run of 3 s of processor time
+took 50 s."""
 
 
 @dataclass(frozen=True)
@@ -127,30 +126,30 @@ class TestBatch:
     Args:
         number: of this request, which its answers repeat.
         tests: to run, as `AbstractTest.to_data` gives them.
-        online: the numbers of those in which the person decides during the run, with the weights of choices.
+        online: the numbers of those in which the person decides during the run.
     """
 
     number: int
     tests: tuple[dict[str, Any], ...]
-    online: dict[int, tuple[Weight, ...]] = field(default_factory=dict)
+    online: tuple[int, ...] = ()
 
 
-class TestObserved(msgspec.Struct, frozen=True, tag=True):
+class ObservationReply(msgspec.Struct, frozen=True, tag=True):
     """What the test with this number yielded, of the request with that number."""
 
     request: int
     number: int
-    observation: Observation
+    observation: RunObservation
 
 
-class BatchDone(msgspec.Struct, frozen=True, tag=True):
+class BatchEnd(msgspec.Struct, frozen=True, tag=True):
     """All tests of the request were run. `files`: of the project, that are loaded here, sorted."""
 
     request: int
     files: tuple[str, ...]
 
 
-class _Serving:
+class _LoopServer:
     """Runs the tests that are sent.
 
     Args:
@@ -165,7 +164,7 @@ class _Serving:
         self._context = context
         self._collection = context.collection
         self._is_warm = False
-        self._online: dict[str, tuple[Weight, ...]] = {}
+        self._online: frozenset[str] = frozenset()
         """Of the present batch: the ids of tests in which the person decides during the run."""
         self._online_run: OnlineRun | None = None
         """The last run of this process, if the person decided in it."""
@@ -181,23 +180,23 @@ class _Serving:
         for line in messages:
             batch = msgspec.json.decode(line, type=TestBatch)
             tests = [AbstractTest.from_data(test) for test in batch.tests]
-            self._online = {tests[number].id: weights for number, weights in batch.online.items()}
+            self._online = frozenset(tests[number].id for number in batch.online)
             for number, observation in self._run(tests):
-                self._write(encode(TestObserved(batch.number, number, observation)).encode())
-            self._write(msgspec.json.encode(BatchDone(batch.number, self._files())))
+                self._write(encode(ObservationReply(batch.number, number, observation)).encode())
+            self._write(msgspec.json.encode(BatchEnd(batch.number, self._files())))
             self._write(END)
 
-    def _run(self, tests: Sequence[AbstractTest]) -> Iterator[tuple[int, Observation]]:
+    def _run(self, tests: Sequence[AbstractTest]) -> Iterator[tuple[int, RunObservation]]:
         commands = self._collection.testbench.commands
         concrete = [concretize(test, commands) for test in tests]
         well: list[ConcreteTest] = []
 
         def text_of(number: int, result: CaseResult | None, problem: str) -> str:
-            return encode(self._observed(tests[number], result, problem))
+            return encode(self._observe(tests[number], result, problem))
 
         runner = ForkRunner(self._execute_in_fork, text_of, self._settings.processes, LIMIT_S)
         for number, text in runner.run(concrete):
-            observation = msgspec.json.decode(text, type=Observation)
+            observation = msgspec.json.decode(text, type=RunObservation)
             yield number, observation
             if not observation.error:
                 well.append(concrete[number])
@@ -213,29 +212,28 @@ class _Serving:
         return roles_of(self._collection.testbench)
 
     def _execute(self, test: ConcreteTest) -> CaseResult:
-        weights, self._online_run = self._online.get(test.id), None
+        self._online_run = None
         actions: Actions | None = None
         watching: list[Watcher] = []
-        if weights is not None and self._roles:
-            self._online_run = OnlineRun(self._roles, self._collection.testbench.commands, test.seed, weights)
+        if test.id in self._online and self._roles:
+            self._online_run = OnlineRun(self._roles, self._collection.testbench.commands, test.seed)
             actions, watching = self._online_run.actions, [self._online_run.watcher]
         with contextlib.redirect_stdout(io.StringIO()):
             settings = self._context.run_settings.with_measurement(self._context.measurement)
             return execute(settings, test, "closing", producing=actions, watching=watching)
 
-    def _observed(self, test: AbstractTest, result: CaseResult | None, problem: str) -> Observation:
+    def _observe(self, test: AbstractTest, result: CaseResult | None, problem: str) -> RunObservation:
         if result is None:
-            return Observation(test.to_data(), error=problem)
+            return RunObservation(test.to_data(), error=problem)
         online_run = self._online_run
         return observe(
-            test if online_run is None else online_run.recorded(result),
+            test if online_run is None else online_run.to_test(result),
             result,
             code=self._context.code,
             cross=self._collection.testbench.cross,
             requirements=self._context.requirements,
             known_violations=self._context.known_violations,
             state=self._collection.testbench.state.name,
-            choices=() if online_run is None else online_run.choices,
         )
 
     def _warm(self, tests: Sequence[ConcreteTest]) -> None:
@@ -263,7 +261,7 @@ def main() -> None:
     preload()
     with session() as (messages, write):
         settings = msgspec.json.decode(messages.readline(), type=LoopSettings)
-        status = in_session(settings.arguments, lambda context: _Serving(settings, write, context).serve(messages))
+        status = in_session(settings.arguments, lambda context: _LoopServer(settings, write, context).serve(messages))
     sys.exit(status or 1)
 
 

@@ -12,8 +12,8 @@ from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainR
 from pytest_hricdv.results.section import Section
 
 ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted", "error"]
-"""Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, Ctrl-C, or an error
-of the loop itself, of which the notes of the suite say more."""
+"""Why a loop ended: nothing is open, no runs or seconds are left, no strategy knows a test, Ctrl-C, or an error of the
+loop itself, which the notes of the suite describe."""
 
 RULE_OF_THREE = 3.0
 """-ln(0.05), rounded up: where n runs had no success, a run has one with less than 3/n (95 % confidence); of the paper
@@ -95,8 +95,8 @@ class KindCount(PlainRecord, frozen=True, kw_only=True):
     open: Count
 
 
-class WayResult(PlainRecord, frozen=True, kw_only=True):
-    """What a way of reaching points has brought: its runs, their simulated time (s), and kind -> new points."""
+class StrategyResult(PlainRecord, frozen=True, kw_only=True):
+    """What a strategy has brought: its runs, their simulated time (s), and kind -> new points."""
 
     runs: Count
     sim_s: NotNegative
@@ -183,7 +183,7 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
         sim_s: simulated time of its runs (s).
         bound: upper bound of the probability that a run hits a certain open point; None without runs.
         kinds: kind of points -> how many.
-        strategies: what each way has brought.
+        strategies: what each strategy has brought.
         growth: the runs that hit new points, in order.
         violations: of each kind that a run had, those that are not known first.
         searched: so many of the runs searched for violations.
@@ -202,7 +202,7 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     sim_s: NotNegative
     bound: Probability | None
     kinds: Mapping[str, KindCount]
-    strategies: Mapping[str, WayResult]
+    strategies: Mapping[str, StrategyResult]
     growth: tuple[GrowthStep, ...]
     good_turing: GoodTuring | None
     hit: tuple[HitPoint, ...]

@@ -15,21 +15,17 @@ import pytest
 from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, SeparateProcess, start_process
 from pytest_hricdv.extra.closing import process as closing_process
-from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineWeights
-from pytest_hricdv.extra.closing.observation import Observation
-from pytest_hricdv.extra.closing.process import BatchDone, LoopSettings, TestBatch, TestObserved
+from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineTests
+from pytest_hricdv.extra.closing.observation import RunObservation
+from pytest_hricdv.extra.closing.process import BatchEnd, LoopSettings, ObservationReply, TestBatch
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.remote import Answer, LostRequest, Remote, Workers, WorkRequest
 from pytest_hricdv.session.serving import arguments_of
 
 BATCH_S = 600.0
-"""A process on a cluster that has yielded nothing for so long (s) is taken for lost. Chosen: twice `LIMIT_S` of
-`process`, after which each run is ended."""
-
-
-SILENT_S = BATCH_S
-"""The same beside the session."""
+"""A process on a cluster that has yielded nothing for so long (s) counts as lost: twice `LIMIT_S` of `process`, after
+which each run is ended."""
 
 
 class ClosingRuns(ABC):
@@ -52,7 +48,7 @@ class ClosingRuns(ABC):
         self._stack.close()
 
     @abstractmethod
-    def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
+    def run(self, tests: Sequence[AbstractTest], online: OnlineTests) -> Iterator[tuple[int, RunObservation]]:
         """Run tests; yields the number of each and what it yields, as soon as it is known.
 
         Raises:
@@ -62,13 +58,13 @@ class ClosingRuns(ABC):
 
     def _observations(
         self, lines: Iterable[bytes], request: int, numbers: Sequence[int]
-    ) -> Iterator[tuple[int, Observation]]:
+    ) -> Iterator[tuple[int, RunObservation]]:
         """What an answer says of the tests with these numbers; what answers another request is dropped."""
         for line in lines:
-            answer = msgspec.json.decode(line, type=TestObserved | BatchDone)
+            answer = msgspec.json.decode(line, type=ObservationReply | BatchEnd)
             if answer.request != request:
                 continue
-            if isinstance(answer, BatchDone):
+            if isinstance(answer, BatchEnd):
                 self.files = tuple(sorted({*self.files, *answer.files}))
             else:
                 yield numbers[answer.number], answer.observation
@@ -77,7 +73,7 @@ class ClosingRuns(ABC):
         """A process was lost. Raises GivenUpError where that was one too many."""
         self._losses += 1
         if self._losses >= MAX_ATTEMPTS:
-            raise GivenUpError(f"{_lost(self._losses)}, the last time{where}: {problem}") from None
+            raise GivenUpError(f"{_loss_text(self._losses)}, the last time{where}: {problem}") from None
         self._say(f"the process of the closing loop{where} was lost: {problem}; another one takes its place")
 
 
@@ -123,7 +119,7 @@ class RunsHere(ClosingRuns):
         self._process = None
         self._stack.close()
 
-    def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
+    def run(self, tests: Sequence[AbstractTest], online: OnlineTests) -> Iterator[tuple[int, RunObservation]]:
         """See `ClosingRuns`. Tests of a lost process run again, and do the same: each begins from the same state."""
         observed: set[int] = set()
         left = [*range(len(tests))]
@@ -142,25 +138,25 @@ class RunsHere(ClosingRuns):
             left = [number for number in left if number not in observed] or left[-1:]
 
     def _answer(
-        self, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights
-    ) -> Iterator[tuple[int, Observation]]:
+        self, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineTests
+    ) -> Iterator[tuple[int, RunObservation]]:
         if self._losses >= MAX_ATTEMPTS:
-            raise GivenUpError(_lost(self._losses))
+            raise GivenUpError(_loss_text(self._losses))
         process, request = self._process or self._start(), next(self._requests)
         is_read = False
         try:
             if not self._has_begun:  # not when it is started: until it is asked, the session has other things to do
-                deque(process.answer(SILENT_S), maxlen=0)  # who it is, which is known here
+                deque(process.answer(BATCH_S), maxlen=0)  # who it is, which is known here
                 self._has_begun = True
             process.send(_batch(request, tests, numbers, online))
-            yield from self._observations(process.answer(SILENT_S), request, numbers)
+            yield from self._observations(process.answer(BATCH_S), request, numbers)
             is_read = True
         finally:
             if not is_read:
                 self._end()
 
 
-def _lost(times: int) -> str:
+def _loss_text(times: int) -> str:
     return f"the process that runs its tests was lost {times} times"
 
 
@@ -197,7 +193,7 @@ class RunsOnCluster(ClosingRuns):
             self._workers: Workers = self._stack.enter_context(connecting)
         return self
 
-    def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
+    def run(self, tests: Sequence[AbstractTest], online: OnlineTests) -> Iterator[tuple[int, RunObservation]]:
         """See `ClosingRuns`. Tests of a lost process run again, as those of one beside the session."""
         observed: set[int] = set()
         parts: dict[str, Sequence[int]] = {}
@@ -208,7 +204,7 @@ class RunsOnCluster(ClosingRuns):
             parts[key] = numbers
             questions.append(WorkRequest(key, msgspec.json.encode(_batch(request, tests, numbers, online))))
 
-        for part in _parted(len(tests), max(1, self._workers.threads)):
+        for part in _split(len(tests), max(1, self._workers.threads)):
             ask(part)
         with closing(self._workers.answers(self._service, questions)) as answers:
             while (answered := self._next(answers)) is not None:
@@ -221,7 +217,9 @@ class RunsOnCluster(ClosingRuns):
                         yield number, observation
                 left = [number for number in numbers if number not in observed]
                 if isinstance(answer, LostRequest):
-                    yield from ((number, Observation(tests[number].to_data(), error=answer.reason)) for number in left)
+                    yield from (
+                        (number, RunObservation(tests[number].to_data(), error=answer.reason)) for number in left
+                    )
                 elif answer.problem:
                     self._lose(answer.problem, f" on worker {answer.worker.address} ({answer.worker.host})")
                     ask(left or numbers[-1:])  # as beside the session
@@ -233,12 +231,12 @@ class RunsOnCluster(ClosingRuns):
             return next(answers, None)
 
 
-def _batch(request: int, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights) -> TestBatch:
-    weights = {place: tuple(online[number]) for place, number in enumerate(numbers) if number in online}
-    return TestBatch(request, tuple(tests[number].to_data() for number in numbers), weights)
+def _batch(request: int, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineTests) -> TestBatch:
+    places = tuple(place for place, number in enumerate(numbers) if number in online)
+    return TestBatch(request, tuple(tests[number].to_data() for number in numbers), places)
 
 
-def _parted(size: int, parts: int) -> list[range]:
+def _split(size: int, parts: int) -> list[range]:
     """Numbers from 0 in so many parts of about the same size."""
     bounds = [size * part // parts for part in range(parts + 1)]
     return [range(low, high) for low, high in pairwise(bounds) if low < high]

@@ -17,12 +17,11 @@ from pytest_hricdv.extra.closing.interactions import (
     RunValues,
 )
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.strategy import favoured
+from pytest_hricdv.extra.closing.strategy import draw_good
 from pytest_hricdv.generate.rng import random_index
 
 CANDIDATES = 48
-"""Of the tests with a wanted interaction, so many are compared: there may be thousands. Chosen; here, 24: -0.9 +- 5.2,
-96: -2.1 +- 4.2; in `disturbance_way`, 24: -5.9 +- 7.4, 96: -2.5 +- 5.4 (see the package)."""
+"""Tests with a wanted interaction that are compared, as there may be thousands; see the package."""
 
 
 class Option(NamedTuple):
@@ -41,10 +40,10 @@ class Option(NamedTuple):
 
 Options = Callable[[PlannedInteraction, dict[Outcome, float]], list[Option]]
 """What may be done with an interaction that is wanted to end so (outcome -> how open it still is, 1 to 0), best first;
-where nothing is wanted of it, what the way may try there."""
+where nothing is wanted of it, what the strategy may try there."""
 
 
-class Selected(NamedTuple):
+class TestSelection(NamedTuple):
     """A test with combinations for its interactions of a cross product, and the points that it is to hit.
 
     Args:
@@ -76,18 +75,18 @@ class Selection:
         self._openness = dict.fromkeys((point for points in self._targets.values() for point in points.values()), 1.0)
         self._options: dict[PlannedInteraction, list[Option]] = {}
 
-    def select(self, rng: Random) -> Selected | None:
+    def select(self, rng: Random) -> TestSelection | None:
         """Select one test; None where no gain is expected."""
         gains = {interaction: options[0].gain for interaction in self._targets if (options := self._of(interaction))}
         gains = {interaction: gain for interaction, gain in gains.items() if gain > 0.0}
         if not gains:
             return None
-        interaction = favoured(rng, gains)
-        # Chosen: twice as many draws as there are tests leave out one in seven of them (their effect was not measured).
+        interaction = draw_good(rng, gains)
+        # Twice as many draws as there are tests leave out one in seven of them.
         tests = self._pool.by_interaction[interaction]
         candidates = [tests[random_index(rng, len(tests))] for _ in range(min(CANDIDATES, 2 * len(tests)))]
         test = max(candidates, key=lambda number: self._gain(number, interaction.product))
-        return self._selected(test, interaction.product)
+        return self._make_selection(test, interaction.product)
 
     def _of(self, interaction: PlannedInteraction) -> list[Option]:
         if interaction not in self._options:
@@ -106,7 +105,7 @@ class Selection:
             used[interaction] = place + 1
         return gain
 
-    def _selected(self, test: int, product: str) -> Selected:
+    def _make_selection(self, test: int, product: str) -> TestSelection:
         interactions, sizes = self._pool.interactions_of(test, product), self._pool.sizes(test, product)
         combinations: list[Combination] = []
         targets: list[Point] = []
@@ -125,7 +124,7 @@ class Selection:
             targets += points
             self._options.pop(interaction)
         best_values = max(run_values, key=lambda values: values[0])[1]
-        return Selected(test, product, tuple(combinations), tuple(targets), best_values)
+        return TestSelection(test, product, tuple(combinations), tuple(targets), best_values)
 
     def _run_values(self, product: str, combination: Combination, outcomes: Sequence[Outcome]) -> Iterator[RunValues]:
         """The parameters of runs in which interventions of a combination led to outcomes."""

@@ -11,14 +11,11 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.generate.abstract import AbstractDraft
 from pytest_hricdv.generate.rng import pick_weighted
-from pytest_hricdv.online.chooser import Weight
 
 T = TypeVar("T")
 
 CHOICES, PRESSURE = 4, 3
-"""Of what is good, one of so many is drawn, in proportion to this power of how good it is. Chosen; this one rule, in
-place of four others with nine constants, changed the share of open targets by -2.3 +- 2.6 points, within chance (ten
-scenes)."""
+"""One of so many good choices is drawn, in proportion to this power of how good it is; see the package."""
 
 
 @dataclass(frozen=True)
@@ -27,15 +24,15 @@ class Proposal:
 
     Args:
         draft: the test, with the values that are chosen for it.
-        way: the name of the strategy that proposes it.
+        strategy: the name of the strategy that proposes it.
         targets: the points that it is to hit.
-        weights: where the person decides during the run: of what is chosen. The test is then what it became.
+        is_online: the person decides during the run. The test is then what it became.
     """
 
     draft: AbstractDraft
-    way: str
+    strategy: str
     targets: tuple[Point, ...] = ()
-    weights: tuple[Weight, ...] | None = None
+    is_online: bool = False
 
 
 class Strategy(Protocol):
@@ -53,7 +50,7 @@ class Strategy(Protocol):
         """
 
 
-def favoured(rng: Random, worth: Mapping[T, float]) -> T:
+def draw_good(rng: Random, worth: Mapping[T, float]) -> T:
     """One of the best, drawn in favour of the better ones; of equal ones, those that come first are among the best."""
     best = sorted(worth, key=lambda choice: -worth[choice])[:CHOICES]
     return pick_weighted(rng, {choice: worth[choice] ** PRESSURE for choice in best})

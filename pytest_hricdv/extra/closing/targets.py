@@ -51,7 +51,7 @@ def impossible_points(
 ) -> tuple[ImpossiblePoint, ...]:
     """The points that are waived, declared impossible, or proved impossible by the model. Arguments as above."""
     return (
-        *(_waived(code) if code is not None else ()),
+        *(_waivers(code) if code is not None else ()),
         *_unreachable_plans(plans, reachability),
         *_impossible_bins(cross, reachability),
     )
@@ -84,7 +84,7 @@ def _of_plans(plans: Plans, reachability: Reachability) -> Iterator[Point]:
                 yield "plan", agent, label
 
 
-def _waived(code: CodeMap) -> Iterator[ImpossiblePoint]:
+def _waivers(code: CodeMap) -> Iterator[ImpossiblePoint]:
     reasons = {(waiver.file, str(waiver.line)): waiver.reason for waiver in code.waivers}
     for point in code_points(code, code.waiver_bits()):
         lines = [(point[1], line) for line in point[2:] if (point[1], line) in reasons]
@@ -116,13 +116,12 @@ def _of_cross(cross: Mapping[str, CrossProduct], reachability: Reachability) -> 
 
 
 STEPS = 10
-"""Where there is no terminal to rewrite a line on, progress is told so many times. Chosen: a log has ten lines of it;
-no result depends on it."""
+"""Progress messages of a loop where no terminal can rewrite a line."""
 
 
-def listed(archive: Archive) -> str:
+def list_open(archive: Archive) -> str:
     """`12 statements, 3 branches`: what is open."""
-    return ", ".join(_named(by_kind(archive.open))) or "nothing"
+    return ", ".join(_count_texts(by_kind(archive.open))) or "nothing"
 
 
 def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str, int]) -> list[str]:
@@ -130,7 +129,7 @@ def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str,
 
     First the simulated time, then one kind of open point after the other, of which the number stays.
     """
-    start, named = f"hricdv: {done} of {runs} runs", _named(open_counts)
+    start, named = f"hricdv: {done} of {runs} runs", _count_texts(open_counts)
     if not named:
         return [f"{start}, {sim_s:.0f} s simulated, open: nothing", f"{start}, open: nothing", start]
     counts = list(open_counts.values())
@@ -140,7 +139,7 @@ def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str,
     return [f"{start}, {sim_s:.0f} s simulated, open: {whole}", *opened, start]
 
 
-def _named(counts: Mapping[str, int]) -> list[str]:
+def _count_texts(counts: Mapping[str, int]) -> list[str]:
     return [f"{count} {kind if count == 1 else _PLURAL.get(kind, f'{kind}s')}" for kind, count in counts.items()]
 
 
@@ -157,7 +156,7 @@ class ClosingProgress:
 
     def show(self, archive: Archive) -> None:
         """After a generation."""
-        done = sum(entry.way != GIVEN for entry in archive.entries)
+        done = sum(entry.strategy != GIVEN for entry in archive.entries)
         texts = progress_texts(done, self._runs, archive.sim_s, by_kind(archive.open))
         if not self._collection.rewrite(texts) and done * STEPS // self._runs > self._told:
             self._told = done * STEPS // self._runs
@@ -165,10 +164,10 @@ class ClosingProgress:
 
     def end(self, archive: Archive, ended: ClosingEnd, faults: Sequence[str], tests: int, *, goes_on: bool) -> None:
         """At the end. `goes_on`: its tests run now."""
-        done = sum(entry.way != GIVEN for entry in archive.entries)
+        done = sum(entry.strategy != GIVEN for entry in archive.entries)
         self._collection.say(
             f"hricdv: closing ended ({ended}) after {done} runs, {archive.sim_s:.0f} s simulated; "
-            f"open: {listed(archive)}; {tests} tests"
+            f"open: {list_open(archive)}; {tests} tests"
         )
         for fault in faults:
             self._collection.say(f"hricdv: {fault}")

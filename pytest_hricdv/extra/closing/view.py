@@ -36,20 +36,20 @@ from pytest_hricdv.report.violations import margin_text, margin_unit
 from pytest_hricdv.results.model import Report
 
 _MAX_OPEN = 9
-"""In the terminal, of a line each; chosen: one of each kind of targets and some more, the report has all."""
+"""Open points in the terminal, a line each: one of each kind of targets, and some more."""
 
 _MAX_VIOLATIONS = 5
-"""In the terminal, of a line each; chosen: those that are not known come first, the report has all."""
+"""New violations in the terminal, a line each."""
 
 _MAX_NEAR = 3
-"""In the terminal, in one line; chosen: the report has all."""
+"""Requirements in the terminal, on one line."""
 
 _KINDS = {"verdict": "verdicts", "branch": "branches"}
 _ENDED = {
     "closed": "nothing is open",
     "runs": "the budget of runs is used up",
     "seconds": "the budget of time is used up",
-    "nothing to try": "no way knows a further test",
+    "nothing to try": "no strategy knows a further test",
     "interrupted": "interrupted",
     "error": "an error of the loop itself",
 }
@@ -81,7 +81,7 @@ class ClosingView(View):
         nearest = ", ".join(near_text(near, report) for near in nearest_first(result)[:_MAX_NEAR])
         if nearest:
             yield Line(visible(f"  nearest to a violation: {nearest}"), "dim")
-        for point in _shown(result.open):
+        for point in _select_points(result.open):
             yield Line(visible(f"  open: {point_text(point.point)}: {evidence_text(point)}"), "warn")
         if len(result.open) > _MAX_OPEN:
             yield Line(f"  open:{and_more(len(result.open) - _MAX_OPEN).removeprefix(', and')}: see the report", "warn")
@@ -114,7 +114,7 @@ class ClosingView(View):
 VIEW = ClosingView()
 
 
-def _shown(points: Sequence[OpenPoint]) -> list[OpenPoint]:
+def _select_points(points: Sequence[OpenPoint]) -> list[OpenPoint]:
     """Some points of each kind, those that most runs were aimed at."""
     most_tried = sorted(points, key=lambda point: -point.tries)
     places: Counter[str] = Counter()
@@ -282,8 +282,8 @@ def curves(report: Report) -> dict[str, Any] | None:
     """Plain data for the plots: how many points were hit after so many runs and simulated seconds (s).
 
     Returns:
-        `kinds`: kind -> per cent of its possible points, over `runs` and over `sim_s`; `ways`: strategy -> how many
-        points it hit first, over the same.
+        `kinds`: kind -> per cent of its possible points, over `runs` and over `sim_s`; `strategies`: strategy -> how
+            many points it hit first, over the same.
     """
     result = CLOSING.of(report)
     if result is None:
@@ -293,11 +293,11 @@ def curves(report: Report) -> dict[str, Any] | None:
         # What is impossible is none of them, unless it was hit.
         share = 100.0 / max(count.hit + count.open, 1)
         kinds[kind_text(kind)] = _series(result, [(step, share * step.new.get(kind, 0)) for step in result.growth])
-    ways = {}
-    for way in result.strategies:
-        steps = [(step, float(sum(step.new.values()))) for step in result.growth if step.strategy == way]
-        ways[way] = _series(result, steps)
-    return {"kinds": kinds, "ways": ways}
+    strategies = {}
+    for strategy in result.strategies:
+        steps = [(step, float(sum(step.new.values()))) for step in result.growth if step.strategy == strategy]
+        strategies[strategy] = _series(result, steps)
+    return {"kinds": kinds, "strategies": strategies}
 
 
 def _series(result: ClosingResult, steps: Iterable[tuple[GrowthStep, float]]) -> dict[str, list[Point]]:

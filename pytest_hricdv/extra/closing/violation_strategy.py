@@ -15,7 +15,7 @@ from random import Random
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.evolution_strategy import FIRST_WIDTH, PATIENCE, mutate, next_width
-from pytest_hricdv.extra.closing.archive import Archive, Entry
+from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
 from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.generate.abstract import AbstractDraft
@@ -24,11 +24,10 @@ from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concre
 NAME = "violations"
 
 STARTS = 5
-"""So many runs are varied for a requirement, one after the other, as `extra.search.violation_search` does."""
+"""Runs that are varied for a requirement, one after the other, as in `extra.search`."""
 
 WIDE = 0.5
-"""Where nothing says what is nearer, parameters change by up to half of their ranges. Chosen; its effect was not
-measured."""
+"""Step, as a share of the range, where nothing says what is nearer."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class Aim:
     """
 
     target: Point
-    starts: Sequence[Entry]
+    starts: Sequence[ArchivedRun]
     margin: float | None = None
     spread: float = 0.0
 
@@ -72,7 +71,7 @@ class ViolationStrategy:
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Strategy`."""
-        violating = _violating(archive)
+        violating = _violations_by_requirement(archive)
         aims = [*self._aims(archive, violating)]
         failures, widths = {}, {}
         for aim in aims:
@@ -83,7 +82,7 @@ class ViolationStrategy:
             # The nearest first, until it has not come nearer for a while; two of a generation for one aim.
             aim = min(aims, key=lambda aim: (used[aim.target] // 2, failures[aim.target] // PATIENCE, aim.share))
             start = aim.starts[(failures[aim.target] // PATIENCE) % len(aim.starts)]
-            draft = self._varied(start, widths[aim.target], rng)
+            draft = self._vary(start, widths[aim.target], rng)
             if draft is None:
                 aims.remove(aim)  # none of its parameters can have another value
                 continue
@@ -91,13 +90,13 @@ class ViolationStrategy:
             proposals.append(Proposal(draft, NAME, (aim.target,)))
         return proposals
 
-    def _concrete(self, entry: Entry) -> ConcreteTest:
+    def _concrete(self, entry: ArchivedRun) -> ConcreteTest:
         """The test of a run with its parameters, which is drawn once."""
         if entry.number not in self._drawn:
             self._drawn[entry.number] = concretize(entry.test, self._space)
         return self._drawn[entry.number]
 
-    def _varied(self, start: Entry, width: float, rng: Random) -> AbstractDraft | None:
+    def _vary(self, start: ArchivedRun, width: float, rng: Random) -> AbstractDraft | None:
         test, before = start.test, self._concrete(start)
         after = mutate(before, self._space, width, rng)
         if after == before:
@@ -124,7 +123,7 @@ class ViolationStrategy:
                 yield Aim(("part", name, part), nearest[:STARTS])
 
 
-def _violating(archive: Archive) -> dict[str, set[int]]:
+def _violations_by_requirement(archive: Archive) -> dict[str, set[int]]:
     """Requirement -> the runs that violate it, if only as is known: from there nothing is nearer to what is not."""
     runs: dict[str, set[int]] = {}
     for point, numbers in archive.hit_by.items():
@@ -148,7 +147,7 @@ def _progress(archive: Archive, aim: Aim, violating: Container[int]) -> tuple[in
     failures, width = 0, WIDE if aim.margin is None else FIRST_WIDTH
     for entry in archive.entries:
         margin = math.inf if entry.number in violating else entry.observation.margins.get(name, math.inf)
-        if entry.way == NAME and aim.target in entry.targets:
+        if entry.strategy == NAME and aim.target in entry.targets:
             improved = margin < least
             failures = 0 if improved else failures + 1
             width = WIDE if aim.margin is None else next_width(width, improved=improved)

@@ -43,7 +43,7 @@ def violation_points(
         lines: of the test that was run.
         cross, requirements, known_violations, state: as of `pytest_hricdv.extra.closing.observation.observe`.
     """
-    states = _NamedStates(result, state)
+    states = _StateTimeline(result, state)
     by_id = {requirement.id: requirement for requirement in requirements}
     for verdict in result.verdicts:
         for violation in verdict.violations:
@@ -54,7 +54,7 @@ def violation_points(
     yield from ((FAULT, _NUMBER.sub("#", fault)) for fault in result.errors)
 
 
-class _NamedStates:
+class _StateTimeline:
     """What the code under test named as its state over a run: read once, as a run may have a violation an event."""
 
     def __init__(self, result: CaseResult, state: str) -> None:
@@ -82,7 +82,7 @@ def _interaction(lines: Sequence[str], result: CaseResult, time_s: float, cross:
     return result.outcome.outcomes[number - 1] if 0 < number <= len(result.outcome.outcomes) else ""
 
 
-def described(point: Point, runs: int, test: str) -> ViolationKind:
+def describe(point: Point, runs: int, test: str) -> ViolationKind:
     """The record of a kind of violations.
 
     Args:

@@ -12,8 +12,8 @@ from itertools import product
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.extra.closing.interactions import Combination, combinations_of, commands_of, starts_of
-from pytest_hricdv.extra.closing.loop import OnlineWeights
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.loop import OnlineTests
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Exploration, ExploredRun
@@ -79,7 +79,7 @@ WANTED: tuple[Point, ...] = (
 )
 
 
-def run(test: AbstractTest) -> Observation:
+def run(test: AbstractTest) -> RunObservation:
     """One run: what happens is a function of the test and its seed."""
     rng = make_rng("handover", test.seed)
     commands = commands_of(test.lines)
@@ -101,7 +101,7 @@ def run(test: AbstractTest) -> Observation:
     distance = 3.0 - given
     if not distance:
         points.add(("verdict", "R5", "Passed"))
-    return Observation(
+    return RunObservation(
         test.to_data(),
         tuple(sorted(points)),
         {"decision": tuple(readings), "handover": tuple(hits)},
@@ -110,7 +110,7 @@ def run(test: AbstractTest) -> Observation:
     )
 
 
-def runner(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+def runner(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
     """Runs tests one by one."""
     return ((number, run(test)) for number, test in enumerate(tests))
 

@@ -19,9 +19,9 @@ from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interactions import Combination, combinations_of, commands_of, starts_of
-from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
+from pytest_hricdv.extra.closing.loop import Loop, OnlineTests
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.beliefs import BeliefSpace
@@ -129,7 +129,7 @@ class Scene:
         statements = (("statement", "robot.py", line) for line in ("9", "11", "13"))
         return (*bins, *(("bin", "reading", *each) for each in readings), *statements, ("verdict", "R5", "Passed"))
 
-    def run(self, test: AbstractTest) -> Observation:
+    def run(self, test: AbstractTest) -> RunObservation:
         """One run: what happens is a function of the test and its seed."""
         rng = make_rng("scene", self.number, test.seed)
         commands = commands_of(test.lines)
@@ -151,7 +151,7 @@ class Scene:
         distance = float(PARTS[self.sensors] - sum(hit[-1] == "given" for hit in hits))
         if not distance:
             points.add(("verdict", "R5", "Passed"))
-        return Observation(
+        return RunObservation(
             test.to_data(),
             tuple(sorted(points)),
             {"reading": tuple(readings), "handover": tuple(hits)},
@@ -188,9 +188,9 @@ class Scene:
         """A loop as a session has it."""
         pool = Pool(self.exploration, self.space, {"handover": self.planned})
         experience = Experience(pool)
-        ways = ModelStrategy(pool, experience), DisturbanceStrategy(pool, experience, self.disturbances)
+        strategies = ModelStrategy(pool, experience), DisturbanceStrategy(pool, experience, self.disturbances)
 
-        def runner(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+        def runner(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
             return ((number, self.run(test)) for number, test in enumerate(tests))
 
-        return Loop(Archive(self.targets), ways, runner, seed, Budget(runs), fallback=FallbackStrategy(pool))
+        return Loop(Archive(self.targets), strategies, runner, seed, Budget(runs), fallback=FallbackStrategy(pool))

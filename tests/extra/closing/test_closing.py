@@ -8,8 +8,8 @@ import pytest
 
 from pytest_hricdv.extra.closing import closing
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.loop import Runner
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.loop import BatchRunner
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.suite import repeatable_suite
 from tests.plugin.project import counted_up_to_313, outcomes, plain_and_slowly_on_workers, report
 
@@ -72,13 +72,13 @@ def test_what_a_person_decided_during_the_run_is_done_again_by_the_test_that_it_
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _with_online(lamps, 'InteractiveAgent("visitor", (PerceptMapping("hall", "on(answer)"),))')
-    found: list[tuple[Observation, Observation]] = []
+    found: list[tuple[RunObservation, RunObservation]] = []
 
-    def comparing(archive: Archive, ways: Collection[str], runner: Runner) -> object:
-        entries = [entry for entry in archive.entries if entry.way in ways]
-        again = dict(runner([entry.test for entry in entries], {}))
+    def comparing(archive: Archive, strategies: Collection[str], runner: BatchRunner) -> object:
+        entries = [entry for entry in archive.entries if entry.strategy in strategies]
+        again = dict(runner([entry.test for entry in entries], frozenset()))
         found.extend((again[place], entry.observation) for place, entry in enumerate(entries))
-        return repeatable_suite(archive, ways, runner)
+        return repeatable_suite(archive, strategies, runner)
 
     monkeypatch.setattr(closing, "repeatable_suite", comparing)
     lamps.runpytest_inprocess(SUITE, "--hri-close-runs=64")

@@ -65,7 +65,7 @@ def test_ways_can_be_left_out(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE, "--hri-close-without=model")
     assert set(report(lamps.path)["closing"]["strategies"]) <= {"disturbances", "untried", "repeated"}
     result = lamps.runpytest_inprocess(*SUITE, "--hri-close-without=luck")
-    result.stderr.fnmatch_lines(["ERROR: --hri-close-without: no way 'luck'; there are: model, *"])
+    result.stderr.fnmatch_lines(["ERROR: --hri-close-without: no strategy 'luck'; there are: model, *"])
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pytest_hricdv.extra.closing.combination_synthesis import CombinationSynthesis
 from pytest_hricdv.extra.closing.interactions import UNDISTURBED
-from pytest_hricdv.extra.closing.outcome_model import OutcomeModel, fitted
+from pytest_hricdv.extra.closing.outcome_model import OutcomeModel
 from pytest_hricdv.generate.rng import make_rng
 from tests.extra.closing.test_outcome_model import GIVEN, LIGHT, PULL, PUSH, seen, usually_kept
 
@@ -19,30 +19,30 @@ def each_sets_one_bit() -> OutcomeModel:
 
 
 def test_interventions_for_each_missing_bit_are_put_together() -> None:
-    candidate = CombinationSynthesis(each_sets_one_bit()).drawn(("1", "00"), GIVEN, 3, make_rng("together"))
+    candidate = CombinationSynthesis(each_sets_one_bit()).synthesize(("1", "00"), GIVEN, 3, make_rng("together"))
     assert candidate is not None
     assert candidate.combination == (PUSH, PULL)
 
 
 def test_what_is_put_together_and_fails_is_expected_no_more() -> None:
     model = each_sets_one_bit()
-    first = CombinationSynthesis(model).drawn(("1", "00"), GIVEN, 3, make_rng("together"))
+    first = CombinationSynthesis(model).synthesize(("1", "00"), GIVEN, 3, make_rng("together"))
     model.learn([seen(("1", "00"), (PUSH, PULL), "00", "kept")] * 8)
-    last = CombinationSynthesis(model).drawn(("1", "00"), GIVEN, 3, make_rng("together"))
+    last = CombinationSynthesis(model).synthesize(("1", "00"), GIVEN, 3, make_rng("together"))
     assert first is not None
     assert last is not None
     assert first.chance > 2 * last.chance
 
 
 def test_where_no_intervention_has_brought_about_what_is_missing_there_is_no_combination() -> None:
-    assert CombinationSynthesis(usually_kept()).drawn(("1", "00"), GIVEN, 3, make_rng("unknown")) is None
+    assert CombinationSynthesis(usually_kept()).synthesize(("1", "00"), GIVEN, 3, make_rng("unknown")) is None
 
 
 def test_disturbances_that_change_what_is_missing_promise_most_and_those_that_do_not_less_than_unknown_ones() -> None:
     model = usually_kept()
     model.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
     model.learn([seen(("1", "11"), (PUSH,), "01", "kept"), seen(("1", "11"), (LIGHT,), "10", "kept")])
-    promise = CombinationSynthesis(model).expected_changes(("push", "pull", "light"), ("1", "01"), GIVEN, commands=3)
+    promise = CombinationSynthesis(model).promise_changes(("push", "pull", "light"), ("1", "01"), GIVEN, commands=3)
     assert promise["push"] > promise["pull"] > promise["light"]
 
 
@@ -50,35 +50,7 @@ def test_what_one_intervention_changes_another_one_may_mask() -> None:
     model = usually_kept()
     model.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
     model.learn([seen(("1", "11"), (PULL,), "10", "kept"), seen(("2", "01"), (PUSH,), "01", "kept")] * 3)
-    assert CombinationSynthesis(model).masked(("1", "11"), 3, make_rng("hidden")) is None
+    assert CombinationSynthesis(model).mask(("1", "11"), 3, make_rng("hidden")) is None
     model.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 3)
-    assert CombinationSynthesis(model).masked(("1", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
-    assert CombinationSynthesis(model).masked(("3", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
-
-
-def test_what_leads_to_an_outcome_is_tried_beside_what_changes_it_where_it_is_nominal() -> None:
-    model = each_sets_one_bit()
-    model.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
-    model.learn([seen(("1", "11"), (LIGHT,), "01", "kept")] * 3)
-    assert CombinationSynthesis(model).beside(("1", "00"), GIVEN, 3, make_rng("beside")) is None
-    model.learn([seen(("1", "00"), (PUSH, PULL), "11", "given")] * 3)
-    assert CombinationSynthesis(model).beside(("1", "00"), GIVEN, 3, make_rng("beside")) == fitted(
-        (PUSH, PULL, LIGHT), 3
-    )
-
-
-def test_a_change_to_quite_another_effect_cannot_be_tried_beside_it() -> None:
-    model = each_sets_one_bit()
-    model.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
-    model.learn([seen(("1", "11"), (LIGHT,), "none", "silent"), seen(("1", "00"), (PUSH, PULL), "11", "given")] * 3)
-    assert CombinationSynthesis(model).beside(("1", "00"), GIVEN, 3, make_rng("beside")) is None
-
-
-def test_a_combination_with_an_effect_is_tried_without_one_of_its_interventions() -> None:
-    model = usually_kept()
-    model.learn([seen(("1", "00"), (LIGHT, PUSH, PULL), "11", "given")] * 2)
-    model.learn([seen(("1", "00"), (LIGHT, PUSH), "10", "kept")])
-    synthesis = CombinationSynthesis(model)
-    found = {synthesis.reduced(("2", "00"), 3, make_rng(str(number))) for number in range(20)}
-    assert found == {(PUSH, PULL), (LIGHT, PULL), (LIGHT,), (PUSH,)}
-    assert CombinationSynthesis(usually_kept()).reduced(("2", "00"), 3, make_rng("none")) is None
+    assert CombinationSynthesis(model).mask(("1", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
+    assert CombinationSynthesis(model).mask(("3", "11"), 3, make_rng("hidden")) == (PUSH, PULL)

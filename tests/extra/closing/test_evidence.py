@@ -8,9 +8,9 @@ import pytest
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, SourceFile
-from pytest_hricdv.extra.closing.archive import GIVEN, Archive, Entry
+from pytest_hricdv.extra.closing.archive import GIVEN, Archive, ArchivedRun
 from pytest_hricdv.extra.closing.evidence import evidence, rule_of_three
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.records import ClosingResult, ImpossiblePoint
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -35,16 +35,18 @@ STATEMENTS: list[Point] = [("statement", "lamp.py", str(line)) for line in (1, 2
 BINS: list[Point] = [("bin", "light", place, level) for place in ("hall", "cellar") for level in ("low", "high")]
 
 
-def add(archive: Archive, name: str, *points: Point, way: str = "model", targets: tuple[Point, ...] = ()) -> Entry:
+def add(
+    archive: Archive, name: str, *points: Point, strategy: str = "model", targets: tuple[Point, ...] = ()
+) -> ArchivedRun:
     """A run of 10 s that hits these points; its id is `NAME-1`."""
     hits = tuple(point[2:] for point in points if point[0] == "bin")
     test = AbstractTest(f"{name}-1", "closure", name, (), ("greet",), seed=1)
-    observation = Observation(test.to_data(), tuple(sorted(points)), {"light": hits}, sim_s=10.0)
-    return archive.add(observation, way, targets)
+    observation = RunObservation(test.to_data(), tuple(sorted(points)), {"light": hits}, sim_s=10.0)
+    return archive.add(observation, strategy, targets)
 
 
 def shown(
-    archive: Archive, *suite: Entry, impossible: tuple[ImpossiblePoint, ...] = (), without: tuple[int, ...] = ()
+    archive: Archive, *suite: ArchivedRun, impossible: tuple[ImpossiblePoint, ...] = (), without: tuple[int, ...] = ()
 ) -> ClosingResult:
     """The evidence of an archive."""
     return evidence(archive, suite, impossible, KNOWN, suite="closure", ended="runs", budget=99, without=without)
@@ -53,7 +55,7 @@ def shown(
 def test_a_hit_point_names_a_test_of_the_suite_and_the_way_that_led_there_first() -> None:
     archive = Archive(STATEMENTS[:2])
     add(archive, "early", STATEMENTS[0])
-    late = add(archive, "late", *STATEMENTS[:2], way="disturbances")
+    late = add(archive, "late", *STATEMENTS[:2], strategy="disturbances")
     result = shown(archive, late)
     assert [(each.point, each.test, each.strategy, each.run) for each in result.hit] == [
         (STATEMENTS[0], "late-1", "model", 1),
@@ -128,7 +130,7 @@ def test_a_requirement_that_nothing_triggered_says_which_conditions_were_missing
     for name, distance in (("far", 2.0), ("near", 0.4)):
         test = AbstractTest(f"{name}-1", "closure", name, (), ("greet",))
         missing = {"R1": tuple(f"{name}{number}" for number in range(int(distance) + 1))}
-        archive.add(Observation(test.to_data(), distances=((passed, distance),), missing=missing), "model")
+        archive.add(RunObservation(test.to_data(), distances=((passed, distance),), missing=missing), "model")
     (only,) = shown(archive).open
     assert (only.test, only.lacking) == ("near-1", "near0")
     assert only.waiver == "hri_allow_nc = R1: why"
@@ -161,10 +163,10 @@ def test_what_only_runs_that_do_not_repeat_hit_is_open() -> None:
 
 def test_growth_counts_new_points_by_kind_and_way_without_the_time_of_given_tests() -> None:
     archive = Archive([*STATEMENTS, *BINS])
-    add(archive, "given", STATEMENTS[0], way=GIVEN)
+    add(archive, "given", STATEMENTS[0], strategy=GIVEN)
     add(archive, "first", STATEMENTS[0], BINS[0], BINS[1])
     add(archive, "second", STATEMENTS[0])
-    add(archive, "third", STATEMENTS[1], way="disturbances")
+    add(archive, "third", STATEMENTS[1], strategy="disturbances")
     result = shown(archive)
     assert [each.run for each in result.hit] == [0, 3, 1, 1]
     assert [(each.run, each.sim_s, each.strategy, dict(each.new)) for each in result.growth] == [
@@ -172,7 +174,7 @@ def test_growth_counts_new_points_by_kind_and_way_without_the_time_of_given_test
         (1, 10.0, "model", {"bin": 2}),
         (3, 30.0, "disturbances", {"statement": 1}),
     ]
-    assert {way: (each.runs, each.sim_s, dict(each.new)) for way, each in result.strategies.items()} == {
+    assert {strategy: (each.runs, each.sim_s, dict(each.new)) for strategy, each in result.strategies.items()} == {
         "model": (2, 20.0, {"bin": 2}),
         "disturbances": (1, 10.0, {"statement": 1}),
     }

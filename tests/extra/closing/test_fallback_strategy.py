@@ -1,4 +1,4 @@
-"""Where no way knows what to try: tests that were not run yet, then those again that do not do the same each time."""
+"""Where no strategy knows a test: those that were not run yet, then those that do not do the same each time."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
+from pytest_hricdv.extra.closing.loop import Loop, OnlineTests
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest
 from tests.extra.closing import handover
@@ -18,16 +18,16 @@ POOL = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planne
 NOTHING = (("bin", "nowhere", "0"),)
 
 
-def observed(test: AbstractTest, record: str) -> Observation:
+def observed(test: AbstractTest, record: str) -> RunObservation:
     """A run without a point."""
-    return Observation(test.to_data(), record_sha256=record)
+    return RunObservation(test.to_data(), record_sha256=record)
 
 
 def loop(runs: int, record: str) -> tuple[Loop, list[tuple[str, ...]]]:
     """A loop of the fallback alone, for a point that nothing hits; and the lines of the tests that it runs."""
     ran: list[tuple[str, ...]] = []
 
-    def runner(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
+    def runner(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterator[tuple[int, RunObservation]]:
         for number, test in enumerate(tests):
             ran.append(test.lines)
             yield number, observed(test, record.format(len(ran)))

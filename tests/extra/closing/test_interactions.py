@@ -12,7 +12,7 @@ from pytest_hricdv.extra.closing.interactions import (
     Intervention,
     combinations_of,
     commands_of,
-    disturbed,
+    insert_combinations,
     interactions_of,
     starts_of,
 )
@@ -46,7 +46,7 @@ combinations = st.lists(interventions, max_size=3).map(
 
 @given(combinations, combinations)
 def test_interventions_in_a_test_are_read_back(one: Combination, two: Combination) -> None:
-    lines, values = disturbed(SCRIPT, (1, 3), (one, two))
+    lines, values = insert_combinations(SCRIPT, (1, 3), (one, two))
     assert commands_of(lines) == SCRIPT
     assert combinations_of(lines, values, (1, 3)) == (one, two)
 

@@ -8,8 +8,8 @@ from random import Random
 import pytest
 
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy, Meeting, Order, meetings_of
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.interleaving_strategy import Encounter, InterleavingStrategy, Order, meetings_of
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, TurnWait, actor_of, interleave
@@ -35,7 +35,7 @@ def extensions(after: After) -> list[tuple[int, ...]]:
     ]
 
 
-def met(order: tuple[int, ...]) -> set[Meeting]:
+def met(order: tuple[int, ...]) -> set[Encounter]:
     return set(meetings_of(LINES[number - 1] for number in order))
 
 
@@ -59,26 +59,26 @@ def test_turns_make_them_meet(after: After, seed: int) -> None:
 
 def test_who_is_to_wait_does_until_the_next_action_of_the_other_one_has_begun() -> None:
     order = Order(LINES, {})
-    (place,) = order.waits[Meeting("b: two", "a: one")]
+    (place,) = order.waits[Encounter("b: two", "a: one")]
     assert (LINES[place.first - 1], LINES[place.then - 1]) == ("b: five", "a: one")
-    assert Meeting("a: one", "c: four") in order.waits
+    assert Encounter("a: one", "c: four") in order.waits
     assert not any(meeting.first == "b: five" for meeting in order.waits), "there is no next one"
 
 
 def test_everything_else_comes_in_any_order() -> None:
     order = Order(LINES, {})
-    (place,) = order.meetings[Meeting("a: one", "b: two")]
+    (place,) = order.meetings[Encounter("a: one", "b: two")]
     assert len({order.with_meeting(place, Random(seed)) for seed in range(40)}) > 5
 
 
 UP_TO_TEN = TurnWait(0.0, 10.0, "s")
 
 
-def way(turn_wait: TurnWait | Constant = UP_TO_TEN) -> InterleavingStrategy:
+def strategy(turn_wait: TurnWait | Constant = UP_TO_TEN) -> InterleavingStrategy:
     return InterleavingStrategy(Pool(POOL, SPACE, {}), turn_wait)
 
 
-def wished(proposed: InterleavingStrategy, archive: Archive, count: int) -> list[tuple[Meeting, ...]]:
+def wished(proposed: InterleavingStrategy, archive: Archive, count: int) -> list[tuple[Encounter, ...]]:
     """What the proposals make meet."""
     found = []
     for proposal in proposed.propose(archive, count, Random(1)):
@@ -93,18 +93,20 @@ def wished(proposed: InterleavingStrategy, archive: Archive, count: int) -> list
 @pytest.mark.parametrize(
     ("bin_", "meeting"),
     [
-        (("one", "two", "b"), Meeting("b: two", "a: one")),
-        (("one", "two", "a"), Meeting("a: one", "b: two")),
-        (("c: four", "b: five"), Meeting("c: four", "b: five")),
+        (("one", "two", "b"), Encounter("b: two", "a: one")),
+        (("one", "two", "a"), Encounter("a: one", "b: two")),
+        (("c: four", "b: five"), Encounter("c: four", "b: five")),
     ],
 )
-def test_an_open_bin_that_names_what_actors_do_is_aimed_at(bin_: tuple[str, ...], meeting: Meeting) -> None:
+def test_an_open_bin_that_names_what_actors_do_is_aimed_at(bin_: tuple[str, ...], meeting: Encounter) -> None:
     point = ("bin", "orders", *bin_)
     archive = Archive([point])
-    proposed = way()
+    proposed = strategy()
     aimed = [
         (proposal, made)
-        for proposal, made in zip(proposed.propose(archive, 20, Random(1)), wished(way(), archive, 20), strict=True)
+        for proposal, made in zip(
+            proposed.propose(archive, 20, Random(1)), wished(strategy(), archive, 20), strict=True
+        )
         if proposal.targets
     ]
     assert len(aimed) > 3
@@ -112,33 +114,33 @@ def test_an_open_bin_that_names_what_actors_do_is_aimed_at(bin_: tuple[str, ...]
     if len(bin_) == 3:
         assert all(meeting in made for _, made in aimed)
     else:  # who is first is not said
-        both = {meeting, Meeting(meeting.then, meeting.first)}
+        both = {meeting, Encounter(meeting.then, meeting.first)}
         assert all(any(either in made for _, made in aimed) for either in both)
 
 
 def test_what_has_met_least_often_meets_next() -> None:
     archive = Archive([("statement", "cart.py", "1")])
     everything = set(Order(LINES, {}).meetings)
-    made = wished(way(), archive, len(everything))
+    made = wished(strategy(), archive, len(everything))
     assert set().union(*made) == everything
 
 
 def test_runs_count_by_what_began_and_not_by_what_was_wished() -> None:
     archive = Archive([("statement", "cart.py", "1")])
     test = AbstractTest("t", "closure", "t", (), ("a: one", "b: two"), seed=1)
-    rare = Meeting("b: two", "a: one")
+    rare = Encounter("b: two", "a: one")
     for _ in range(30):  # both meet, always in this order
-        archive.add(Observation(test.to_data(), begun=(0, 1)))
+        archive.add(RunObservation(test.to_data(), begun=(0, 1)))
     everything = set(Order(LINES, {}).meetings)
-    for met_often in everything - {rare, Meeting("a: one", "b: two")}:
+    for met_often in everything - {rare, Encounter("a: one", "b: two")}:
         lines = (met_often.first, met_often.then)
         for _ in range(30):
-            archive.add(Observation(AbstractTest("t", "closure", "t", (), lines, seed=1).to_data(), begun=(0, 1)))
-    assert all(rare in made for made in wished(way(), archive, 8))
+            archive.add(RunObservation(AbstractTest("t", "closure", "t", (), lines, seed=1).to_data(), begun=(0, 1)))
+    assert all(rare in made for made in wished(strategy(), archive, 8))
 
 
 @pytest.mark.parametrize(
-    ("proposed", "targets"), [(way(Constant(0.0, "s")), [("statement", "cart.py", "1")]), (way(), [])]
+    ("proposed", "targets"), [(strategy(Constant(0.0, "s")), [("statement", "cart.py", "1")]), (strategy(), [])]
 )
 def test_where_nobody_waits_for_a_turn_or_nothing_is_open_there_is_nothing_to_propose(
     proposed: InterleavingStrategy, targets: list[tuple[str, ...]]
@@ -147,5 +149,5 @@ def test_where_nobody_waits_for_a_turn_or_nothing_is_open_there_is_nothing_to_pr
 
 
 def test_lines_without_an_actor_meet_nobody() -> None:
-    assert [*meetings_of(["disturb a", "a: one", "disturb b", "b: two"])] == [Meeting("a: one", "b: two")]
+    assert [*meetings_of(["disturb a", "a: one", "disturb b", "b: two"])] == [Encounter("a: one", "b: two")]
     assert all(actor_of(line) for meeting in Order(("disturb a", "a: one", "b: two"), {}).meetings for line in meeting)

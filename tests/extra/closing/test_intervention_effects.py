@@ -18,8 +18,8 @@ from pytest_hricdv.extra.closing.missing_conditions import (
     CharacterCondition,
     EffectCondition,
     effect_distance,
+    find_missing,
     is_met,
-    missing_conditions,
 )
 from pytest_hricdv.extra.closing.outcome_model import OutcomeModel
 from tests.extra.closing.test_outcome_model import PULL, PUSH, seen, usually_kept
@@ -29,10 +29,10 @@ GIVEN = (("outcome", "given"), ("reading", "10"))
 
 
 def test_characters_are_missing_where_patterns_differ_and_the_whole_effect_only_where_none_does() -> None:
-    assert missing_conditions(KEPT, GIVEN) == (CharacterCondition(3, 2, 0, "1"),)
+    assert find_missing(KEPT, GIVEN) == (CharacterCondition(3, 2, 0, "1"),)
     kept = (("outcome", "kept"), ("reading", "10"))
-    assert missing_conditions(kept, GIVEN) == (EffectCondition(kept, GIVEN),)
-    assert missing_conditions(GIVEN, GIVEN) == ()
+    assert find_missing(kept, GIVEN) == (EffectCondition(kept, GIVEN),)
+    assert find_missing(GIVEN, GIVEN) == ()
     assert is_met(GIVEN, CharacterCondition(3, 2, 0, "1"))
     assert not is_met(KEPT, CharacterCondition(3, 2, 0, "1"))
 

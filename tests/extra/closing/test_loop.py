@@ -11,8 +11,8 @@ import pytest
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, OnlineWeights
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, OnlineTests
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.suite import smallest_suite
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
@@ -23,13 +23,13 @@ WANTED = tuple(("said", one, two) for one in COMMANDS for two in COMMANDS)
 
 
 class AnyTwo:
-    """A way that proposes two commands at random, aimed at that pair."""
+    """A strategy that proposes two commands at random, aimed at that pair."""
 
     def __init__(self, name: str = "any two") -> None:
         self.name = name
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """See `Way`."""
+        """See `Strategy`."""
         return [self._proposal((pick(rng, COMMANDS), pick(rng, COMMANDS))) for _ in range(count)]
 
     def _proposal(self, lines: tuple[str, str]) -> Proposal:
@@ -37,32 +37,32 @@ class AnyTwo:
 
 
 class Nothing:
-    """A way that never knows a test."""
+    """A strategy that never knows a test."""
 
     name = "nothing"
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """See `Way`."""
+        """See `Strategy`."""
         return []
 
 
-def observed(test: AbstractTest) -> Observation:
+def observed(test: AbstractTest) -> RunObservation:
     """What a run yields: the pair that was said; the seed decides how long it takes."""
-    return Observation(test.to_data(), points=(("said", *test.lines),), sim_s=1.0 + test.seed % 7)
+    return RunObservation(test.to_data(), points=(("said", *test.lines),), sim_s=1.0 + test.seed % 7)
 
 
-def in_order(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+def in_order(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
     """Runs tests one by one."""
     return ((number, observed(test)) for number, test in enumerate(tests))
 
 
-def backwards(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+def backwards(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
     """The last test first, as another number of processes might."""
     return reversed([*in_order(tests, online)])
 
 
 def loop(wanted: Iterable[Point] = WANTED, runs: int = 400, seed: int = 0) -> Loop:
-    """A loop with a way that needs luck."""
+    """A loop with a strategy that needs luck."""
     return Loop(Archive(wanted), (Nothing(), AnyTwo()), in_order, seed, Budget(runs))
 
 
@@ -99,14 +99,14 @@ def test_seconds_end_it_between_two_generations() -> None:
 
 def test_it_ends_when_no_way_knows_a_test() -> None:
     closing = loop()
-    closing.ways = (Nothing(),)
+    closing.strategies = (Nothing(),)
     assert closing.run() == "nothing to try"
 
 
 def test_what_a_way_cannot_use_all_others_share() -> None:
     closing = Loop(Archive(WANTED), (Nothing(), AnyTwo("one"), AnyTwo("two")), in_order, 0, Budget(40))
     closing.run()
-    counts = Counter(entry.way for entry in closing.archive.entries)
+    counts = Counter(entry.strategy for entry in closing.archive.entries)
     assert set(counts) == {"one", "two"}
     assert min(counts.values()) >= 8
 
@@ -120,7 +120,7 @@ def test_equal_tests_have_seeds_and_ids_of_their_own() -> None:
 
 
 def test_ctrl_c_keeps_what_was_reached() -> None:
-    def interrupted(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+    def interrupted(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
         yield from list(in_order(tests, online))[1:4]
         raise KeyboardInterrupt
 
@@ -141,13 +141,13 @@ def test_a_way_that_fails_is_left_out_and_the_others_go_on() -> None:
     closing = Loop(Archive(WANTED), (Failing("one"), AnyTwo("two")), in_order, 0, Budget(40))
     assert closing.run() in ("closed", "runs")
     (fault,) = closing.faults
-    assert fault.startswith("the way 'one' failed, and is left out from there on: IndexError: ")
+    assert fault.startswith("the strategy 'one' failed, and is left out from there on: IndexError: ")
     assert "closing/test_loop.py:" in fault
-    assert {entry.way for entry in closing.archive.entries[GENERATION:]} == {"two"}
+    assert {entry.strategy for entry in closing.archive.entries[GENERATION:]} == {"two"}
 
 
 def test_an_error_of_the_loop_itself_keeps_what_was_reached() -> None:
-    def breaking(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+    def breaking(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
         if closing.archive.entries:
             raise ZeroDivisionError("nobody thought of this")
         yield from in_order(tests, online)
@@ -161,7 +161,7 @@ def test_an_error_of_the_loop_itself_keeps_what_was_reached() -> None:
 
 
 def test_what_cannot_run_anything_is_an_error() -> None:
-    def broken(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+    def broken(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
         raise ZeroDivisionError
 
     closing = loop()
@@ -172,9 +172,9 @@ def test_what_cannot_run_anything_is_an_error() -> None:
 
 def test_where_every_run_errs_the_first_error_is_raised_and_where_some_do_it_goes_on() -> None:
     def failing(every: int) -> Loop:
-        def run(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+        def run(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
             for number, test in enumerate(tests):
-                broken = Observation(test.to_data(), error=f"KeyError: {number}")
+                broken = RunObservation(test.to_data(), error=f"KeyError: {number}")
                 yield number, broken if number % every == 0 else observed(test)
 
         closing = loop()
@@ -205,7 +205,7 @@ def test_the_suite_has_the_shortest_run_of_each_point() -> None:
 
 def test_what_given_tests_hit_needs_no_further_test() -> None:
     archive = Archive(WANTED)
-    archive.add(Observation(AbstractTest("g", "other", "two", (), ("ask", "ask")).to_data(), (WANTED[0],)))
+    archive.add(RunObservation(AbstractTest("g", "other", "two", (), ("ask", "ask")).to_data(), (WANTED[0],)))
     closing = Loop(archive, (AnyTwo(),), in_order, 0, Budget(400))
     assert closing.run() == "closed"
     assert {entry.observation.points[0] for entry in smallest_suite(archive)} == set(WANTED[1:])

@@ -19,7 +19,7 @@ class Archived:
     """As much of an archive as progress reads: so many runs, and many kinds of open points."""
 
     def __init__(self, runs: int, kinds: int) -> None:
-        self.entries = [SimpleNamespace(way="vary")] * runs
+        self.entries = [SimpleNamespace(strategy="vary")] * runs
         self.open = [SimpleNamespace(kind=f"kind number {number}") for number in range(kinds)]
         self.sim_s = 12.0 * runs
 

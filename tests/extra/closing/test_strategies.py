@@ -1,9 +1,8 @@
-"""The ways together, on a handover that needs no simulation."""
+"""The strategies together, on a handover that needs no simulation."""
 
 from __future__ import annotations
 
 import pytest
-from msgspec.structs import replace
 
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
@@ -25,10 +24,12 @@ def loop(seed: int, *, disturbing: bool = True) -> Loop:
     """A loop as a session has it."""
     pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
     experience = Experience(pool)
-    ways: tuple[Strategy, ...] = (ModelStrategy(pool, experience),)
+    strategies: tuple[Strategy, ...] = (ModelStrategy(pool, experience),)
     if disturbing:
-        ways = (*ways, DisturbanceStrategy(pool, experience, handover.DISTURBANCES))
-    return Loop(Archive(handover.WANTED), ways, handover.runner, seed, Budget(400), fallback=FallbackStrategy(pool))
+        strategies = (*strategies, DisturbanceStrategy(pool, experience, handover.DISTURBANCES))
+    return Loop(
+        Archive(handover.WANTED), strategies, handover.runner, seed, Budget(400), fallback=FallbackStrategy(pool)
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -107,16 +108,3 @@ def test_each_disturbance_is_soon_tried_under_each_nominal_outcome() -> None:
     nominal = {experience.nominal(interaction) for interaction in pool.by_interaction}
     assert len(nominal) == 2
     assert all(experience.tries[name, goal] for name in handover.DISTURBANCES for goal in nominal)
-
-
-def test_disturbances_are_tried_where_runs_came_near_to_what_is_open() -> None:
-    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
-    before, behind = ("statement", "robot.py", "7"), ("statement", "robot.py", "8")
-    archive = Archive([before, behind])
-    for number, test in enumerate(identify("closure", 0, [pool.draft(number) for number in range(20)])):
-        is_near = all(interaction.planned[1] == "11" for interaction in pool.interactions(number))
-        archive.add(replace(handover.run(test), points=(before,) if is_near else ()))
-    way = DisturbanceStrategy(pool, Experience(pool), handover.DISTURBANCES)
-    aimed = [each.draft.lines for each in way.propose(archive, 40, make_rng("near")) if each.targets]
-    assert len(aimed) > 10
-    assert all("set gaze = 1" in lines and "set grip = 1" in lines for lines in aimed)

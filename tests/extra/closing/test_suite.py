@@ -4,39 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from pytest_hricdv.extra.closing.archive import Archive, Entry
-from pytest_hricdv.extra.closing.loop import OnlineWeights
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
+from pytest_hricdv.extra.closing.loop import OnlineTests
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
 
 POINTS = [("bin", "pose", each) for each in "abcd"]
-Runs = Callable[[Sequence[AbstractTest], OnlineWeights], Iterator[tuple[int, Observation]]]
+Runs = Callable[[Sequence[AbstractTest], OnlineTests], Iterator[tuple[int, RunObservation]]]
 
 
 def archive_of(*runs: tuple[str, str, float]) -> Archive:
-    """Runs, each with its way, the letters of the points that it hits, and its duration (s)."""
+    """Runs, each with its strategy, the letters of the points that it hits, and its duration (s)."""
     archive = Archive(POINTS)
     tests = identify("closure", 1, [AbstractDraft(hits, (), ("look",)) for _, hits, _ in runs])
-    for test, (way, hits, sim_s) in zip(tests, runs, strict=True):
+    for test, (strategy, hits, sim_s) in zip(tests, runs, strict=True):
         points = tuple(("bin", "pose", each) for each in hits)
-        archive.add(Observation(test.to_data(), points, sim_s=sim_s, record_sha256=f"of {test.id}"), way)
+        archive.add(RunObservation(test.to_data(), points, sim_s=sim_s, record_sha256=f"of {test.id}"), strategy)
     return archive
 
 
 def rerun(asked: list[str], *different: str) -> Runs:
     """Runs tests again; those that aim at one of these points do something else than before."""
 
-    def run(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
+    def run(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterator[tuple[int, RunObservation]]:
         asked.extend(test.target for test in tests)
         for number, test in reversed([*enumerate(tests)]):
             record = "another" if test.target in different else f"of {test.id}"
-            yield number, Observation(test.to_data(), record_sha256=record)
+            yield number, RunObservation(test.to_data(), record_sha256=record)
 
     return run
 
 
-def targets(entries: Sequence[Entry]) -> set[str]:
+def targets(entries: Sequence[ArchivedRun]) -> set[str]:
     return {entry.test.target for entry in entries}
 
 
@@ -53,7 +53,7 @@ def test_of_one_that_does_not_others_take_the_place_and_are_run_again_too() -> N
     suite, left_out = repeatable_suite(archive, ("online",), rerun(asked, "abcd", "c"))
     assert asked == ["abcd", "c"]
     assert (targets(left_out), len(left_out)) == ({"abcd", "c"}, 2)
-    assert [entry.way for entry in suite] == ["model", "model"]
+    assert [entry.strategy for entry in suite] == ["model", "model"]
 
 
 def test_points_that_only_such_a_test_hits_are_lost() -> None:

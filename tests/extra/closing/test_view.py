@@ -77,7 +77,7 @@ def test_curves_end_at_the_share_that_is_hit_and_begin_with_given_tests() -> Non
     assert found["kinds"]["statements"]["runs"] == [(0, 0.0), (1, 33.33), (200, 66.67), (400, 66.67)]
     assert found["kinds"]["statements"]["sim_s"][1] == (70.2, 33.33)
     assert found["kinds"]["bins"]["runs"][:2] == [(0, 0.0), (0, 7.69)]
-    assert found["ways"]["disturbances"]["runs"] == [(0, 0.0), (200, 1.0), (400, 1.0)]
+    assert found["strategies"]["disturbances"]["runs"] == [(0, 0.0), (200, 1.0), (400, 1.0)]
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_plots_show_kinds_and_ways_over_runs_and_time(watched: Watched, tmp_path
     words = page.locator("#closure").text_content()
     for text in ("points hit (%)", "points hit first", "runs →"):
         assert text in words
-    page.locator("figure[data-closing=ways]").get_by_label("Over", exact=True).select_option("sim_s")
+    page.locator("figure[data-closing=strategies]").get_by_label("Over", exact=True).select_option("sim_s")
     assert plots.count() == 2
     assert "simulated time (s) →" in plots.last.text_content()
 

@@ -11,8 +11,8 @@ import pytest
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.evidence import violation_estimate
-from pytest_hricdv.extra.closing.loop import GENERATION, Loop, OnlineWeights, searched
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.loop import GENERATION, Loop, OnlineTests, search_violations
+from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.records import ViolationEstimate
 from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.violation_strategy import NAME, ViolationStrategy, vacuous_alternatives
@@ -30,11 +30,11 @@ def at_s(test: AbstractTest) -> float:
     return concretize(test, SPACE).actions[0].parameters["at_s"]
 
 
-def entering(test: AbstractTest) -> Observation:
+def entering(test: AbstractTest) -> RunObservation:
     """R1: the lift does not leave while the robot is in its door. R2 is near to nothing, R3 compares nothing."""
     margin = abs(at_s(test) - LEAVES_S) - DOOR_S
     violated = [(NEW, "R1", "in the door", "", "")] if margin < 0.0 else []
-    return Observation(
+    return RunObservation(
         test.to_data(),
         points=(("entered",), *violated),
         margins={"R1": margin, "R2": 100.0 + at_s(test)},
@@ -45,13 +45,13 @@ def entering(test: AbstractTest) -> Observation:
 
 @dataclass
 class Enters:
-    """A way that proposes the same draft as often as it is asked to."""
+    """A strategy that proposes the same draft as often as it is asked to."""
 
     lines: tuple[str, ...] = ("enter",)
     name: str = "enters"
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """See `Way`."""
+        """See `Strategy`."""
         return [Proposal(AbstractDraft("one", (), self.lines), self.name) for _ in range(count)]
 
 
@@ -59,12 +59,12 @@ class Enters:
 class Runs:
     """Runs tests, forwards or backwards, and keeps how many at a time."""
 
-    yields: Callable[[AbstractTest], Observation] = entering
+    yields: Callable[[AbstractTest], RunObservation] = entering
     backwards: bool = False
     sizes: list[int] = field(default_factory=list)
 
-    def __call__(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
-        """See `Runner`."""
+    def __call__(self, tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
+        """See `BatchRunner`."""
         self.sizes.append(len(tests))
         observed = [(number, self.yields(test)) for number, test in enumerate(tests)]
         return reversed(observed) if self.backwards else observed
@@ -73,15 +73,15 @@ class Runs:
 def closed(runs: int, search: int | None, runner: Runs | None = None, seed: int = 0) -> Archive:
     """The archive of a loop that is closed by its first generation, and of the search after it."""
     archive = Archive([("entered",)])
-    way = ViolationStrategy(("R1", "R2", "R3"), SPACE)
-    whole = Loop(archive, [Enters()], runner or Runs(), seed, Budget(runs), searcher=way)
-    assert searched(whole, whole.run(), search) == "closed"
+    strategy = ViolationStrategy(("R1", "R2", "R3"), SPACE)
+    whole = Loop(archive, [Enters()], runner or Runs(), seed, Budget(runs), searcher=strategy)
+    assert search_violations(whole, whole.run(), search) == "closed"
     return archive
 
 
 def of(archive: Archive, requirement: str) -> int:
     """How many runs searched for a violation of it."""
-    return sum((NEW, requirement) in entry.targets for entry in archive.entries if entry.way == NAME)
+    return sum((NEW, requirement) in entry.targets for entry in archive.entries if entry.strategy == NAME)
 
 
 def is_violated(archive: Archive) -> bool:
@@ -94,7 +94,7 @@ def test_what_closing_has_not_shown_a_search_after_it_shows(seed: int) -> None:
     assert is_violated(found)
     assert of(found, "R1") < 60
     without = closed(400, 0, seed=seed)
-    assert [entry.way for entry in without.entries] == ["enters"] * GENERATION
+    assert [entry.strategy for entry in without.entries] == ["enters"] * GENERATION
 
 
 def test_the_result_does_not_depend_on_the_order_in_which_runs_end() -> None:
@@ -119,7 +119,7 @@ def test_a_loop_that_ended_early_is_not_followed_by_a_search() -> None:
     archive.add(entering(AbstractTest("a", "s", "t", (), ("enter",))))
     loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationStrategy(("R1",), SPACE))
     for ended in ("runs", "seconds", "interrupted", "error"):
-        assert searched(loop, ended, 20) == ended
+        assert search_violations(loop, ended, 20) == ended
     assert budget.used == 0
 
 
@@ -137,7 +137,7 @@ def test_a_run_that_violates_a_requirement_as_is_known_is_no_start() -> None:
     archive = Archive([])
     for number, (margin, points) in enumerate(((-1.0, [(KNOWN, "R1", "", "", "")]), (2.0, []), (9.0, []))):
         test = AbstractTest(f"t{number}", "s", "t", (), ("enter",), seed=number)
-        archive.add(Observation(test.to_data(), points=tuple(points), margins={"R1": margin}, unused={"R1": ()}))
+        archive.add(RunObservation(test.to_data(), points=tuple(points), margins={"R1": margin}, unused={"R1": ()}))
     proposals = ViolationStrategy(("R1",), SPACE).propose(archive, 8, Random(0))
     assert {proposal.draft.seed for proposal in proposals} == {1}
 
@@ -153,7 +153,7 @@ def test_what_was_never_decisive_is_aimed_at_until_it_is() -> None:
 
 def test_values_stay_in_their_ranges_and_other_chance_as_it_was() -> None:
     archive = closed(400, 100)
-    seeds = {entry.test.seed for entry in archive.entries if entry.way != NAME}
+    seeds = {entry.test.seed for entry in archive.entries if entry.strategy != NAME}
     for entry in archive.entries:
         assert 0.0 <= at_s(entry.test) <= 60.0
         assert entry.test.seed in seeds
@@ -162,13 +162,13 @@ def test_values_stay_in_their_ranges_and_other_chance_as_it_was() -> None:
 def test_where_no_parameter_can_have_another_value_nothing_is_searched() -> None:
     archive = Archive([("entered",)])
 
-    def yields(test: AbstractTest) -> Observation:
-        return Observation(
+    def yields(test: AbstractTest) -> RunObservation:
+        return RunObservation(
             test.to_data(), points=(("entered",),), margins={"R1": 1.0}, unused={"R1": ("a",)}, sim_s=1.0
         )
 
     loop = Loop(archive, [Enters(("wait",))], Runs(yields), 0, Budget(400), searcher=ViolationStrategy(("R1",), SPACE))
-    assert searched(loop, loop.run(), 50) == "closed"
+    assert search_violations(loop, loop.run(), 50) == "closed"
     assert len(archive.entries) == GENERATION
 
 
@@ -187,6 +187,6 @@ def test_kinds_that_came_once_say_how_many_are_left(
     for number, names in enumerate(kinds):
         test = AbstractTest(f"t{number}", "s", "t", (), ("enter",))
         points = [(NEW, name, "", "", "") for name in names]
-        archive.add(Observation(test.to_data(), points=(("known violation", "R9", "", "", ""), *points)))
-    archive.add(Observation(AbstractTest("e", "s", "t", (), ("enter",)).to_data(), error="it broke"))
+        archive.add(RunObservation(test.to_data(), points=(("known violation", "R9", "", "", ""), *points)))
+    archive.add(RunObservation(AbstractTest("e", "s", "t", (), ("enter",)).to_data(), error="it broke"))
     assert violation_estimate(archive, ()) == expected

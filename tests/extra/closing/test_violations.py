@@ -9,7 +9,7 @@ from itertools import pairwise
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.extra.closing.violations import described, violation_points
+from pytest_hricdv.extra.closing.violations import describe, violation_points
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement, Vocabulary, parse_formula
 from pytest_hricdv.monitor.verdict import Verdict, Violation
@@ -112,10 +112,10 @@ def test_faults_are_alike_but_for_numbers() -> None:
 
 
 def test_a_kind_is_described_by_its_parts() -> None:
-    found = described(("known violation", "R1", "speed < 1", "Fetch", "given"), 3, "t-1")
+    found = describe(("known violation", "R1", "speed < 1", "Fetch", "given"), 3, "t-1")
     assert (found.requirement, found.part, found.state, found.outcome) == ("R1", "speed < 1", "Fetch", "given")
     assert (found.known, found.runs, found.test) == (True, 3, "t-1")
-    fault = described(("fault", "late by # s"), 1, "t-1")
+    fault = describe(("fault", "late by # s"), 1, "t-1")
     assert (fault.requirement, fault.part, fault.known) == ("", "late by # s", False)
 
 

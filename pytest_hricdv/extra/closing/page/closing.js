@@ -2,7 +2,7 @@
 
 const OVER = { runs: "runs", sim_s: "simulated time (s)" };
 
-/** Points hit so far, over runs or over simulated time: of kinds as a share of the points that there are, of ways as numbers. */
+/** Points hit so far, over runs or over simulated time: of kinds as a share of the points that there are, of strategies as numbers. */
 function closingPlot(place) {
   const curves = DATA.closing[place.dataset.closing], isShare = place.dataset.closing === "kinds", box = h("div");
   const draw = (over) => {

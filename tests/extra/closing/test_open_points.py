@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.distance import nearest_runs
-from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.observation import RunObservation
+from pytest_hricdv.extra.closing.open_points import closest_runs
 from pytest_hricdv.generate.abstract import AbstractTest
 
 LINES: list[Point] = [("statement", "robot.py", str(line)) for line in range(1, 9)]
@@ -17,22 +17,17 @@ def archive(*runs: tuple[int, ...]) -> Archive:
     found = Archive([*LINES, EXIT, ("plan", "person", "asks")])
     for number, lines in enumerate(runs):
         test = AbstractTest(f"test-{number}", "closure", "robot", (), ("go",), seed=number)
-        found.add(Observation(test.to_data(), tuple(LINES[line - 1] for line in lines)))
+        found.add(RunObservation(test.to_data(), tuple(LINES[line - 1] for line in lines)))
     return found
 
 
 def order(point: Point, *runs: tuple[int, ...]) -> list[int]:
     """The numbers of the runs that came near, the nearest first."""
-    return [entry.number for _, entry in nearest_runs(point, archive(*runs))]
+    return [entry.number for _, entry in closest_runs(point, archive(*runs))]
 
 
 def test_near_to_a_branch_are_runs_that_executed_the_line_it_leads_away_from() -> None:
     assert order(EXIT, (1,), (1, 2), (1, 2)) == [1, 2]
-
-
-def test_runs_that_did_something_unusual_near_the_point_are_nearer() -> None:
-    nominal, unusual, far = (1, 2, 3), (1, 2, 3, 6), (1, 2, 3, 4)
-    assert order(EXIT, nominal, far, nominal, unusual, nominal, nominal) == [3, 1, 0, 2, 4, 5]
 
 
 def test_near_to_a_statement_are_runs_that_executed_the_last_one_before_it() -> None:
