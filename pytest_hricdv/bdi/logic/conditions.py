@@ -11,7 +11,8 @@ from collections.abc import Callable
 
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not
 from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_ground
-from pytest_hricdv.bdi.logic.inference import Reasoner, first
+from pytest_hricdv.bdi.logic.alternatives import Reasoner
+from pytest_hricdv.bdi.logic.inference import first
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, compare, unify
 

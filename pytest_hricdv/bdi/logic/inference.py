@@ -7,25 +7,14 @@ runaway recursion with an error that names the rule.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Protocol
 
-from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
+from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.limits import WORK, LimitError, too_much_work
-from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
-from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or, Rule
-from pytest_hricdv.bdi.language.terms import (
-    AnnotatedVariable,
-    Call,
-    FormulaTerm,
-    QualifiedLiteral,
-    Structure,
-    Term,
-    Variable,
-    is_ground,
-)
-from pytest_hricdv.bdi.logic.beliefs import BeliefBase
-from pytest_hricdv.bdi.logic.substitution import Bindings, rename_formula, substitute, substitute_only
-from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, stands_for, undo, unify
+from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Rule
+from pytest_hricdv.bdi.language.terms import Structure, Variable, is_ground
+from pytest_hricdv.bdi.logic.alternatives import Goals, Reasoner, alternatives
+from pytest_hricdv.bdi.logic.substitution import Bindings, substitute
+from pytest_hricdv.bdi.logic.unify import Trail, compare, undo, unify
 
 MAX_CHOICES = 50_000
 """Open choices of one query: a recursion over a list has one for each item, and a rule that only calls itself reaches
@@ -33,37 +22,6 @@ this in two seconds."""
 MAX_NESTED_QUERIES = 60
 """Queries within queries: Python's stack of 1,000 frames is exhausted at 325 through ``not``, at 121 through
 ``.findall``."""
-
-
-class Reasoner(Protocol):
-    """What a query needs of the agent that asks it."""
-
-    name: str
-    beliefs: BeliefBase
-    rule: Rule | None
-    """The rule that was used last, for error messages."""
-
-    def function(self, call: Call, bindings: Bindings) -> Term:
-        """The value of a function in an expression."""
-
-    def call(self, call: Call, bindings: Bindings, trail: Trail) -> bool | Iterator[object]:
-        """The outcome of an internal action as a condition; an iterator binds variables anew for each solution."""
-
-    def fresh(self) -> Variable:
-        """A variable that occurs nowhere else in the run."""
-
-    def enter_query(self, formula: Formula) -> None:
-        """Count a query inside another; raises a BdiError if there are too many."""
-
-    def leave_query(self) -> None:
-        """The end of a query."""
-
-    def activity(self) -> str:
-        """What the agent is doing, for error messages."""
-
-
-Goals = tuple[Formula, Any] | None
-"""What is left to show, first things first."""
 
 
 def first(agent: Reasoner, formula: Formula, bindings: Bindings) -> Bindings | None:
@@ -218,13 +176,13 @@ def _solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bi
                         f"{agent.name}: runaway recursion while looking for {goal}, more than {MAX_CHOICES:,} calls "
                         f"deep: {_used_rule(agent)}{agent.activity()}"
                     )
-                choices.append((_alternatives(agent, goal, rest, env, trail, renamed), len(trail)))
+                choices.append((alternatives(agent, goal, rest, env, trail, renamed), len(trail)))
         while choices:
-            alternatives, mark = choices[-1]
+            ways, mark = choices[-1]
             # Also what a failed goal has bound before it failed: unify and compare leave that to this place.
             undo(env, trail, mark)
             try:
-                goals = next(alternatives)
+                goals = next(ways)
                 break
             except StopIteration:
                 choices.pop()
@@ -240,155 +198,3 @@ def _answer(agent: Reasoner, env: Bindings, renamed: set[Variable]) -> Bindings:
     return {
         variable: substitute(value, env, agent.function) for variable, value in env.items() if variable not in renamed
     }
-
-
-def _alternatives(
-    agent: Reasoner, goal: Formula, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
-) -> Iterator[Goals]:
-    """What is left to show for each way to show the goal, with the bindings of that way made."""
-    if isinstance(goal, Or):
-        for part in goal.parts:
-            yield (part, rest)
-        return
-    if not isinstance(goal, (Structure, Call)):
-        goal = _meaning(agent, goal, env)  # type: ignore[assignment]
-    if isinstance(goal, FormulaTerm):
-        yield (goal.formula, rest)
-        return
-    if isinstance(goal, (Variable, AnnotatedVariable)):
-        yield from _by_any_belief(agent, goal, rest, env, trail)
-        return
-    if isinstance(goal, QualifiedLiteral):
-        yield from _in_any_space(agent, goal, rest, env, trail)
-        return
-    if isinstance(goal, Call):
-        outcome = agent.call(goal, env, trail)
-        if isinstance(outcome, bool):
-            if outcome:
-                yield rest
-        else:
-            for _ in outcome:
-                yield rest
-        return
-    literal = _literal(agent, goal, env)  # type: ignore[arg-type]
-    if literal.functor in ("true", "false") and not literal.args:
-        if literal.functor == "true":
-            yield rest
-        return
-    for entry in agent.beliefs.candidates(literal.key):
-        WORK.left -= 1  # those that do not match come back to nobody who counts
-        if isinstance(entry, Rule):
-            yield from _by_rule(agent, literal, entry, rest, env, trail, renamed)
-        else:
-            yield from _by_belief(literal, entry, rest, env, trail)
-
-
-def _meaning(agent: Reasoner, goal: Formula, env: Bindings) -> Formula | FormulaTerm:
-    """What a variable in the place of a condition stands for: what was handed over, or itself if it has no value."""
-    value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
-    if not isinstance(value, (Structure, Call, FormulaTerm, Variable, AnnotatedVariable, QualifiedLiteral)):
-        raise EvaluationError(f"{goal} is not a literal but {value}")
-    return value
-
-
-def _literal(agent: Reasoner, goal: Structure, env: Bindings) -> Structure:
-    if not goal.evaluable:
-        return goal
-    value = substitute(goal, env, agent.function)
-    assert isinstance(value, Structure)
-    return value
-
-
-def _by_any_belief(
-    agent: Reasoner, variable: Variable | AnnotatedVariable, rest: Goals, env: Bindings, trail: Trail
-) -> Iterator[Goals]:
-    """As in Jason, a variable without a value asks for every belief, of one predicate after the other."""
-    mark = len(trail)
-    for key in list(agent.beliefs.buckets):
-        if split(key[1])[0] != DEFAULT:  # those of other name spaces are asked for with their name
-            continue
-        for entry in agent.beliefs.candidates(key):
-            if isinstance(entry, Rule):
-                continue
-            if isinstance(variable, Variable):
-                if unify(variable, entry, env, trail):
-                    yield rest
-            elif variable.negated <= entry.negated:
-                env[variable.variable] = stands_for(variable, entry)
-                trail.append(variable.variable)
-                yield from _with_annotations(variable, entry.annots, rest, env, trail, mark)
-            undo(env, trail, mark)
-
-
-def _in_any_space(agent: Reasoner, goal: QualifiedLiteral, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:
-    """A literal whose name space is not known asks for those of all, that without a name first."""
-    mark = len(trail)
-    for key in sorted(agent.beliefs.buckets, key=lambda key: "::" in key[1]):
-        negated, functor, arity = key
-        space, name = split(functor)
-        literal = goal.literal
-        if space.startswith(LOCAL) and goal.space != Structure(space):
-            continue  # seen by its name only
-        if not isinstance(literal, Structure):
-            for entry in agent.beliefs.candidates(key):
-                if isinstance(entry, Structure) and unify(goal, entry, env, trail):
-                    yield rest
-                undo(env, trail, mark)
-        elif (negated, name, arity) == literal.key and unify(goal.space, Structure(space), env, trail):
-            yield (Structure(functor, literal.args, literal.annots, negated, literal.annots_tail), rest)
-        undo(env, trail, mark)
-
-
-def _by_belief(literal: Structure, belief: Structure, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:
-    mark = len(trail)
-    for left, right in zip(literal.args, belief.args, strict=True):
-        if not unify(left, right, env, trail):
-            undo(env, trail, mark)
-            return
-    if not literal.annots and literal.annots_tail is None:
-        yield rest
-    else:
-        yield from _with_annotations(literal, belief.annots, rest, env, trail, mark)
-
-
-def _with_annotations(
-    literal: Structure | AnnotatedVariable,
-    annots: tuple[Term, ...],
-    goals: Goals,
-    env: Bindings,
-    trail: Trail,
-    mark: int,
-) -> Iterator[Goals]:
-    """Go on once for each way the annotations match; each way binds anew what was bound since ``mark``."""
-    # All ways first: a suspended generator would have to find the bindings as it left them.
-    ways = [
-        [(variable, env[variable]) for variable in trail[mark:]] for _ in match_annotations(literal, annots, env, trail)
-    ]
-    # The arguments of this belief must not stay bound for the next one, also where no way is left.
-    undo(env, trail, mark)
-    for way in ways:
-        for variable, value in way:
-            env[variable] = value
-            trail.append(variable)
-        yield goals
-
-
-def _by_rule(
-    agent: Reasoner, literal: Structure, rule: Rule, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
-) -> Iterator[Goals]:
-    agent.rule = rule
-    # New variables in each use: a rule that calls itself has those of its caller still bound.
-    renaming: Bindings = {variable: agent.fresh() for variable in rule.variables}
-    renamed.update(renaming.values())  # type: ignore[arg-type]
-    head = substitute_only(rule.head, renaming) if renaming else rule.head
-    mark = len(trail)
-    if isinstance(head, Structure) and all(
-        unify(left, right, env, trail) for left, right in zip(literal.args, head.args, strict=True)
-    ):
-        body = rename_formula(rule.body, renaming) if renaming else rule.body
-        if not literal.annots and literal.annots_tail is None:
-            yield (body, rest)
-        else:
-            yield from _with_annotations(literal, head.annots, (body, rest), env, trail, mark)
-    else:
-        undo(env, trail, mark)

@@ -14,15 +14,7 @@ from collections.abc import Callable, Iterable
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.directory import Directory
-from pytest_hricdv.bdi.agent.intentions import (
-    TICKS_PER_MS,
-    HardDeadline,
-    PendingQuestion,
-    PendingWait,
-    PerceptSource,
-    SpeechAct,
-    ticks_of,
-)
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, PerceptSource, SpeechAct, ticks_of
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import (
     CHARACTERS,
@@ -334,14 +326,13 @@ class SystemRun:
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
-        waiting: list[PendingWait | PendingQuestion | HardDeadline] = []
+        deadlines: list[float | None] = []
         for agent in self.agents.values():
             if agent.waits or agent.questions or agent.deadlines:
-                waiting += agent.waits
-                waiting += agent.questions.values()
-                waiting += agent.open_deadlines()
-        deadlines = [wait.deadline for wait in waiting if wait.deadline is not None]
-        self.earliest_deadline = min(deadlines, default=math.inf)
+                deadlines += [wait.deadline for wait in agent.waits]
+                deadlines += [question.deadline for question in agent.questions.values()]
+                deadlines += [open_one.deadline for open_one in agent.open_deadlines()]
+        self.earliest_deadline = min((deadline for deadline in deadlines if deadline is not None), default=math.inf)
 
 
 def _limit(error: Exception, agent: Agent) -> str:

@@ -17,29 +17,9 @@ from typing import Any
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.runtime.kernel import Kernel, Node, current_node
 from pytest_hricdv.runtime.node_error import KernelError, TerminalInterrupt
+from pytest_hricdv.runtime.virtual.terminal_keys import KEYS, default_attributes
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
-
-KEYS = {
-    "enter": b"\r",
-    "tab": b"\t",
-    "space": b" ",
-    "backspace": b"\x7f",
-    "esc": b"\x1b",
-    "up": b"\x1b[A",
-    "down": b"\x1b[B",
-    "right": b"\x1b[C",
-    "left": b"\x1b[D",
-    "home": b"\x1b[H",
-    "end": b"\x1b[F",
-    "insert": b"\x1b[2~",
-    "delete": b"\x1b[3~",
-    "page-up": b"\x1b[5~",
-    "page-down": b"\x1b[6~",
-    **{f"f{number}": b"\x1bO" + bytes([ord("O") + number]) for number in range(1, 5)},
-    **{f"ctrl-{chr(ord('a') + number)}": bytes([number + 1]) for number in range(26)},
-}
-"""Name of a key -> what a terminal like xterm sends for it."""
 
 SIZE = os.terminal_size((80, 24))
 """Columns and lines of each terminal (those of a VT100)."""
@@ -54,31 +34,6 @@ _DECISECOND_S = 0.1
 """The unit of `VTIME`."""
 
 
-def _default_attributes() -> list[Any]:
-    """What a new terminal on Linux has."""
-    characters: list[Any] = [b"\x00"] * 32
-    for index, value in (
-        (termios.VINTR, b"\x03"),
-        (termios.VQUIT, b"\x1c"),
-        (termios.VERASE, b"\x7f"),
-        (termios.VKILL, b"\x15"),
-        (termios.VEOF, b"\x04"),
-        (termios.VSUSP, b"\x1a"),
-        (termios.VMIN, 1),
-        (termios.VTIME, 0),
-    ):
-        characters[index] = value
-    return [
-        termios.ICRNL | termios.IXON,
-        termios.OPOST | termios.ONLCR,
-        termios.CS8 | termios.CREAD,
-        termios.ISIG | termios.ICANON | termios.ECHO | termios.ECHOE | termios.ECHOK | termios.IEXTEN,
-        termios.B38400,
-        termios.B38400,
-        characters,
-    ]
-
-
 class Terminal:
     """A terminal that nodes read, and on whose keyboard somebody types.
 
@@ -91,7 +46,7 @@ class Terminal:
         self.name = name
         self._kernel = kernel
         self._record = record
-        self.attributes = _default_attributes()
+        self.attributes = default_attributes()
         self._ready: deque[bytes] = deque()
         """What can be read: lines, or else pieces of any length. An empty one is the end of the input."""
         self._line = bytearray()
