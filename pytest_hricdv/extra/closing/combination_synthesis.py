@@ -47,7 +47,7 @@ class CombinationSynthesis:
         self._effects = InterventionEffects(model)
 
     def synthesize(self, planned: Bin, outcome: Outcome, commands: int, rng: Random) -> CombinationCandidate | None:
-        """A combination that may lead to an outcome in an interaction of so many commands.
+        """A combination that may lead to an outcome in an interaction with this number of commands.
 
         Its chance is what is expected before it is tried. None where a condition is missing that no intervention has
         brought about.

@@ -55,7 +55,7 @@ def evidence(
         surroundings: what is tested.
         suite: the name of the suite.
         ended: why the loop ended.
-        budget: so many runs were allowed.
+        budget: largest number of runs.
         without: numbers of runs that do not repeat: what only they hit is open.
     """
     seen = _HitCounts(archive, impossible, without)
@@ -93,7 +93,7 @@ def evidence(
 
 
 def rule_of_three(trials: int) -> float | None:
-    """Upper bound of the probability of what never happened in so many trials; None of no trials."""
+    """Upper bound of the probability of what never happened in a number of trials; None without trials."""
     return min(1.0, RULE_OF_THREE / trials) if trials else None
 
 

@@ -36,7 +36,7 @@ class Experience:
         """How often a disturbance was tried by itself in interactions with a nominal outcome, or with none known;
         before the first command, this is `AT_THE_START`."""
         self.tries_at: Counter[tuple[str, Outcome | None, int]] = Counter()
-        """The same after so many commands of the interaction, or of a test without any."""
+        """The same after a number of commands of the interaction, or of a test without any."""
         self._learned = 0
 
     def learn(self, archive: Archive) -> None:
@@ -112,7 +112,7 @@ class Experience:
         return counts
 
     def has_unplanned_bins(self, archive: Archive) -> bool:
-        """Whether a bin is open of which no interaction is known that may lead to it."""
+        """Whether a bin is open to which no known interaction may lead."""
         return any(point[0] == "bin" and not self._sources_of(point) for point in archive.open)
 
     def _sources_of(self, point: Point) -> list[tuple[PlannedInteraction, Outcome]]:

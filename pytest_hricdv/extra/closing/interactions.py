@@ -17,7 +17,7 @@ Planned = Callable[[Sequence[str]], Iterable[Bin]]
 
 
 class Intervention(NamedTuple):
-    """One disturbance in an interaction: after so many of its commands, and with these parameters."""
+    """One disturbance in an interaction: after a number of its commands, with its parameters."""
 
     place: int
     name: str

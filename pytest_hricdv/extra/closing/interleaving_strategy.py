@@ -39,7 +39,7 @@ MAX_TESTS = 512
 
 
 class Encounter(NamedTuple):
-    """Two lines of two actors of which the first one begins, and then the other, none of theirs between them."""
+    """Two lines of two actors: the first one begins, then the other, and no line of theirs in between."""
 
     first: str
     then: str
@@ -111,7 +111,7 @@ class Order:
 
         Args:
             place: one of `meetings`.
-            rng: of which only `random()` is used.
+            rng: only its `random()` is used.
         """
         first, then = place
         before_both = {n for n in self._before[then] if n != first and first not in self._before[n]}

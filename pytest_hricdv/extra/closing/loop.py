@@ -70,7 +70,7 @@ class Bandit:
             names: of the strategies.
             count: of tests.
             kinds: kind -> how many points are open.
-            rng: of which only `random()` is used.
+            rng: only its `random()` is used.
         """
         shares = dict.fromkeys(names, 0)
         for _ in range(count if names and kinds else 0):
@@ -141,8 +141,8 @@ class Loop:
         budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
         progress: called with the archive after each generation.
         fallback: proposes where the strategies know no more.
-        searcher: of violations; proposes a quarter of each generation, beside the strategies, while nothing pays: from
-            `STALLED` runs on that hit no new target.
+        searcher: of violations; while nothing pays, that is after `STALLED` runs without a new target, it proposes a
+            quarter of each generation.
         search_only: it searches for violations until the budget is spent, whatever is closed.
         let_through: within what it gives, Ctrl-C may be raised; elsewhere it would leave the archive in pieces.
     """
@@ -279,7 +279,7 @@ def search_violations(loop: Loop, ended: ClosingEnd, runs: int | None) -> Closin
     Args:
         loop: that has ended, with a searcher.
         ended: why.
-        runs: so many, of those that are left; None: a tenth of those made, and at least a generation.
+        runs: at most, if as many are left; None: a tenth of those made, and at least a generation.
     """
     budget = loop.budget
     wanted = max(GENERATION, budget.used // 10) if runs is None else runs

@@ -112,7 +112,7 @@ class FallbackStrategy:
 
 
 def fresh_tests(pool: Pool, archive: Archive, strategy: str, count: int, rng: Random) -> list[Proposal]:
-    """Tests of the pool that were not run yet, of which nobody knows what they hit.
+    """Tests of the pool that have not run yet; what they hit is unknown.
 
     Args:
         strategy: that they are proposed for.

@@ -40,7 +40,7 @@ COMMON = 0.3
 """An outcome that comes with this probability without any disturbance is not ascribed to one; see the package."""
 
 PRIOR_SAME, PRIOR_COMPARED = 1.0, 2.0
-"""As if of so many comparisons so many had shown the same effect: Laplace's rule of succession."""
+"""Comparisons that showed the same effect, and all, before the first one: Laplace's rule of succession."""
 
 MIN_SIMILARITY = (PRIOR_SAME / PRIOR_COMPARED) ** 2
 """Smallest similarity of coordinates from which a nominal effect is taken: that of one that was never compared."""
@@ -257,7 +257,7 @@ class OutcomeModel:
 
 
 def fit_combination(combination: Combination, commands: int) -> Combination:
-    """The combination for an interaction of so many commands: interventions come in it, after its first command."""
+    """The combination for an interaction of this many commands: interventions come within it, after the first one."""
     return tuple(
         sorted(intervention._replace(place=min(max(intervention.place, 1), commands)) for intervention in combination)
     )

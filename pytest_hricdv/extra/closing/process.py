@@ -51,7 +51,7 @@ class ForkRunner(Generic[T]):
         execute: runs a test.
         text: what is to be said of the test with a number, in one line: of its result, or, where it has none, of the
             problem; made in the process that ran it.
-        processes: so many at a time.
+        processes: largest number at a time.
         limit_s: of a run (s of wall time).
     """
 

@@ -50,7 +50,7 @@ class OpenPoint(PlainRecord, frozen=True, kw_only=True):
     """A point that no run hit.
 
     Args:
-        tries: so many runs were aimed at it.
+        tries: runs that were aimed at it.
         bound: upper bound of the probability that such a run hits it; None where no run was aimed at it.
         test: the id of the test that came nearest; empty where nothing is known.
         lacking: what this test missed, or what else is known.
@@ -69,12 +69,12 @@ class ViolationKind(PlainRecord, frozen=True, kw_only=True):
     """Violations that are alike: of the same part of a requirement, in the same state, and with the same outcome.
 
     Args:
-        requirement: empty for what was wrong with a run beside its requirements, which `part` then says.
+        requirement: empty for what was wrong with a run other than its requirements, which `part` then says.
         part: the conditions that were false.
         state: of the code under test; empty where it names none.
         outcome: how the interaction ended in which it happened; empty where there was none, or where it did not end.
         known: such violations are known.
-        runs: so many runs had one.
+        runs: with one.
         test: the id of a test that has one: of the suite, or of one that was there before the loop.
     """
 
@@ -142,8 +142,8 @@ class NearestRun(PlainRecord, frozen=True, kw_only=True):
         margin: the least one of all runs, in its unit; None where nothing was compared.
         spread: by how much the least margins of runs differ, in the same unit.
         test: the id of the test that had the least margin; empty where none had one.
-        runs: so many triggered it.
-        searched: so many runs were made to violate it.
+        runs: that triggered it.
+        searched: runs that were made to violate it.
         vacuous_alternatives: the alternatives of its response by which it never held.
     """
 
@@ -161,7 +161,7 @@ class ViolationEstimate(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         kinds: of violations that are not known, in all runs.
-        once: so many of them in exactly one run.
+        once: of these, those in exactly one run.
         runs: that came to their end.
         new: once / runs: how many further kinds a further run is expected to show.
     """
@@ -177,8 +177,8 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         suite: the name of the suite that it led to.
-        budget: so many runs were allowed.
-        runs: so many were made; `errored_runs` of them came to no end.
+        budget: largest number of runs.
+        runs: that were made; `errored_runs` of them came to no end.
         initial_runs: tests that were there before the loop; they are no part of `runs` and `sim_s`.
         sim_s: simulated time of its runs (s).
         bound: upper bound of the probability that a run hits a certain open point; None without runs.
@@ -186,7 +186,7 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
         strategies: what each strategy has brought.
         growth: the runs that hit new points, in order.
         violations: of each kind that a run had, those that are not known first.
-        searched: so many of the runs searched for violations.
+        searched: runs that searched for violations.
         closest_runs: of each requirement that a run triggered, how near runs came to violating it.
         estimated_undetected: how many further kinds of violations there probably are; None without runs.
         closest_tests: tests that came nearest to an open point, or to a violation, and are in no suite: id -> text, as
@@ -234,8 +234,8 @@ class ClosingOptions:
     Args:
         asked: there is one.
         given: it closes what these leave open, instead of everything.
-        runs: it ends after so many runs. See docs/studies/closure.md for how many a loop takes.
-        search: so many runs search for violations after it, of those that are left; None: a tenth of the runs that the
+        runs: largest number of runs. See docs/studies/closure.md for how many a loop takes.
+        search: runs that search for violations after it, if as many are left; None: a tenth of the runs that the
             loop made, and at least a generation. A loop that closes costs little more, and a fault that one run
             in twenty shows near to what is known is met with five times out of six in thirty.
         seconds: it ends after this time (s), so that a session is not endless: its result then depends on the machine.

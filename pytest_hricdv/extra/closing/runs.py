@@ -1,4 +1,4 @@
-"""The runs of a closing loop: in a process beside the session, or on a cluster; of both, this is the session's end."""
+"""The runs of a closing loop: in a process next to the session, or on a cluster. This is the session's end."""
 
 from __future__ import annotations
 
@@ -78,14 +78,14 @@ class ClosingRuns(ABC):
 
 
 class RunsHere(ClosingRuns):
-    """Runs tests in a process beside the session; in another one, where it is lost.
+    """Runs tests in a process next to the session; in another one if it is lost.
 
     A process whose answer was not read to its end is ended: it may be busy with it, and a session that is interrupted
     has no time for that.
 
     Args:
         config: of the session.
-        processes: so many runs at a time.
+        processes: largest number of runs at a time.
         say: receives messages.
         let_through: while the process is waited for, a signal may raise.
     """
@@ -161,7 +161,7 @@ def _loss_text(times: int) -> str:
 
 
 class RunsOnCluster(ClosingRuns):
-    """Runs tests on the workers of a cluster, each of which has a process for them; in another one, where it is lost.
+    """Runs tests on the workers of a cluster, each of which has a process for them; in another one if it is lost.
 
     Args:
         cluster: with the workers.
@@ -194,7 +194,7 @@ class RunsOnCluster(ClosingRuns):
         return self
 
     def run(self, tests: Sequence[AbstractTest], online: OnlineTests) -> Iterator[tuple[int, RunObservation]]:
-        """See `ClosingRuns`. Tests of a lost process run again, as those of one beside the session."""
+        """See `ClosingRuns`. Tests of a lost process run again, as those of one next to the session."""
         observed: set[int] = set()
         parts: dict[str, Sequence[int]] = {}
         questions, request = deque[WorkRequest](), next(self._requests)
@@ -222,7 +222,7 @@ class RunsOnCluster(ClosingRuns):
                     )
                 elif answer.problem:
                     self._lose(answer.problem, f" on worker {answer.worker.address} ({answer.worker.host})")
-                    ask(left or numbers[-1:])  # as beside the session
+                    ask(left or numbers[-1:])  # as next to the session
 
     def _next(
         self, answers: Iterator[tuple[WorkRequest, Answer | LostRequest]]
@@ -237,6 +237,6 @@ def _batch(request: int, tests: Sequence[AbstractTest], numbers: Sequence[int], 
 
 
 def _split(size: int, parts: int) -> list[range]:
-    """Numbers from 0 in so many parts of about the same size."""
+    """Numbers from 0 in this number of parts of about the same size."""
     bounds = [size * part // parts for part in range(parts + 1)]
     return [range(low, high) for low, high in pairwise(bounds) if low < high]

@@ -30,7 +30,7 @@ class Option(NamedTuple):
     Args:
         gain: how many open bins it will probably hit.
         outcomes: that it is to lead to.
-        combination: makes up its interventions, where it has so many commands; and whether it is the first one.
+        combination: makes up its interventions, for its number of commands, and whether it is the first one.
     """
 
     gain: float

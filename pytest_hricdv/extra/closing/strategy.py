@@ -15,7 +15,7 @@ from pytest_hricdv.generate.rng import pick_weighted
 T = TypeVar("T")
 
 CHOICES, PRESSURE = 4, 3
-"""One of so many good choices is drawn, in proportion to this power of how good it is; see the package."""
+"""Number of best choices among which one is drawn, in proportion to this power of how good it is; see the package."""
 
 
 @dataclass(frozen=True)
