@@ -128,6 +128,7 @@ def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
     """What is wrong with what a run simulated, a sentence each: nothing, or threads outside of it had a say."""
     yield from kernel.trespasses
     yield from kernel.lost_errors
+    yield from _caught_refusals(kernel, ending)
     yield from filter(None, (lost_error() for lost_error in kernel.unclaimed))
     if ending is not None and ending.error is not None:
         return  # the failure says more
@@ -139,6 +140,18 @@ def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
         f"the run simulated nothing: no simulated time passed{why}, so no requirement was put to the test; spawn nodes "
         "that wait with the clock of run.kernel, or in virtual time, and call run.go(limit_s)"
     )
+
+
+def _caught_refusals(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
+    """What was refused to the code, which caught the error and went on: what it did after that is no behaviour."""
+    raised: BaseException | None = None if ending is None else ending.error
+    told = set()
+    while raised is not None:
+        told.add(str(raised))
+        raised = raised.__cause__ or raised.__context__
+    for text in dict.fromkeys(map(str, kernel.refusals)):
+        if text not in told:
+            yield f"{text}. The code caught this error and went on"
 
 
 def _failure(error: NodeError, code: CodeUnderTest) -> str:

@@ -132,7 +132,7 @@ def _remedy(module: str, who: str, library: str, code: Collection[str], virtual:
         )
     if who == "the world":
         return "let it compute instead, or ask for an answer that it gets at once"
-    is_outside = root in sys.stdlib_module_names and root not in _KIND_OF
+    is_outside = root not in _KIND_OF and (root in sys.stdlib_module_names or not KINDS.keys() - virtual)
     if is_outside or any(module == package or module.startswith(f"{package}.") for package in code):
         return "nothing outside of a run can be waited for: let a port give the code what it needs, in virtual time"
     needed = [_KIND_OF[root]] if root in _KIND_OF else list(KINDS)

@@ -124,6 +124,8 @@ class Kernel:
         """What stand-ins of a library keep for the run, as the ROS graph."""
         self.trespasses: list[str] = []
         """What threads that are no nodes did and no run may have, a sentence each."""
+        self.refusals: list[KernelError] = []
+        """Errors that were raised in nodes because they wait in real time, whether or not the code caught them."""
         self._look: Callable[[], None] = lambda: None
         self._look_us: float = math.inf
         self._look_period_us = 0.0

@@ -47,6 +47,7 @@ class SupervisedKernel(Protocol):
     virtual: frozenset[str]
     code: tuple[str, ...]
     returns: int
+    refusals: list[KernelError]
 
     @property
     def inside(self) -> SupervisedNode | None: ...
@@ -119,6 +120,8 @@ class Supervision:
         if node is not None and self._interrupted == self._kernel.returns:
             self._kernel.abandon(NodeError(node.name, self._kernel.now_s, f"goes on whatever is raised in it: {error}"))
         self._interrupted = self._kernel.returns
+        if node is not None:
+            self._kernel.refusals.append(error)
         raise error
 
     def _error_of(self, problem: Hang, frame: FrameType | None) -> KernelError:

@@ -23,11 +23,11 @@ ROOTS = frozenset({"curses", "_curses", "pynput", "keyboard"})
 _PARTS = (ModuleType, type, FunctionType, BuiltinFunctionType)
 
 
-def is_keyboard(value: object) -> bool:
+def is_keyboard(value: Any) -> bool:
     """Whether it is a module, a function or a class of such a library, and not of a project's own `keyboard.py`."""
-    if not isinstance(value, _PARTS):
+    if not issubclass(type(value), _PARTS):
         return False
-    name = value.__name__ if isinstance(value, ModuleType) else value.__module__
+    name = vars(value).get("__name__") if issubclass(type(value), ModuleType) else value.__module__
     if not isinstance(name, str) or name.partition(".")[0] not in ROOTS:
         return False
     file = str(getattr(sys.modules.get(name.partition(".")[0]), "__file__", None) or "")

@@ -1,4 +1,4 @@
-"""While a run goes on, modules of Python's library stand for others in the modules under test, and nowhere else.
+"""While a run goes on, the modules that the code under test reaches see modules of Python's library in virtual time.
 
 Code that is brought as it is sleeps with `time.sleep`, reads `datetime.now`, waits for events and queues of other
 threads, or runs an event loop. In a simulated run these would wait in real time, in silence, or make each run another
@@ -11,13 +11,17 @@ from __future__ import annotations
 import builtins
 import importlib
 import sys
-from collections.abc import Callable, Iterator, Sequence
+import weakref
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
-from types import FunctionType, ModuleType
+from functools import partial, wraps
+from threading import local
+from types import ModuleType
 from typing import Any
 
 from pytest_hricdv.runtime.virtual.keyboards import is_keyboard, refuse_in_nodes
+from pytest_hricdv.runtime.virtual.reach import Reach, is_initializing
+from pytest_hricdv.runtime.virtual.references import Reference, ReferenceSearch
 
 _PROVIDERS = {
     "time": "clocks",
@@ -27,6 +31,7 @@ _PROVIDERS = {
     "concurrent.futures": "thread_pool",
     "asyncio": "event_loop",
     "uuid": "clocks",
+    "sched": "threads",
 }
 """Module of the library -> the module here that has what stands for it."""
 
@@ -58,12 +63,18 @@ class Replacements:
         for name in [module for module in _PROVIDERS if module in sys.modules and module not in self._replaced]:
             self._replaced.add(name)
             real, other = sys.modules[name], _stand_in(name)
-            self._by_identity[id(real)] = real, other
+            self._by_identity.setdefault(id(real), (real, other))
+            if "." in name:  # of `import a.b`, modules have `a`
+                parent = sys.modules[name.rpartition(".")[0]]
+                self._by_identity.setdefault(id(parent), (parent, _import_result(name, parent, has_names=False)))
             for key, value in vars(other).items():
                 original = vars(real).get(key, value)
                 if original is not value and not key.startswith("_"):
-                    self._by_identity[id(original)] = original, value
+                    self._by_identity.setdefault(id(original), (original, value))
             self._renewed |= vars(sys.modules[f"{__package__}.{_PROVIDERS[name]}"]).get("RENEWED", {})
+
+    def __contains__(self, value: object) -> bool:
+        return id(value) in self._by_identity or type(value) in self._renewed or issubclass(_kind(value), local)
 
     def of(self, value: object) -> object:
         """What stands for a value; the value itself if nothing does.
@@ -71,9 +82,16 @@ class Replacements:
         A lock or queue that a module has is a new one in each run: what is left in it by one run is not in the next.
         """
         _, other = self._by_identity.get(id(value), (value, value))
+        if other is value and issubclass(_kind(value), local):
+            like = importlib.import_module(f"{__package__}.threads").local_like(_kind(value))
+            return like if value is _kind(value) else like()
         if other is value and type(value) in self._renewed:
             return self._renewed[type(value)](value)
         return other
+
+
+def _kind(value: object) -> type:
+    return value if issubclass(type(value), type) else type(value)  # type: ignore[return-value]
 
 
 _REPLACEMENTS = Replacements()
@@ -81,102 +99,105 @@ _REPLACEMENTS = Replacements()
 
 
 class VirtualModules:
-    """Lets the modules under test see the stand-ins.
+    """Lets the modules that the code under test reaches see the stand-ins.
 
     Args:
         packages: of the code under test, by name.
     """
 
     def __init__(self, packages: Sequence[str]) -> None:
-        self._packages = tuple(packages)
-        self._roots = {package.partition(".")[0] for package in packages}
+        self._reach = Reach(packages)
         self._undo: list[Callable[[], object]] = []
+        self._done: set[str] = set()
         self.imported: list[Callable[[], None]] = []
         """Called when the code under test has imported modules, before it goes on."""
 
     @property
     def packages(self) -> tuple[str, ...]:
         """Those of the code under test."""
-        return self._packages
+        return self._reach.packages
 
     @contextmanager
     def install(self) -> Iterator[None]:
-        """The modules under test see them; also those that are imported in the meantime."""
-        real_import = builtins.__import__
+        """The modules see them; also those that are imported in the meantime."""
+        real_import, real_import_module = builtins.__import__, importlib.import_module
         self._replace()
-        builtins.__import__ = self._make_import(real_import, len(sys.modules))
+        builtins.__import__ = self._make_import(real_import)
+        importlib.import_module = self._make_import_module(real_import_module)
         try:
             yield
         finally:
+            importlib.import_module = real_import_module
             builtins.__import__ = real_import
             for undo in reversed(self._undo):
                 undo()
             self._undo.clear()
+            self._done.clear()
 
-    def _make_import(self, real_import: Callable[..., Any], loaded: int) -> Callable[..., Any]:
+    def _make_import(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
+        loaded = len(sys.modules)
+
         def import_module(
             name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
         ) -> Any:
             nonlocal loaded
             module = real_import(name, globals, locals, fromlist or (), level)
-            by_code = self._is_of_code((globals or {}).get("__name__"))
-            if (by_code or self._is_of_code(name)) and len(sys.modules) != loaded:
-                self._replace()  # a module of the code under test may be new
+            is_reached = (globals or {}).get("__name__") in self._reach
+            if (is_reached or name in self._reach) and len(sys.modules) != loaded:
+                self._replace(sys.modules.keys() & {name, *(f"{name}.{each}" for each in fromlist or ())})
                 loaded = len(sys.modules)
                 for notify in self.imported:
                     notify()
-            if by_code and level == 0 and name in _PROVIDERS:
+            if is_reached and level == 0 and name in _PROVIDERS:
                 return _import_result(name, module, bool(fromlist))
-            if by_code and level == 0 and is_keyboard(module):
+            if is_reached and level == 0 and is_keyboard(module):
                 return refuse_in_nodes(module)
             return module
 
         return import_module
 
-    def _is_of_code(self, module: object) -> bool:
-        return isinstance(module, str) and any(
-            module == package or module.startswith(f"{package}.") for package in self._packages
-        )
+    def _make_import_module(self, real: Callable[..., ModuleType]) -> Callable[..., ModuleType]:
+        @wraps(real)
+        def import_module(name: str, package: str | None = None) -> ModuleType:
+            loaded, module = len(sys.modules), real(name, package)
+            if sys._getframe(1).f_globals.get("__name__") in self._reach:
+                if len(sys.modules) != loaded:
+                    self._replace({module.__name__})
+                if name in _PROVIDERS:
+                    return _stand_in(name)
+            return module
 
-    def _replace(self) -> None:
+        return import_module
+
+    def _replace(self, imported: Collection[str] = ()) -> None:
+        """Replace what modules refer to, and was not replaced yet.
+
+        Args:
+            imported: modules that the code under test has imported since.
+        """
         _REPLACEMENTS.update()
-        roots = self._roots
-        for name, module in [entry for entry in sys.modules.items() if entry[0].partition(".")[0] in roots]:
-            if self._is_of_code(name) and isinstance(module, ModuleType):
-                self._replace_in(name, vars(module))
+        self._reach.add(imported)
+        for name, module in self._reach.modules().items():
+            if name in self._done:
+                continue
+            for value, put in self._references(name, module):
+                put(refuse_in_nodes(value) if is_keyboard(value) else _REPLACEMENTS.of(value))
+                self._undo.append(partial(put, value))
+            if module in _IN_LIBRARIES:
+                self._done.add(name)
 
-    def _replace_in(self, module: str, names: dict[str, Any]) -> None:
-        for name, value in list(names.items()):
-            if isinstance(value, type) and value.__module__ == module:
-                self._replace_in_class(value)
-            other = refuse_in_nodes(value) if is_keyboard(value) else _REPLACEMENTS.of(value)
-            if other is not value:
-                names[name] = other
-                self._undo.append(partial(names.__setitem__, name, value))
+    def _references(self, name: str, module: ModuleType) -> Sequence[Reference]:
+        """What is to be replaced in a module. Libraries are searched once; the state of the code under test changes."""
+        known = None if self._reach.is_code(name) else _IN_LIBRARIES.get(module)
+        if known is None:
+            search = ReferenceSearch(lambda value: is_keyboard(value) or value in _REPLACEMENTS, self._reach)
+            known = tuple(search.find(vars(module)))
+            if not is_initializing(module):
+                _IN_LIBRARIES[module] = known
+        return known
 
-    def _replace_in_class(self, kind: type) -> None:
-        """Its bases (`class Worker(Thread)`), its attributes, and what its methods enclose (`default_factory=Lock`)."""
-        bases = tuple(_REPLACEMENTS.of(base) for base in kind.__bases__)
-        if bases != kind.__bases__:
-            self._undo.append(partial(setattr, kind, "__bases__", kind.__bases__))
-            kind.__bases__ = bases  # type: ignore[assignment]
-        for name, value in list(vars(kind).items()):
-            other = _REPLACEMENTS.of(value)
-            if other is not value:
-                self._undo.append(partial(setattr, kind, name, value))
-                setattr(kind, name, other)
-            for cell in (value.__closure__ or ()) if isinstance(value, FunctionType) else ():
-                self._replace_in_cell(cell)
 
-    def _replace_in_cell(self, cell: Any) -> None:
-        try:
-            value = cell.cell_contents
-        except ValueError:
-            return  # empty
-        other = _REPLACEMENTS.of(value)
-        if other is not value:
-            self._undo.append(partial(setattr, cell, "cell_contents", value))
-            cell.cell_contents = other
+_IN_LIBRARIES: weakref.WeakKeyDictionary[ModuleType, tuple[Reference, ...]] = weakref.WeakKeyDictionary()
 
 
 def _import_result(name: str, module: ModuleType, has_names: bool) -> ModuleType:

@@ -1,13 +1,14 @@
-"""Waiting in modules outside of the code under test, while a run goes on: nodes run them, too, and nothing stands for
-Python's own modules there.
+"""Clocks and waiting in all other modules, while a run goes on: nodes run them, too.
 
-What waits in real time is refused at once, with its line, where Python is the one that waits: `time.sleep`, event
-loops and other selectors, processes, signals. Event loops that nodes make wait in virtual time, wherever they are made.
-Other waiting, as for a lock or a socket, is noticed by the watchdog of the kernel, which interrupts it.
+Clocks show virtual time in nodes. What waits in real time is refused at once, with its line, where Python is the one
+that waits: event loops and other selectors, processes, signals, and `time.sleep` where time is not virtual. Event loops
+that nodes make wait in virtual time, wherever they are made. Other waiting, as for a lock or a socket, is noticed by
+the watchdog of the kernel, which interrupts it.
 """
 
 from __future__ import annotations
 
+import datetime
 import os
 import selectors
 import signal
@@ -22,11 +23,18 @@ from functools import partial, wraps
 from types import ModuleType
 from typing import Any, NoReturn
 
-from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, real_wait
+from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, TIME, real_wait
 from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
+from pytest_hricdv.runtime.virtual import clocks
+from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
+
+try:
+    import resource
+except ImportError:  # of Windows
+    resource = None  # type: ignore[assignment]
 
 if HAS_TERMINALS:
     from pytest_hricdv.runtime.virtual import terminal_calls
@@ -44,12 +52,16 @@ _SELECTORS = tuple(
     if isinstance(kind, type) and issubclass(kind, selectors.BaseSelector) and "select" in vars(kind)
 )
 
+_TIMERS = ("setitimer", "alarm")
+_CLOCKED = frozenset((*_TIMERS, "setrlimit"))
 _SIGNALS = ("sigwait", "sigwaitinfo", "sigtimedwait", "pause")
 _REFUSED: dict[str, Callable[..., Any]] = {
     "os.system": os.system,
-    **{f"signal.{name}": getattr(signal, name) for name in _SIGNALS if hasattr(signal, name)},
+    **{f"signal.{name}": getattr(signal, name) for name in (*_SIGNALS, *_TIMERS) if hasattr(signal, name)},
+    **({"resource.setrlimit": resource.setrlimit} if resource is not None else {}),
 }
-"""What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`."""
+"""What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
+timers of the machine strike by its own clock, or never, as a run is over soon."""
 
 _REAP_S = 1.0
 """A process that was ended because its wait was refused is waited for so long (s; chosen: it takes milliseconds)."""
@@ -67,9 +79,12 @@ class _Guard:
         self._reaps = False
 
     def sleep(self, duration_s: float) -> None:
-        """As `time.sleep`, outside of nodes."""
+        """As `time.sleep`: in nodes virtual, or refused."""
         if self._is_node() and not self._reaps:
-            self._refuse("time.sleep")
+            if TIME not in self._kernel.virtual:
+                self._refuse("time.sleep")
+            clocks.sleep(duration_s)
+            return
         started = self._threads.get(threading.current_thread())
         if started is not None:
             self._kernel.trespass(
@@ -80,9 +95,14 @@ class _Guard:
 
     def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
         """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
-        is_poll = real is _REFUSED.get("signal.sigtimedwait") and args[1:] == (0,)
-        if self._is_node() and not is_poll:
-            self._refuse(name)
+        node = current_node()
+        if node is not None and self._is_node() and not _is_harmless(name, args):
+            if name.rpartition(".")[2] not in _CLOCKED:
+                self._refuse(name)
+            raise RealTimeError(
+                f"{place_of(sys._getframe(1))}: node {node.name} uses {name}, which strikes by the machine's clock: "
+                'a run has its own; use threading.Timer, with time=VirtualTime(apis=("time", "threading"))'
+            )
         return real(*args, **keywords)
 
     def start(self, thread: threading.Thread) -> None:
@@ -154,6 +174,18 @@ class _Guard:
         raise RealTimeError(real_wait(frame, who, self._kernel.code, self._kernel.virtual, what))
 
 
+def _is_harmless(name: str, args: tuple[Any, ...]) -> bool:
+    """Whether it does not wait, as a poll, or a timer that is switched off."""
+    match name.rpartition(".")[2]:
+        case "sigtimedwait" | "setitimer":
+            return args[1:2] == (0,)
+        case "alarm":
+            return args[:1] == (0,)
+        case "setrlimit":
+            return args[:1] != (getattr(resource, "RLIMIT_CPU", None),)
+    return False
+
+
 @contextmanager
 def guard_run(kernel: Kernel) -> Iterator[None]:
     """While a run goes on, waiting in real time is refused in its nodes, whatever module they are in."""
@@ -188,6 +220,8 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
             for name, value in [*vars(module).items()]:
                 if id(value) in others:
                     put(module, name, others[id(value)])
+                elif id(value) in _CLOCKS and _shows_time(module, value):
+                    put(module, name, _CLOCKS[id(value)])
         for module, name in _READING:
             value = vars(module).get(name)
             if id(value) in _TERMINAL_CALLS:
@@ -205,6 +239,13 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
         if HAS_TERMINALS:
             for terminal in terminals_of(kernel).values():
                 terminal.hang_up()
+
+
+def _shows_time(module: ModuleType, clock: object) -> bool:
+    """Whether the clock of a module is virtual: classes only in a project's own modules, as others compare types."""
+    if is_library_of_python(module.__name__):
+        return module is time
+    return not isinstance(clock, type) or "-packages" not in str(vars(module).get("__file__"))
 
 
 def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
@@ -244,7 +285,14 @@ def _of_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable
 _WAITING: dict[str, ModuleType] = {}
 _SCANNED: set[str] = set()
 _OURS = "pytest_hricdv"
-_WAITS = frozenset(map(id, (_SLEEP, *_REFUSED.values())))
+_CLOCKS: dict[int, object] = {
+    id(real): vars(virtual)[name]
+    for module, virtual in zip((time, datetime), clocks.MODULES, strict=False)
+    for name, real in vars(module).items()
+    if name in clocks.REPLACED
+}
+"""A clock of Python's library -> the same in virtual time, for modules that the code under test does not name."""
+_WAITS = frozenset(map(id, (_SLEEP, *_REFUSED.values()))) | _CLOCKS.keys()
 _TERMINAL_CALLS: dict[int, Callable[..., Any]] = {}
 if HAS_TERMINALS:
     _TERMINAL_CALLS |= {id(real): virtual for real, virtual in terminal_calls.REPLACED.values()}
@@ -257,7 +305,7 @@ def _modules_that_wait() -> list[ModuleType]:
     for name in sys.modules.keys() - _SCANNED:
         module = sys.modules[name]
         _SCANNED.add(name)
-        is_others = isinstance(module, ModuleType) and name.partition(".")[0] != _OURS
+        is_others = isinstance(module, ModuleType) and name.partition(".")[0] not in TOOLS
         if not is_others:
             continue
         values = [*vars(module).items()]

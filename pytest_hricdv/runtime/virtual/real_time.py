@@ -13,7 +13,16 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class RealTimeError(KernelError):
-    """The code under test asked for real time; the message says where, and how to let it have virtual time."""
+    """The code under test asked for real time; the message says where, and how to let it have virtual time.
+
+    The run knows of it, so it cannot be caught and forgotten.
+    """
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        node = current_node()
+        if node is not None:
+            node.kernel.refusals.append(self)
 
 
 def check(node: Node, kind: str, name: str) -> None:

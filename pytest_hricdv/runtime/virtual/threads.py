@@ -16,7 +16,7 @@ from typing import Any
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.timeouts import PRUNE_AT
-from pytest_hricdv.runtime.virtual import locks
+from pytest_hricdv.runtime.virtual import clocks, locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import copy, stand_in
 from pytest_hricdv.runtime.virtual.real_time import node_to_wait
@@ -246,8 +246,23 @@ def _queue(threads: ModuleType) -> ModuleType:
 _THREADING = _make_threading()
 _QUEUE = _queue(_THREADING)
 
-MODULES = (_THREADING, _QUEUE)
+MODULES = (_THREADING, _QUEUE, copy("sched", {"threading": _THREADING, "time": clocks.MODULES[0]}))
 """What the modules under test see."""
+
+
+def local_like(kind: type) -> type:
+    """A class like a subclass of `threading.local`, whose objects have other attributes in each node and thread."""
+    if kind is threading.local:
+        return _THREADING.__dict__["local"]  # type: ignore[no-any-return]
+    if not issubclass(kind, threading.local):
+        return kind
+    if kind not in _LIKE:
+        own = {name: value for name, value in vars(kind).items() if name not in ("__dict__", "__weakref__")}
+        _LIKE[kind] = type(kind.__name__, tuple(map(local_like, kind.__bases__)), own)
+    return _LIKE[kind]
+
+
+_LIKE: dict[type, type] = {}
 
 _QUEUES = (queue.Queue, queue.LifoQueue, queue.PriorityQueue)
 

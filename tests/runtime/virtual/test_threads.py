@@ -16,7 +16,7 @@ from pytest_hricdv.runtime.virtual import clocks, thread_pool, threads
 from tests.runtime.virtual.programs import PROGRAMS, Library, Program
 
 REAL = Library(threading, queue, concurrent.futures, time)
-VIRTUAL = Library(*threads.MODULES, *thread_pool.MODULES, clocks.MODULES[0])
+VIRTUAL = Library(*threads.MODULES[:2], *thread_pool.MODULES, clocks.MODULES[0])
 
 
 def in_virtual_time(body: Callable[[], object], limit_s: float = 1000.0) -> float:

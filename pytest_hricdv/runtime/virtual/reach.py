@@ -1,0 +1,104 @@
+"""Which modules the code under test reaches: virtual time belongs to all of them, whatever package they are in."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from types import BuiltinFunctionType, FunctionType, ModuleType
+
+TOOLS = frozenset(
+    {
+        *("pytest_hricdv", "pytest", "_pytest", "pluggy", "xdist", "execnet", "coverage", "greenlet", "hypothesis"),
+        *("msgspec", "lark", "jinja2", "pydevd", "_pydevd_bundle", "debugpy", "__main__"),
+    }
+)
+"""Packages that run the tests: they need real time, and no node runs them."""
+
+_NAMED = (type, FunctionType, BuiltinFunctionType)
+
+
+def is_library_of_python(module: str) -> bool:
+    """Whether a module is of Python's own library."""
+    return module.partition(".")[0] in sys.stdlib_module_names
+
+
+def is_initializing(module: ModuleType) -> bool:
+    """Whether a module is in the middle of its import."""
+    return bool(getattr(vars(module).get("__spec__"), "_initializing", False))
+
+
+class Reach:
+    """The modules of the code under test, and those that they name, directly or through others.
+
+    A module names another one by a module, a function, a class or an object among its globals. An installed package is
+    reached as a whole, as such packages load their modules by name. Python's own library and the tools that run the
+    tests are not followed.
+
+    Args:
+        packages: of the code under test.
+    """
+
+    def __init__(self, packages: Sequence[str]) -> None:
+        self.packages = tuple(packages)
+        self._roots = {package.partition(".")[0] for package in packages}
+        self._installed: set[str] = set()
+        self._reached: set[str] = set()
+        self._named: dict[str, frozenset[str]] = {}
+
+    def __contains__(self, module: object) -> bool:
+        if not isinstance(module, str):
+            return False
+        return module in self._reached or module.partition(".")[0] in self._installed or self.is_code(module)
+
+    def is_code(self, module: str) -> bool:
+        """Whether a module is of the code under test."""
+        return any(module == package or module.startswith(f"{package}.") for package in self.packages)
+
+    def modules(self) -> dict[str, ModuleType]:
+        """Those that are loaded, by name, the code under test first."""
+        found: dict[str, ModuleType] = {}
+        pending = [name for name in [*sys.modules] if name.partition(".")[0] in self._roots and self.is_code(name)]
+        pending += sorted(self._reached)
+        while pending:
+            for name in pending:
+                module = sys.modules.get(name)
+                if name not in found and isinstance(module, ModuleType):
+                    found[name] = module
+                    self.add(self._named_by(name, module))
+            loaded = (name for name in [*sys.modules] if name.partition(".")[0] in self._installed)
+            pending = [name for name in dict.fromkeys((*sorted(self._reached), *loaded)) if name not in found]
+            pending = [name for name in pending if isinstance(sys.modules.get(name), ModuleType)]
+        return found
+
+    def add(self, names: Iterable[str]) -> None:
+        """A module that is reached names these modules, or has imported them."""
+        for name in filter(_is_followed, names):
+            self._reached.add(name)
+            if "-packages" in str(getattr(sys.modules.get(name), "__file__", None)):
+                self._installed.add(name.partition(".")[0])
+
+    def _named_by(self, name: str, module: ModuleType) -> frozenset[str]:
+        if name in self._named:
+            return self._named[name]
+        named = frozenset(filter(_is_followed, _names_in(module)))
+        if not is_initializing(module):
+            self._named[name] = named
+        return named
+
+
+def _is_followed(module: str) -> bool:
+    root = module.partition(".")[0]
+    return root not in TOOLS and not is_library_of_python(module)
+
+
+def _names_in(module: ModuleType) -> Iterator[str]:
+    for value in [*vars(module).values()]:
+        # Not isinstance, which asks the object for its class: a proxy would begin to load what it stands for.
+        if issubclass(type(value), ModuleType):
+            name = ModuleType.__getattribute__(value, "__dict__").get("__name__")
+        elif issubclass(type(value), _NAMED):
+            name = value.__module__
+        else:
+            name = type(value).__module__
+        if isinstance(name, str):
+            yield name

@@ -1,0 +1,141 @@
+"""Where modules refer to objects that are to be replaced: globals, attributes, defaults, closures, containers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterable, Iterator
+from contextlib import suppress
+from functools import partial
+from types import BuiltinFunctionType, CellType, FunctionType, MemberDescriptorType, MethodType, ModuleType
+from typing import Any
+
+MAX_DEPTH = 6
+"""Objects in objects of a module's globals that are looked into: a client in a registry in a dataclass is at 4."""
+MAX_ITEMS = 1000
+"""Items of a list or dictionary that are looked at: longer ones are data."""
+
+Reference = tuple[object, Callable[[object], object]]
+"""An object, and the function that puts another one in its place."""
+
+
+class ReferenceSearch:
+    """Looks for references in modules.
+
+    Args:
+        is_wanted: whether an object is to be replaced.
+        modules: names of the modules whose functions, classes and objects are looked into; all others are left alone.
+    """
+
+    def __init__(self, is_wanted: Callable[[object], bool], modules: Container[object]) -> None:
+        self._is_wanted = is_wanted
+        self._modules = modules
+        self._seen: set[int] = set()
+
+    def find(self, names: dict[str, Any]) -> Iterator[Reference]:
+        """References in the globals of a module."""
+        for name, value in [*names.items()]:
+            yield from self._look(value, partial(names.__setitem__, name), 0)
+
+    def _look(self, value: object, put: Callable[[object], object], depth: int) -> Iterator[Reference]:
+        if self._is_wanted(value):
+            yield value, put
+        elif depth <= MAX_DEPTH and id(value) not in self._seen:
+            self._seen.add(id(value))
+            for item, put_item in self._items(value):
+                yield from self._look(item, put_item, depth + 1)
+
+    def _items(self, value: Any) -> Iterable[Reference]:
+        kind = type(value)
+        if kind is FunctionType:
+            return self._of_function(value) if value.__module__ in self._modules else ()
+        if issubclass(kind, type):
+            return self._of_class(value) if value.__module__ in self._modules else ()
+        if kind is dict:
+            items = [*value.items()][:MAX_ITEMS]
+            return ((item, partial(value.__setitem__, key)) for key, item in items)
+        if kind is list:
+            return ((item, partial(value.__setitem__, n)) for n, item in enumerate(value[:MAX_ITEMS]))
+        if kind is tuple:
+            return ((item, _keep) for item in value[:MAX_ITEMS])
+        if kind is partial:
+            return _of_partial(value)
+        if kind in (staticmethod, classmethod, MethodType):
+            return ((value.__func__, _keep),)
+        if kind is property:
+            return ((function, _keep) for function in (value.fget, value.fset, value.fdel) if function is not None)
+        if kind.__module__ in self._modules and not issubclass(kind, ModuleType):
+            return _of_instance(value)
+        return ()
+
+    def _of_function(self, function: FunctionType) -> Iterator[Reference]:
+        for index, value in enumerate(function.__defaults__ or ()):
+            yield value, partial(_put_default, function, index)
+        for name, value in (keywords := function.__kwdefaults__ or {}).items():
+            yield value, partial(keywords.__setitem__, name)
+        for cell in function.__closure__ or ():
+            yield from _of_cell(cell)
+        for name, value in [*vars(function).items()]:
+            yield value, partial(vars(function).__setitem__, name)
+
+    def _of_class(self, kind: type) -> Iterator[Reference]:
+        for index, base in enumerate(kind.__bases__):
+            if self._is_wanted(base):
+                yield base, partial(_put_base, kind, index)
+        for name, value in [*vars(kind).items()]:
+            if isinstance(value, staticmethod) and self._is_wanted(value.__func__):
+                yield value.__func__, partial(_put_static, kind, name)
+            else:
+                yield value, partial(_put_attribute, kind, name)
+
+
+def _keep(value: object) -> None:
+    """Items of a tuple stay: whoever made the tuple may have given it to others."""
+
+
+def _of_cell(cell: CellType) -> Iterator[Reference]:
+    with suppress(ValueError):  # it is empty
+        yield cell.cell_contents, partial(setattr, cell, "cell_contents")
+
+
+def _of_partial(value: partial[Any]) -> Iterator[Reference]:
+    def put(function: Any) -> None:
+        value.__setstate__((function, value.args, value.keywords, vars(value)))  # type: ignore[attr-defined]
+
+    yield value.func, put
+    yield value.keywords, _keep
+    yield value.args, _keep
+
+
+def _of_instance(value: object) -> Iterator[Reference]:
+    own = getattr(value, "__dict__", None)
+    if type(own) is dict:
+        for name, item in [*own.items()]:
+            yield item, partial(own.__setitem__, name)
+    for kind in type(value).__mro__:
+        for slot in [each for each in vars(kind).values() if type(each) is MemberDescriptorType]:
+            try:
+                item = slot.__get__(value)
+            except AttributeError:
+                continue  # nothing is in it
+            yield item, partial(slot.__set__, value)
+
+
+def _put_default(function: FunctionType, index: int, value: object) -> None:
+    defaults = list(function.__defaults__ or ())
+    defaults[index] = value
+    function.__defaults__ = tuple(defaults)
+
+
+def _put_base(kind: type, index: int, value: object) -> None:
+    bases = list(kind.__bases__)
+    bases[index] = value  # type: ignore[call-overload]
+    kind.__bases__ = tuple(bases)
+
+
+def _put_attribute(kind: type, name: str, value: Any) -> None:
+    is_bound = type(value) is FunctionType and type(vars(kind)[name]) is BuiltinFunctionType
+    # A function in C is no method of its class, but one in Python is.
+    setattr(kind, name, staticmethod(value) if is_bound else value)
+
+
+def _put_static(kind: type, name: str, value: Any) -> None:
+    setattr(kind, name, staticmethod(value))

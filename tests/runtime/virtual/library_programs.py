@@ -1,0 +1,333 @@
+"""Robot code that leaves waiting to libraries: each function says what it saw, with the time of the run (s)."""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import functools
+import sched
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from typing import Any, ClassVar
+
+import anyio
+import backoff
+import cachetools
+import py_trees
+import pybreaker
+import schedule
+import statemachine
+import tenacity
+import transitions
+from apscheduler.schedulers.background import BackgroundScheduler
+from apscheduler.schedulers.blocking import BlockingScheduler
+from ratelimit import RateLimitException, limits, sleep_and_retry
+from transitions.extensions import states
+
+Say = Callable[[object], None]
+PROGRAMS: list[Callable[[Say], None]] = []
+
+
+def program(function: Callable[[Say], None]) -> Callable[[Say], None]:
+    PROGRAMS.append(function)
+    return function
+
+
+def _now() -> float:
+    return round(time.monotonic(), 3)
+
+
+@program
+def timeout_of_a_behaviour_tree(say: Say) -> None:
+    tree = py_trees.decorators.Timeout("reach", py_trees.behaviours.Running("arm"), duration=1.5)
+    while True:
+        tree.tick_once()
+        if tree.status == py_trees.common.Status.FAILURE:
+            break
+        time.sleep(0.1)
+    say(("failed", 1.5 <= _now() <= 1.7))
+
+
+@program
+def timer_of_a_behaviour_tree(say: Say) -> None:
+    timer = py_trees.timers.Timer("wait", duration=2.0)
+    while timer.status != py_trees.common.Status.SUCCESS:
+        timer.tick_once()
+        time.sleep(0.25)
+    say(("over", 2.0 <= _now() <= 2.6))
+
+
+@states.add_state_features(states.Timeout)
+class _WithTimeouts(transitions.Machine):
+    pass
+
+
+@program
+def timeout_of_a_state(say: Say) -> None:
+    machine = _WithTimeouts(
+        states=["idle", {"name": "waits", "timeout": 3.0, "on_timeout": lambda event: say(("late", _now()))}],
+        initial="idle",
+        send_event=True,
+    )
+    machine.to_waits()
+    time.sleep(5.0)
+    say(("end", _now()))
+
+
+class _Door(statemachine.StateMachine):
+    shut = statemachine.State(initial=True)
+    open = statemachine.State()
+    move = shut.to(open) | open.to(shut)
+
+    def on_move(self) -> None:
+        time.sleep(0.5)
+
+
+@program
+def state_machine(say: Say) -> None:
+    door = _Door()
+    door.move()
+    say((door.open.is_active, _now()))
+
+
+@program
+def retries_with_waits(say: Say) -> None:
+    @tenacity.retry(wait=tenacity.wait_fixed(2.0), stop=tenacity.stop_after_delay(7.0))
+    def grip() -> None:
+        say(("try", _now()))
+        raise OSError
+
+    try:
+        grip()
+    except tenacity.RetryError:
+        say(("gave up", _now()))
+
+
+@program
+def backoff_of_retries(say: Say) -> None:
+    @backoff.on_exception(backoff.constant, OSError, interval=1, jitter=None, max_time=3.5)
+    def grip() -> None:
+        say(("try", _now()))
+        raise OSError
+
+    try:
+        grip()
+    except OSError:
+        say(("gave up", _now()))
+
+
+@program
+def circuit_breaker(say: Say) -> None:
+    breaker = pybreaker.CircuitBreaker(fail_max=1, reset_timeout=10)
+
+    def grip() -> None:
+        raise OSError
+
+    def state_after_a_try() -> str:
+        try:
+            breaker.call(grip)
+        except (OSError, pybreaker.CircuitBreakerError) as error:
+            return type(error).__name__
+        return ""
+
+    first = state_after_a_try()
+    time.sleep(5.0)
+    say((first, state_after_a_try()))
+    time.sleep(6.0)
+    breaker.call(lambda: None)
+    say((breaker.current_state, _now()))
+
+
+@program
+def rate_limit(say: Say) -> None:
+    strict = limits(calls=1, period=10)(_now)
+    patient = sleep_and_retry(limits(calls=2, period=10)(_now))
+    say([patient() for _ in range(3)][-1] >= 9.9)
+    strict()
+    try:
+        strict()
+    except RateLimitException as error:
+        say(9.0 < error.period_remaining <= 10.0)
+
+
+_KEPT: cachetools.TTLCache[str, int] = cachetools.TTLCache(10, ttl=5.0)
+
+
+@program
+def cache_whose_items_age(say: Say) -> None:
+    local: cachetools.TTLCache[str, int] = cachetools.TTLCache(10, ttl=5.0)
+    local["cup"] = _KEPT["cup"] = 1
+    time.sleep(4.0)
+    say(("cup" in local, "cup" in _KEPT))
+    time.sleep(2.0)
+    say(("cup" in local, "cup" in _KEPT))
+
+
+@program
+def scheduler_of_python(say: Say) -> None:
+    plan = sched.scheduler()
+    plan.enter(2.0, 1, lambda: say(("b", _now())))
+    plan.enter(1.0, 1, lambda: say(("a", _now())))
+    plan.run()
+
+
+@program
+def jobs_in_the_background(say: Say) -> None:
+    scheduler = BackgroundScheduler(timezone=UTC)
+    scheduler.add_job(lambda: say(("job", round(_now()))), "interval", seconds=2)
+    scheduler.start()
+    time.sleep(5.0)
+    scheduler.shutdown()
+
+
+@program
+def jobs_in_the_foreground(say: Say) -> None:
+    scheduler = BlockingScheduler(timezone=UTC)
+
+    def once() -> None:
+        say(("job", round(_now())))
+        scheduler.shutdown(wait=False)
+
+    scheduler.add_job(once, "date", run_date=datetime.now(UTC) + timedelta(seconds=3))
+    scheduler.start()
+
+
+@program
+def jobs_that_are_polled(say: Say) -> None:
+    schedule.clear()
+    schedule.every(3).seconds.do(lambda: say(("job", round(_now()))))
+    while _now() < 7.0:
+        schedule.run_pending()
+        time.sleep(0.5)
+
+
+@program
+def sleeping_in_any_loop(say: Say) -> None:
+    async def main() -> None:
+        with anyio.move_on_after(2.0) as scope:
+            await anyio.sleep(10.0)
+        say((scope.cancelled_caught, _now()))
+        await anyio.to_thread.run_sync(time.sleep, 1.0)
+        say(_now())
+
+    anyio.run(main)
+
+
+@program
+def timeout_in_a_coroutine(say: Say) -> None:
+    async def main() -> None:
+        try:
+            async with asyncio.timeout(1.5):
+                await asyncio.Event().wait()
+        except TimeoutError:
+            say(("late", _now()))
+
+    asyncio.run(main())
+
+
+@program
+def pool_with_a_timeout(say: Say) -> None:
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        slow = pool.submit(time.sleep, 4.0)
+        try:
+            slow.result(timeout=1.0)
+        except concurrent.futures.TimeoutError:
+            say(("late", _now()))
+    say(("done", _now()))
+
+
+@dataclass
+class _Stopwatch:
+    clock: Callable[[], float] = time.monotonic
+    begun_s: float = field(default_factory=time.monotonic)
+
+    def passed_s(self) -> float:
+        return round(self.clock() - self.begun_s, 3)
+
+
+class _Deadline:
+    now: ClassVar[Any] = time.monotonic
+
+    def __init__(self, in_s: float, *, clock: Callable[[], float] = time.monotonic) -> None:
+        self.clock, self.at_s = clock, clock() + in_s
+
+    def left_s(self) -> float:
+        return round(self.at_s - float(self.now()), 3)
+
+
+_CLOCKS = {"mono": time.monotonic, "wall": [time.time]}
+_SINCE = functools.partial(time.monotonic)
+
+
+@program
+def clocks_that_were_handed_over(say: Say) -> None:
+    watch, deadline, began_s = _Stopwatch(), _Deadline(5.0), _CLOCKS["wall"][0]()  # type: ignore[index]
+    time.sleep(2.0)
+    say((watch.passed_s(), deadline.left_s(), round(_CLOCKS["wall"][0]() - began_s, 3)))  # type: ignore[index]
+    say((round(_SINCE(), 3), round(_CLOCKS["mono"](), 3)))  # type: ignore[operator]
+
+
+class _Once:
+    """Has a lock that was made when the module was imported."""
+
+    def __init__(self) -> None:
+        self.lock = threading.RLock()
+        self.inside = 0
+
+    def enter(self) -> int:
+        with self.lock:
+            self.inside += 1
+            time.sleep(1.0)
+            self.inside -= 1
+            return self.inside
+
+
+_ONCE = _Once()
+
+
+class _Own(threading.local):
+    count = 0
+
+    def add(self) -> int:
+        self.count += 1
+        return self.count
+
+
+_OWN, _PLAIN = _Own(), threading.local()
+
+
+@program
+def values_of_each_thread(say: Say) -> None:
+    def work(number: int) -> None:
+        _PLAIN.number = number
+        _OWN.add()
+        time.sleep(1.0)
+        say((_OWN.add(), _PLAIN.number))
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    say((_OWN.count, hasattr(_PLAIN, "number")))
+
+
+@program
+def clocks_of_the_system(say: Say) -> None:
+    began_s = time.clock_gettime(time.CLOCK_MONOTONIC)
+    time.sleep(61.0)
+    say(round(time.clock_gettime(time.CLOCK_MONOTONIC) - began_s, 3))
+    say((time.strftime("%H:%M:%S"), time.localtime().tm_min, time.ctime()))
+
+
+@program
+def lock_of_an_object_of_the_module(say: Say) -> None:
+    threads = [threading.Thread(target=lambda: say(_ONCE.enter())) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    say(_now())

@@ -1,0 +1,63 @@
+"""Libraries that the code under test uses wait in virtual time, too, though they are not named as its code."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import pytest
+
+from pytest_hricdv.runtime.kernel import Kernel
+from pytest_hricdv.runtime.virtual import VirtualModules
+from pytest_hricdv.runtime.virtual.outside import guard_run
+from tests.runtime.virtual import library_programs
+
+SEEN: dict[str, list[object]] = {
+    "timeout_of_a_behaviour_tree": [("failed", True)],
+    "timer_of_a_behaviour_tree": [("over", True)],
+    "timeout_of_a_state": [("late", 3.0), ("end", 5.0)],
+    "state_machine": [(True, 0.5)],
+    "retries_with_waits": [*[("try", 2.0 * n) for n in range(5)], ("gave up", 8.0)],
+    "backoff_of_retries": [*[("try", float(n)) for n in range(4)], ("try", 3.5), ("gave up", 3.5)],
+    "circuit_breaker": [("CircuitBreakerError", "CircuitBreakerError"), ("closed", 11.0)],
+    "rate_limit": [True, True],
+    "cache_whose_items_age": [(True, True), (False, False)],
+    "scheduler_of_python": [("a", 1.0), ("b", 2.0)],
+    "jobs_in_the_background": [("job", 2), ("job", 4)],
+    "jobs_in_the_foreground": [("job", 3)],
+    "jobs_that_are_polled": [("job", 3), ("job", 6)],
+    "sleeping_in_any_loop": [(True, 2.0), 3.0],
+    "timeout_in_a_coroutine": [("late", 1.5)],
+    "pool_with_a_timeout": [("late", 1.0), ("done", 4.0)],
+    "clocks_that_were_handed_over": [(2.0, 3.0, 2.0), (2.0, 2.0)],
+    "values_of_each_thread": [(2, 0), (2, 1), (0, False)],
+    "clocks_of_the_system": [61.0, ("00:01:01", 1, "Sat Jan  1 00:01:01 2000")],
+    "lock_of_an_object_of_the_module": [0, 0, 0, 3.0],
+}
+"""What each program sees."""
+
+
+def run_in_virtual_time(body: Callable[[Callable[[object], None]], None]) -> list[object]:
+    """Run a node as a session does; returns what it said."""
+    said: list[object] = []
+    kernel = Kernel()
+    kernel.virtual = frozenset(("time", "threading", "asyncio"))
+    modules = VirtualModules([library_programs.__name__])
+    kernel.code = modules.packages
+
+    def robot() -> None:
+        body(said.append)
+        kernel.stop("over")
+
+    kernel.spawn("robot", robot)
+    with modules.install(), guard_run(kernel):
+        assert kernel.run(1000.0) == "over"
+    return said
+
+
+@pytest.mark.parametrize("body", library_programs.PROGRAMS, ids=lambda body: body.__name__)
+def test_what_a_library_waits_for_passes_in_virtual_time(body: Callable[..., None]) -> None:
+    began_s = time.monotonic()
+    for _ in range(2):  # what one run leaves is not in the next
+        assert run_in_virtual_time(body) == SEEN[body.__name__]
+    assert time.monotonic() - began_s < 30.0
