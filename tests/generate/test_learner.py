@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.learner import LearningResult, boltzmann_choice, learn, policy_subsets, rankings, softmax
+from pytest_hricdv.generate.learner import boltzmann_choice, learn, policy_subsets, rankings, softmax
 from pytest_hricdv.generate.qlearning import QLearning, QTable, WarmStart
 from pytest_hricdv.generate.rng import make_rng
 from tests.generate.table import SPACE
@@ -97,15 +97,6 @@ def test_a_subset_stops_growing_when_no_belief_is_left() -> None:
     fake = FakeRunner(lambda subset: {"a": {"p"}})
     learn(fake, TWO, QLearning(iterations=50), seed=0)
     assert max(map(len, fake.asked)) == 3
-
-
-def _learned(seed: int) -> LearningResult:
-    return learn(FakeRunner(lambda subset: {"a": set(subset)}), SPACE, QLearning(iterations=20), seed)
-
-
-def test_the_same_seed_gives_the_same_result_and_another_one_does_not() -> None:
-    assert _learned(5).q == _learned(5).q
-    assert _learned(5).q != _learned(6).q
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40), st.floats(1e-3, 1e3))

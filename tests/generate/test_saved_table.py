@@ -66,14 +66,6 @@ def test_the_file_of_the_table_has_no_effect_on_the_suite(context: GenerationCon
     assert elsewhere.fingerprint("rl") == context.fingerprint("rl")
 
 
-def test_the_hash_of_a_model_depends_on_files_and_fields_but_not_on_folders(tmp_path: Path) -> None:
-    for name in ("one", "other"):
-        (tmp_path / name).mkdir()
-    one, other = lamps(tmp_path / "one"), lamps(tmp_path / "other")
-    assert one.sha256() == other.sha256()
-    assert one.sha256() != replace(one, max_rounds=499).sha256()
-
-
 def test_a_table_of_other_groups_is_an_error(context: GenerationContext) -> None:
     assert context.model is not None
     other = BeliefSpace(LAMPS.start, {"mood": ("polite", "curt"), "wish": ("bright", "dim")}, id_groups=("mood",))

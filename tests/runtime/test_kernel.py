@@ -13,20 +13,6 @@ from hypothesis import strategies as st
 from pytest_hricdv.runtime import Kernel, KernelError, NodeError
 
 
-def test_time_passes_only_by_waiting() -> None:
-    kernel = Kernel()
-    seen: list[float] = []
-
-    def node() -> None:
-        seen.append(kernel.now_s)
-        kernel.sleep(1.5)
-        seen.append(kernel.now_s)
-
-    kernel.spawn("node", node)
-    assert kernel.run(limit_s=10.0) == "idle"
-    assert seen == [0.0, 1.5]
-
-
 @given(st.lists(st.lists(st.integers(0, 3000), max_size=6), min_size=1, max_size=5))
 def test_nodes_resume_in_the_order_of_their_due_times(naps_ms: list[list[int]]) -> None:
     kernel = Kernel()

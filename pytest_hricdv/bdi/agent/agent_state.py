@@ -214,26 +214,6 @@ class AgentState:
             if outer is not None:  # it takes the place of the branch that it was itself a branch of
                 outer.branches[outer.branches.index(forked.intention)] = branch
 
-    def gives_up_branch(self, branch: Intention) -> bool:
-        """Whether a branch that has failed is one of those of which one has to be done: then the others go on.
-
-        As in Jason, the intention ends with the last of them, and no plan is asked for its failure.
-        """
-        forked = branch.branch_of
-        if forked is None or forked.needs_all:
-            return False
-        forked.branches.remove(branch)
-        self.run.progress += 1
-        if not forked.branches:
-            goal = forked.intention.top
-            self.run.warn(
-                f"{self.name}: {goal.statement.location}: all branches of {goal.statement} have failed: the intention "
-                f"of {goal.sign}{goal.literal.without_annotations()} is dropped"
-            )
-            self.forked.remove(forked)
-            self.note_end(forked.intention)
-        return True
-
     def _bind_results(self, done: IntendedMeans, caller: IntendedMeans) -> None:
         """Bind the caller's variables that the plan for its goal has bound."""
         asked = free_variables(done.literal)

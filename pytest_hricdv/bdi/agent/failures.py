@@ -159,7 +159,7 @@ def _handle(agent: AgentState, intention: Intention, start: int, annots: tuple[T
     stack = intention.stack
     for depth in range(start, -1, -1):  # the innermost goal first
         means = stack[depth]
-        if intention.branch_of is not None and depth < intention.branch_of.depth and agent.gives_up_branch(intention):
+        if intention.branch_of is not None and depth < intention.branch_of.depth and _gives_up_branch(agent, intention):
             return True
         handler = "-" + means.sign[1:]
         if agent.library.relevant(handler, means.literal.key):
@@ -172,6 +172,27 @@ def _handle(agent: AgentState, intention: Intention, start: int, annots: tuple[T
             _post(agent, handler, literal, annots, intention)
             return True
     return False
+
+
+def _gives_up_branch(agent: AgentState, branch: Intention) -> bool:
+    """Whether a branch that has failed is one of those of which one has to be done: then the others go on.
+
+    As in Jason, the intention ends with the last of them, and no plan is asked for its failure.
+    """
+    forked = branch.branch_of
+    if forked is None or forked.needs_all:
+        return False
+    forked.branches.remove(branch)
+    agent.run.progress += 1
+    if not forked.branches:
+        goal = forked.intention.top
+        agent.run.warn(
+            f"{agent.name}: {goal.statement.location}: all branches of {goal.statement} have failed: the intention "
+            f"of {goal.sign}{goal.literal.without_annotations()} is dropped"
+        )
+        agent.forked.remove(forked)
+        agent.note_end(forked.intention)
+    return True
 
 
 def _post(agent: AgentState, sign: str, literal: Structure, annots: tuple[Term, ...], intention: Intention) -> None:
