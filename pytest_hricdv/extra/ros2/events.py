@@ -6,6 +6,7 @@ A message that was lost is noticed by the next one of its publisher that arrives
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -42,21 +43,18 @@ class PublisherEventType(IntEnum):
 
 
 @dataclass
-class EventStatus:
+class EventStatus(ABC):
     """What has happened, and in fields that end with `_change`, how much of it since the status was last taken."""
 
+    @abstractmethod
     def has_changed(self) -> bool:
-        """Whether one of these fields is not 0."""
-        return any(vars(self)[name] for name in self._changes())
+        """Whether one of these fields is not 0. Executors ask at each step."""
 
     def take(self) -> Any:
         """A copy; counting of changes begins again."""
         copy = replace(self)
-        vars(self).update(dict.fromkeys(self._changes(), 0))
+        vars(self).update(dict.fromkeys((name for name in vars(self) if name.endswith("_change")), 0))
         return copy
-
-    def _changes(self) -> list[str]:
-        return [name for name in vars(self) if name.endswith("_change")]
 
 
 @dataclass
@@ -65,6 +63,9 @@ class CountStatus(EventStatus):
 
     total_count: int = 0
     total_count_change: int = 0
+
+    def has_changed(self) -> bool:
+        return self.total_count_change != 0
 
     def count(self, times: int = 1) -> None:
         """Count some more."""
@@ -88,6 +89,9 @@ class LivelinessChangedStatus(EventStatus):
     alive_count_change: int = 0
     not_alive_count_change: int = 0
 
+    def has_changed(self) -> bool:
+        return self.alive_count_change != 0 or self.not_alive_count_change != 0
+
     def change(self, alive: int, not_alive: int) -> None:
         """Count publishers that become alive, or not alive, or leave (negative)."""
         self.alive_count += alive
@@ -102,6 +106,9 @@ class MatchedStatus(CountStatus):
 
     current_count: int = 0
     current_count_change: int = 0
+
+    def has_changed(self) -> bool:
+        return self.total_count_change != 0 or self.current_count_change != 0
 
 
 @dataclass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cache
 from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import Duration
@@ -222,7 +223,8 @@ def last_policy(offered: Profile, requested: Profile) -> QosPolicyKind:
     return max(QosPolicyKind.RMW_QOS_POLICY_LIVELINESS if kind is lease else kind for kind in kinds)
 
 
-def mismatches(offered: Profile, requested: Profile) -> list[tuple[QosPolicyKind, str]]:
+@cache
+def mismatches(offered: Profile, requested: Profile) -> tuple[tuple[QosPolicyKind, str], ...]:
     """Policies by which a publisher's and a subscription's profile do not match, and why; empty if they match."""
     kinds = QosPolicyKind
     checks = (
@@ -252,7 +254,7 @@ def mismatches(offered: Profile, requested: Profile) -> list[tuple[QosPolicyKind
             "Subscription's liveliness lease duration is less than publisher's",
         ),
     )
-    return [(kind, why) for differs, kind, why in checks if differs]
+    return tuple((kind, why) for differs, kind, why in checks if differs)
 
 
 def _longer(offered_ns: int, requested_ns: int) -> bool:
