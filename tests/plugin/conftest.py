@@ -86,7 +86,8 @@ def after(lamps: pytest.Pytester, finished: SessionRunner) -> SessionRunner:
 
     def copy(*options: str) -> FinishedSession:
         session = finished(*options)
-        shutil.copytree(session.path, lamps.path, dirs_exist_ok=True)
+        compiled = shutil.ignore_patterns("__pycache__")  # it has the names of the other folder
+        shutil.copytree(session.path, lamps.path, ignore=compiled, dirs_exist_ok=True)
         return FinishedSession(lamps.path, session.result)
 
     return copy
