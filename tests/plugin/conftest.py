@@ -65,12 +65,16 @@ def finished_sessions() -> dict[tuple[str, ...], FinishedSession]:
 
 
 @pytest.fixture
-def finished(lamps: pytest.Pytester, finished_sessions: dict[tuple[str, ...], FinishedSession]) -> SessionRunner:
+def finished(
+    lamps: pytest.Pytester,
+    finished_sessions: dict[tuple[str, ...], FinishedSession],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> SessionRunner:
     """Runs pytest in the unchanged lamps project, once for all tests that ask for the same options."""
 
     def run(*options: str) -> FinishedSession:
         if options not in finished_sessions:
-            folder = lamps.mkdir(f"session{len(finished_sessions)}")
+            folder = tmp_path_factory.mktemp("session")
             project.write(folder)
             with pytest.MonkeyPatch.context() as patch:
                 patch.chdir(folder)
