@@ -120,7 +120,7 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
         help="fail when a requirement was triggered and is undecided at the end of a run",
     )
     add("--baseline", type=Path, metavar="FILE", help="new failures, lost coverage and lost triggers fail")
-    add("--update-baseline", action="store_true", help="write the file of --baseline anew")
+    add("--update-baseline", action="store_true", help="update the file of --baseline")
     add("--fail-on-change", action="store_true", help="fail when a test behaves differently from the baseline")
 
 

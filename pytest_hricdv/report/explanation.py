@@ -136,7 +136,7 @@ def near_miss(miss: NearMiss) -> str:
 
 
 def generate_command(nodeid: str, suite: str, seed: int, options: Sequence[str] = ()) -> str:
-    """The command that generates a test anew: `pytest "tests/..[rl-leg1-3fa2b1c0]" --hri-suite=rl --hri-seed=0`.
+    """The command that generates a test again: `pytest "tests/..[rl-leg1-3fa2b1c0]" --hri-suite=rl --hri-seed=0`.
 
     Args:
         nodeid: of the test.

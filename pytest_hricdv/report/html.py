@@ -236,7 +236,7 @@ def _list_areas(report: Report, sections: Sequence[PageSection]) -> Iterator[Are
     yield Area("Requirements", (Link("requirements", "Requirements"), *_links(sections, "requirements")))
     yield Area("Coverage", (Link("closure", "Closure"), *_coverage_links(report)))
     # One view needs no name above it.
-    yield Area(further[0].title if len(further) == 1 else "Further", further)
+    yield Area(further[0].title if len(further) == 1 else "More", further)
     yield Area("Sheet", (Link("sheet", "Sheet to sign"),))
 
 

@@ -171,7 +171,7 @@ def read_baseline(path: Path, testbench: str) -> Baseline:
     except FileNotFoundError:
         raise BaselineError(f"{path}: no such baseline; write it with --hri-update-baseline") from None
     except MalformedError as error:
-        raise BaselineError(f"{path}{error}; write it anew with --hri-update-baseline") from None
+        raise BaselineError(f"{path}{error}; update it with --hri-update-baseline") from None
     if baseline.testbench != testbench:
         raise BaselineError(f"{path}: of the testbench {baseline.testbench!r}; expected {testbench!r}")
     return baseline
@@ -200,13 +200,13 @@ def check_suites(baseline: Baseline, seeds: Mapping[str, int], where: str, *, be
         if before.seed is not None and before.seed != seeds[name]:
             raise BaselineError(
                 f"{where}: of suite {name} with seed {before.seed}; this run has seed {seeds[name]}, so other tests: "
-                f"run it with seed {before.seed}, write the baseline anew with --hri-update-baseline, or compare with "
+                f"run it with seed {before.seed}, update the baseline with --hri-update-baseline, or compare with "
                 "none (--hri-baseline=)"
             )
         if behaviour and before.tests is None:
             raise BaselineError(
                 f"{where}: an older version wrote it, without the behaviour of suite {name}, which "
-                "--hri-fail-on-change compares: write it anew with --hri-update-baseline"
+                "--hri-fail-on-change compares: update it with --hri-update-baseline"
             )
 
 

@@ -272,7 +272,7 @@ class JournalWriter:
         self._size += len(text)
 
     def _restore(self) -> None:
-        """Writes the file anew where it was removed: what was removed can be read as long as it is open."""
+        """Writes the file again where it was removed: what was removed can be read as long as it is open."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
         os.lseek(self._file, 0, os.SEEK_SET)
         with open(self._file, "rb") as removed:

@@ -1,6 +1,6 @@
 """Merging reports: of shards of a suite, of other suites, of repeated runs.
 
-A merge is a union of tests, and all that follows from the tests is computed anew by `derive`. So it is commutative,
+A merge is a union of tests, and all that follows from the tests is computed again by `derive`. So it is commutative,
 associative and idempotent: the same reports give the same bytes, in any order and however often they are given.
 
 A test that several reports have counts once. Where they disagree (the same node id and seed, another run), the worst
@@ -108,11 +108,11 @@ def _refuse_others(first_name: str, first: Report, name: str, report: Report) ->
         if getattr(first, key) != getattr(report, key):
             raise MergeError(f"{both}: different {key.replace('_', ' ')}: {_difference(first, report, key)}")
     if first.code_under_test.sha256 != report.code_under_test.sha256:
-        raise MergeError(f"{both}: different code under test: {_files_that_differ(first, report)}; run both anew")
+        raise MergeError(f"{both}: different code under test: {_files_that_differ(first, report)}; run both again")
     if first.cross_products != report.cross_products:
-        raise MergeError(f"{both}: the testbench declared different cross products; run both anew")
+        raise MergeError(f"{both}: the testbench declared different cross products; run both again")
     if first.models and report.models and first.models != report.models:
-        raise MergeError(f"{both}: different BDI models; run both anew")
+        raise MergeError(f"{both}: different BDI models; run both again")
 
 
 def _difference(first: Report, report: Report, key: str) -> str:

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -46,13 +47,17 @@ print(json.dumps([measurement.reason, missing]))
 """
 
 
+def execute(folder: Path, script: str) -> Any:
+    """What a script prints last, as JSON."""
+    (folder / "script.py").write_text(script, encoding="utf-8")
+    process = subprocess.run([sys.executable, "script.py"], cwd=folder, capture_output=True, text=True, timeout=60)
+    assert process.returncode == 0, process.stderr
+    return json.loads(process.stdout.splitlines()[-1])
+
+
 def run(folder: Path, before: str = "", between: str = "", after: str = "") -> tuple[str, dict[str, list[int] | None]]:
     write_package(folder, "graded")
-    script = folder / "script.py"
-    script.write_text(SCRIPT.format(before=before, between=between, after=after), encoding="utf-8")
-    process = subprocess.run([sys.executable, str(script)], cwd=folder, capture_output=True, text=True, timeout=60)
-    assert process.returncode == 0, process.stderr
-    reason, missing = json.loads(process.stdout.splitlines()[-1])
+    reason, missing = execute(folder, SCRIPT.format(before=before, between=between, after=after))
     return reason, missing
 
 
@@ -60,16 +65,11 @@ MISSING = {"5": [9, 10, 11, 15], "0": [8, 11, 15]}
 JOIN = 'import coverage; user = coverage.Coverage(data_file=None, include=["*/graded/*"], branch=True); user.start()'
 
 
-def test_each_test_gets_its_own_lines_and_those_of_importing(tmp_path: Path) -> None:
-    assert run(tmp_path) == ("", MISSING)
-
-
-def test_what_other_greenlets_run_meanwhile_is_not_counted(tmp_path: Path) -> None:
-    assert run(tmp_path, between="graded.grade(1)") == ("", MISSING)
-
-
-def test_other_greenlets_are_not_even_traced(tmp_path: Path) -> None:
-    assert run(tmp_path, between="assert sys.gettrace() is None") == ("", MISSING)
+@pytest.mark.parametrize("meanwhile", ["", "graded.grade(1)", "assert sys.gettrace() is None"])
+def test_each_test_gets_its_own_lines_and_those_of_importing_and_no_other_greenlet_is_traced(
+    tmp_path: Path, meanwhile: str
+) -> None:
+    assert run(tmp_path, between=meanwhile) == ("", MISSING)
 
 
 def test_greenlets_that_the_code_makes_itself_are_measured_with_it(tmp_path: Path) -> None:
@@ -78,10 +78,7 @@ def test_greenlets_that_the_code_makes_itself_are_measured_with_it(tmp_path: Pat
         "        greenlet(lambda: greenlet(graded.grade).switch(number)).switch()\n",
     )
     write_package(tmp_path, "graded")
-    (tmp_path / "script.py").write_text(script.format(before="", between="", after=""), encoding="utf-8")
-    process = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
-    assert process.returncode == 0, process.stderr
-    assert json.loads(process.stdout.splitlines()[-1]) == ["", MISSING]
+    assert execute(tmp_path, script.format(before="", between="", after="")) == ["", MISSING]
 
 
 SWITCHING = """
@@ -127,10 +124,7 @@ print(sorted(own.data().lines(switching.__file__)))
 
 def test_no_line_is_lost_where_code_switches_between_greenlets_itself(tmp_path: Path) -> None:
     (tmp_path / "switching.py").write_text(SWITCHING.lstrip("\n"), encoding="utf-8")
-    (tmp_path / "script.py").write_text(RECORDING, encoding="utf-8")
-    process = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
-    assert process.returncode == 0, process.stderr
-    assert json.loads(process.stdout) == [*range(5, 19)]
+    assert execute(tmp_path, RECORDING) == [*range(5, 19)]
 
 
 def test_a_running_measurement_is_joined_and_goes_on(tmp_path: Path) -> None:
@@ -225,11 +219,7 @@ print(json.dumps([measurement.reason, missing, sys.gettrace() is None]))
 @pytest.mark.parametrize("before", ["", JOIN])
 def test_several_greenlets_are_measured_at_once(tmp_path: Path, before: str) -> None:
     write_package(tmp_path, "graded")
-    script = tmp_path / "script.py"
-    script.write_text(TOGETHER.format(before=before), encoding="utf-8")
-    process = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=60)
-    assert process.returncode == 0, process.stderr
-    reason, missing, untraced = json.loads(process.stdout.splitlines()[-1])
+    reason, missing, untraced = execute(tmp_path, TOGETHER.format(before=before))
     together = sorted(set(MISSING["5"]) & set(MISSING["0"]))
     assert missing == {"all": [15], "two": together, "one": MISSING["0"]}
     assert (reason, untraced) == ("", not before)

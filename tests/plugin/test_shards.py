@@ -172,7 +172,7 @@ def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester, after
     lamps.runpytest_inprocess(RL, "--hri-shard=2/2", "--hri-report=part2")
     merged = command("merge", "part1", "part2")
     assert merged.returncode == 2
-    assert merged.stderr == "error: part1 and part2: different code under test: lamps/guide.py; run both anew\n"
+    assert merged.stderr == "error: part1 and part2: different code under test: lamps/guide.py; run both again\n"
     assert not (lamps.path / "hri-merged").exists()
 
 

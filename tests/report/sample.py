@@ -17,6 +17,16 @@ TEXTS = {
 }
 
 
+def unmeasured(reason: str, tests: int = 2) -> dict[str, Any]:
+    """The data of a report of code that was not measured."""
+    made = data(tests=tests)
+    made["code_under_test"] |= {"measured": False, "reason": reason, "files": []}
+    made["suites"][0]["code"] = {"statements": None, "branches": None}
+    for result in made["tests"]:
+        result["code"] = None
+    return made
+
+
 def report(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> Report:
     """A report with `tests` tests in each suite."""
     return typed(data(suites, tests, seed))

@@ -1,6 +1,7 @@
 """Made-up tests of a report, with the figures of a plausible run."""
 
 import random
+from collections.abc import Collection
 from typing import Any
 
 import msgspec
@@ -119,6 +120,12 @@ def requirement_result(outcome: str, margin: float) -> dict[str, Any]:
         "near_miss": miss if outcome == "NC" else None,
         "violations": [violation] if failed else [],
     }
+
+
+def requirement_results(*failed: str, unchecked: Collection[str] = (), margin: float = 8.25) -> dict[str, Any]:
+    """Verdicts on all requirements: those that failed, those that were not checked, and the others, which passed."""
+    verdicts = {name: "Failed" if name in failed else "NC" if name in unchecked else "Passed" for name in TITLES}
+    return {name: requirement_result(verdict, margin) for name, verdict in verdicts.items()}
 
 
 def _bits(rng: random.Random) -> list[str]:

@@ -23,10 +23,7 @@ def _failing(*names: str) -> dict[str, Any]:
     report = sample.data(tests=3)
     for number, test in enumerate(report["tests"]):
         failed = names if number == 0 else ()
-        test["requirements"] = {
-            name: sample_tests.requirement_result("Failed" if name in failed else "Passed", 1.0)
-            for name in sample_tests.TITLES
-        }
+        test["requirements"] = sample_tests.requirement_results(*failed, margin=1.0)
         test["outcome"] = "failed" if failed else "passed"
     return report
 

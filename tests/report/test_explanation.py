@@ -19,10 +19,7 @@ REQUIREMENTS = sample.report(tests=0).requirements
 def _failing(*names: str, unchecked: Sequence[str] = ()) -> TestResult:
     """A test that failed these requirements, and did not check others."""
     test = sample_tests.test(random.Random(1), "rl")
-    verdicts = {
-        name: "Failed" if name in names else "NC" if name in unchecked else "Passed" for name in sample_tests.TITLES
-    }
-    test["requirements"] = {name: sample_tests.requirement_result(verdict, 8.25) for name, verdict in verdicts.items()}
+    test["requirements"] = sample_tests.requirement_results(*names, unchecked=unchecked)
     return convert(test, TestResult)
 
 

@@ -22,10 +22,7 @@ PLACE = SuspiciousPlace(
 def failing(number: int, *names: str) -> TestResult:
     """A test that fails requirements."""
     made = sample_tests.test(random.Random(number), "rl")
-    made["requirements"] = {
-        name: sample_tests.requirement_result("Failed" if name in names else "Passed", 8.25)
-        for name in sample_tests.TITLES
-    }
+    made["requirements"] = sample_tests.requirement_results(*names)
     result = convert({**made, "outcome": "failed"}, TestResult)
     return replace(result, replay=f"hri-report/failures/{result.id}.json")
 

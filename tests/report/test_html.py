@@ -280,18 +280,8 @@ def test_page_depends_on_the_content_only() -> None:
     assert render(report) == render(json.loads(json.dumps(report, sort_keys=True)))
 
 
-def test_report_without_suites_has_a_page() -> None:
-    page = _page(sample.data((), 0))
-    assert "No suite was run." in page.words
-
-
 def test_unmeasured_code_is_called_so() -> None:
-    report = sample.data(tests=2)
-    report["code_under_test"] |= {"measured": False, "reason": "a debugger owns sys.settrace"}
-    report["suites"][0]["code"] = {"statements": None, "branches": None}
-    for test in report["tests"]:
-        test["code"] = None
-    page = _page(report)
+    page = _page(sample.unmeasured("a debugger owns sys.settrace"))
     assert "unmeasured a debugger owns sys.settrace" in page.words
     assert "The code under test is unmeasured: a debugger owns sys.settrace." in page.words
     data = json.loads(page.scripts["data"])

@@ -144,15 +144,6 @@ def test_no_name_becomes_a_script(watched: Watched, tmp_path: Path) -> None:
     watched.assert_quiet()
 
 
-def _unmeasured() -> dict[str, Any]:
-    report = sample.data(tests=2)
-    report["code_under_test"] |= {"measured": False, "reason": "switched off"}
-    report["suites"][0]["code"] = {"statements": None, "branches": None}
-    for test in report["tests"]:
-        test["code"] = None
-    return report
-
-
 def _unchecked() -> dict[str, Any]:
     report = sample.data(tests=2)
     for test in report["tests"]:
@@ -172,7 +163,7 @@ def _without_runs() -> dict[str, Any]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "report",
-    [sample.data(tests=0), sample.data((), 0), _unmeasured(), _unchecked(), _without_runs()],
+    [sample.data(tests=0), sample.data((), 0), sample.unmeasured("switched off"), _unchecked(), _without_runs()],
     ids=["no tests", "no suites", "unmeasured", "all NC", "no run ended"],
 )
 def test_reports_with_little_in_them_have_quiet_pages(watched: Watched, tmp_path: Path, report: dict[str, Any]) -> None:

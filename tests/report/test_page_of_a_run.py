@@ -41,8 +41,7 @@ def _cursor(page: Any) -> float:
 
 def test_a_failing_test_opens_at_its_violation_with_the_lanes_of_what_failed(watched: Watched, tmp_path: Path) -> None:
     report, (test, *_) = _failing()
-    page = watched.open(report, tmp_path, _address(test))
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path, _address(test))
     first = page.locator("#test .card").first.inner_text()
     assert first.startswith("R3 failed known at 51.5 s")
     assert "The robot shall not close its hand" in first
@@ -61,8 +60,7 @@ def test_a_failing_test_opens_at_its_violation_with_the_lanes_of_what_failed(wat
 
 def test_the_cursor_goes_from_event_to_event_and_the_address_names_its_time(watched: Watched, tmp_path: Path) -> None:
     report, (test, *_) = _failing()
-    page = watched.open(report, tmp_path, f"{_address(test)}@2.4")
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path, f"{_address(test)}@2.4")
     assert _cursor(page) == 2.4
     panel = page.get_by_role("region", name="At the cursor")
     assert "state Offer" in " ".join(panel.inner_text().split())
@@ -93,8 +91,7 @@ def test_the_code_is_shown_where_it_stands_at_the_cursor(watched: Watched, tmp_p
         "from_s": 0.0,
         "until_s": 20.0,
     }
-    page = watched.open(report, tmp_path, f"{_address(test)}@3.5")
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path, f"{_address(test)}@3.5")
     code = page.locator("#test .code-at")
     assert "controller/states.py:90" in code.inner_text()
     assert code.locator("[aria-current=true]").inner_text() == "state(90)"
@@ -125,8 +122,7 @@ def test_the_nearest_passing_run_is_beside_it_and_what_differs_is_marked(watched
     report["causes"] = [
         {"id": "0a", "requirements": ["R3"], "tests": [test["id"], other["id"]], "minimal_pair": decision}
     ]
-    page = watched.open(report, tmp_path, _address(test))
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path, _address(test))
     beside = page.locator("#test .other").inner_text()
     assert "The nearest run that passes: without the action 2" in beside
     assert "here state Done (3.00 s), there state Give up (3.00 s)" in beside
@@ -150,8 +146,7 @@ def test_the_film_follows_the_cursor(watched: Watched, tmp_path: Path) -> None:
         "note": "",
         "times_s": times_s,
     }
-    page = watched.open(report, tmp_path, f"{_address(test)}@3")
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path, f"{_address(test)}@3")
     frame = "() => Math.floor(document.querySelector('#test video').currentTime * 12)"
     assert page.evaluate(frame) == 6
     page.keyboard.press("v")
@@ -160,8 +155,7 @@ def test_the_film_follows_the_cursor(watched: Watched, tmp_path: Path) -> None:
 
 def test_a_click_moves_the_cursor_and_the_window_is_zoomed(watched: Watched, tmp_path: Path) -> None:
     report, (test, *_) = _failing()
-    page = watched.open(report, tmp_path, f"test/{test['id']}")
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path, f"test/{test['id']}")
     page.get_by_role("button", name="Whole run").click()
     lanes = page.locator("#test .lanes")
     box = lanes.bounding_box()
@@ -194,8 +188,7 @@ def test_previous_and_next_go_through_failing_tests(watched: Watched, tmp_path: 
 def test_a_run_stays_within_a_phone(watched: Watched, tmp_path: Path) -> None:
     report, (test, *_) = _failing()
     watched.page.set_viewport_size({"width": 390, "height": 844})
-    page = watched.open(report, tmp_path, _address(test))
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path, _address(test))
     assert page.evaluate("document.documentElement.scrollWidth") == 390
     axis = page.get_by_role("slider")
     page.get_by_role("button", name="more lanes").click()

@@ -46,9 +46,7 @@ def test_a_test_has_a_page_of_its_own(
 def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=1)
     report["tests"][0]["action_times_s"] = [0.0, 6.25]
-    page = watched.open(report, tmp_path, "tests")
-    page.locator("#tests td a").first.click()
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path)
     times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
     assert times[:3] == ["0.00 s", "6.25 s", "not done"]
     assert "the human" in (page.locator("#test .timeline svg").first.text_content() or "")
@@ -65,9 +63,7 @@ def test_each_actor_has_a_row_in_the_timeline(watched: Watched, tmp_path: Path) 
         [2, 1, 3],
         [[2.5, "dog: bark"]],
     )
-    page = watched.open(report, tmp_path, "tests")
-    page.locator("#tests td a").first.click()
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path)
     times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
     assert times[:4] == ["1.50 s", "0.00 s", "6.25 s", "not done"]
     drawn = page.locator("#test .timeline svg").first.text_content() or ""
@@ -75,18 +71,6 @@ def test_each_actor_has_a_row_in_the_timeline(watched: Watched, tmp_path: Path) 
     assert "the human" not in drawn
     assert page.get_by_text("What nurse and child do").count() == 1
     watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_details_beside_the_page_are_scripts_that_its_policy_lets_run(
-    watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
-    page = watched.open(sample.data(tests=3), tmp_path, "tests")
-    page.locator("#tests td a").first.click()
-    page.wait_for_selector("#test .timeline svg")
-    watched.assert_quiet()
-    assert any(url.endswith("details/0000.js") for url in watched.requests)
 
 
 @pytest.mark.slow
@@ -138,9 +122,7 @@ def test_states_have_names_in_narrow_spans_too(watched: Watched, tmp_path: Path)
     report = sample.data(tests=2)
     for test in report["tests"]:
         test["timeline"]["texts"] = {"place": [[0, "elsewhere"], [10, "handover_place"], [14, "resupply"], [15, "bin"]]}
-    page = watched.open(report, tmp_path, "tests")
-    page.locator("#tests td a").first.click()
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path)
     written = page.locator("#test .timeline svg").first.locator("text").all_text_contents()
     assert {"elsewhere", "bin"} <= set(written)
     assert any(text.startswith("han") and text.endswith("…") for text in written)
@@ -189,9 +171,7 @@ def test_a_run_with_very_many_events_is_drawn_with_as_many_marks_as_can_be_told_
     result["violations"] = [
         {"trigger_s": time_s, "time_s": time_s, "values": {}, "margin": -0.1} for time_s in times[:10_000]
     ]
-    page = watched.open(report, tmp_path, "tests")
-    page.locator("#tests td a").first.click()
-    page.wait_for_selector("#test .timeline svg")
+    page = watched.open_test(report, tmp_path)
     page.get_by_role("button", name="Whole run").click()
     plot = page.locator("#test .timeline svg").first
     # Four lanes with many marks, each at most 2,000: messages, triggers as bars and as dots, violations with two each.

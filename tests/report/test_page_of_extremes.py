@@ -29,14 +29,6 @@ def test_a_report_of_no_test_has_no_smallest_suite_and_no_dangling_figures() -> 
     assert "No suite was run" in words
 
 
-def test_requirements_without_a_group_are_not_below_the_name_of_another() -> None:
-    report = sample.data(tests=2)
-    report["requirements"]["R1"]["group"] = "braking"
-    words = " ".join(Page(html.page(sample.typed(report))[0]).words.split())
-    table = words[words.index("Triggers and the least margin are over") :]
-    assert table.index("R2") < table.index("R4") < table.index("braking 1") < table.index("R1")
-
-
 def test_tests_that_failed_are_named_before_those_that_did_not_run() -> None:
     report = sample.data(tests=4)
     for number, test in enumerate(report["tests"]):

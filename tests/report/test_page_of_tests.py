@@ -132,18 +132,6 @@ def test_tests_are_found_by_what_people_do_by_requirements_and_by_causes(watched
 
 
 @pytest.mark.slow
-def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(sample.data(tests=60), tmp_path)
-    watched.show("requirements")
-    table = page.locator("#requirements table.sortable").first
-    column = [int(text) for text in table.locator("tbody td:nth-child(3)").all_inner_texts()]
-    table.get_by_role("button", name="Passed").click()
-    assert [int(text) for text in table.locator("tbody td:nth-child(3)").all_inner_texts()] == sorted(column)
-    table.get_by_role("button", name="Passed").click()
-    assert [int(text) for text in table.locator("tbody td:nth-child(3)").all_inner_texts()] == sorted(column)[::-1]
-
-
-@pytest.mark.slow
 def test_figures_at_lines_plans_and_verdicts_lead_to_their_tests(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=30)
     page = watched.open(report, tmp_path, "code")

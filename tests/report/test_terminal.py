@@ -6,13 +6,15 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.formatting import Line, fit, listing, pad, width, wrap_line
-from pytest_hricdv.report.terminal import header, summary
+from pytest_hricdv.report.terminal import findings, header, summary
 from tests.report import sample, sample_sections
 
 WHERE = Path("hri-report")
+UNMEASURED = sample.unmeasured("a debugger owns sys.settrace", tests=0)
 
 
 def _lines(data: dict[str, Any], columns: int = 80) -> tuple[Line, ...]:
@@ -25,13 +27,6 @@ def _text(data: dict[str, Any], columns: int = 80) -> str:
 
 def _line(data: dict[str, Any], start: str) -> Line:
     return next(line for line in _lines(data, 100) if line.text.strip().startswith(start))
-
-
-def _unmeasured() -> dict[str, Any]:
-    report = sample.data(tests=0)
-    report["code_under_test"] |= {"measured": False, "reason": "a debugger owns sys.settrace", "files": []}
-    report["suites"][0]["code"] = {"statements": None, "branches": None}
-    return report
 
 
 def test_header_says_what_will_run() -> None:
@@ -97,10 +92,10 @@ def test_requirements_are_counted_as_people_count() -> None:
 
 
 def test_unmeasured_code_is_called_so_with_the_reason() -> None:
-    line = _line(_unmeasured(), "statements")
+    line = _line(UNMEASURED, "statements")
     assert line.text.endswith("unmeasured: a debugger owns sys.settrace")
     assert line.style == "warn"
-    assert "0.0 %" not in _text(_unmeasured())
+    assert "0.0 %" not in _text(UNMEASURED)
 
 
 def test_what_is_not_covered_is_listed_without_the_waived() -> None:
@@ -253,3 +248,26 @@ def test_how_the_world_was_simulated_is_said_with_the_suite() -> None:
     report = sample.data(tests=134)
     report["suites"][0]["fidelity"] = "kinematic"
     assert "suite rl, seed 0: 134 tests, kinematic simulation" in _text(report)
+
+
+def _fault_lines(*faults: tuple[str, ...]) -> list[str]:
+    report = sample.report(tests=len(faults))
+    pairs = zip(report.tests, faults, strict=True)
+    tests = tuple(replace(test, errors=own, id=f"t{n}") for n, (test, own) in enumerate(pairs))
+    found = findings(replace(report, tests=tests))
+    return [line.text for line in found if line.text.startswith("fault: ")]
+
+
+def test_a_crash_of_several_tests_is_one_line_whenever_it_was() -> None:
+    crash = "the code under test raised IndexError: index {} is out of bounds in node scanner at {} s"
+    assert _fault_lines((crash.format(480, 0.645),), (crash.format(481, 12.3),), (crash.format(480, 7),)) == [
+        f"fault: {crash.format(480, 0.645)} (t0, and 2 more tests)"
+    ]
+
+
+def test_faults_that_differ_in_more_than_times_are_several_fault_lines() -> None:
+    first, second = "the bin leg 1 must not be hit", "the bin leg 2 must not be hit"
+    assert _fault_lines((first, second), (second,), ()) == [
+        f"fault: {first} (t0)",
+        f"fault: {second} (t0, and 1 more test)",
+    ]

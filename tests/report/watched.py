@@ -31,6 +31,14 @@ class Watched:
         self.page.wait_for_selector("html[data-ready]", state="attached")
         return self.page
 
+    def open_test(self, report: dict[str, Any], folder: Path, address: str = "") -> Any:
+        """Open the page of a test, by its address or the first one of the table; its run is drawn when this returns."""
+        page = self.open(report, folder, address or "tests")
+        if not address:
+            page.locator("#tests td a").first.click()
+        page.wait_for_selector("#test .timeline svg")
+        return page
+
     def show(self, view: str) -> None:
         """Go to another view of the page; its plots are drawn when this returns."""
         self.page.evaluate("view => { location.hash = view; }", view)

@@ -116,7 +116,7 @@ OTHER_GENERATION = replace(SUITE.generation, bdi_runs=9)
 BAD = {
     "other code": (
         replace(MINE, code_under_test=replace(MINE.code_under_test, sha256="77", map=made.CODE.map[:1])),
-        r"mine and other: different code under test: robot/b\.py; run both anew",
+        r"mine and other: different code under test: robot/b\.py; run both again",
     ),
     "other version": (replace(MINE, version="0.9"), "mine and other: different version: '0.1.0' and '0.9'"),
     "other testbench": (replace(MINE, testbench="chair"), "different testbench: 'toy' and 'chair'"),

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _TRACING: pytest.StashKey[LineTracer] = pytest.StashKey()
 
 
-STOPPED = "no causes: the session ended before its last test (-x, --maxfail, Ctrl-C); replay what failed for its causes"
+STOPPED = "failure analysis skipped: session stopped early (-x, --maxfail, Ctrl-C); replay what failed for its causes"
 """Of a session in which tests have failed."""
 
 

@@ -102,7 +102,7 @@ def states_swapped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[
 
 
 def assignment_forgotten(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
-    """What is kept over time is not set anew; outside of constructors, where the attribute would be missing."""
+    """What is kept over time is not set again; outside of constructors, where the attribute would be missing."""
     function = source.around(node, cst.FunctionDef)
     if isinstance(function, cst.FunctionDef) and function.name.value not in _CONSTRUCTORS:
         kept = isinstance(node, cst.Assign) and isinstance(node.targets[0].target, cst.Attribute | cst.Subscript)

@@ -35,7 +35,7 @@ def test_a_session_that_is_stopped_says_that_it_has_no_causes(
     options: tuple[str, ...],
 ) -> None:
     result = surging.runpytest_inprocess(*SUITE, *options)
-    result.stdout.fnmatch_lines(["no causes: the session ended before its last test (-x, --maxfail, Ctrl-C)*"])
+    result.stdout.fnmatch_lines(["failure analysis skipped: session stopped early (-x, --maxfail, Ctrl-C)*"])
     assert "causes" not in report(surging.path)
     failed = next(test["replay"] for test in report(surging.path)["tests"] if test["outcome"] == "failed")
     replayed = surging.runpytest_inprocess(f"--hri-replay={failed}", "--hri-strict", "--hri-report=again")
