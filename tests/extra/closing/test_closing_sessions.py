@@ -101,7 +101,7 @@ def test_ctrl_c_keeps_what_was_reached_and_says_so(lamps: pytest.Pytester, monke
         return add(self, *given)
 
     monkeypatch.setattr(Archive, "add", interrupted)
-    result = lamps.runpytest_inprocess(*SUITE)
+    result = lamps.runpytest_inprocess(*SUITE, no_reraise_ctrlc=True)
     assert 1 <= len(ids(lamps)) <= 3
     result.stdout.fnmatch_lines(
         [
@@ -109,7 +109,7 @@ def test_ctrl_c_keeps_what_was_reached_and_says_so(lamps: pytest.Pytester, monke
             "hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all",
         ]
     )
-    result = lamps.runpytest_inprocess(*SUITE)
+    result = lamps.runpytest_inprocess(*SUITE, no_reraise_ctrlc=True)
     result.stdout.fnmatch_lines(["hricdv: closing ended (interrupted) *"])  # and is not kept as if it were the suite
 
 
