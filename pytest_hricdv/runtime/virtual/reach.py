@@ -64,7 +64,7 @@ class Reach:
                 module = sys.modules.get(name)
                 if name not in found and isinstance(module, ModuleType):
                     found[name] = module
-                    self.add(self._named_by(name, module))
+                    self.add(self._modules_of(name, module))
             loaded = (name for name in [*sys.modules] if name.partition(".")[0] in self._installed)
             pending = [name for name in dict.fromkeys((*sorted(self._reached), *loaded)) if name not in found]
             pending = [name for name in pending if isinstance(sys.modules.get(name), ModuleType)]
@@ -77,7 +77,7 @@ class Reach:
             if "-packages" in str(getattr(sys.modules.get(name), "__file__", None)):
                 self._installed.add(name.partition(".")[0])
 
-    def _named_by(self, name: str, module: ModuleType) -> frozenset[str]:
+    def _modules_of(self, name: str, module: ModuleType) -> frozenset[str]:
         if name in self._named:
             return self._named[name]
         named = frozenset(filter(_is_followed, _names_in(module)))
