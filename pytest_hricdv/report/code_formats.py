@@ -8,7 +8,7 @@ although equal reports have to give equal files.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import add
 from pathlib import PurePosixPath
@@ -35,9 +35,12 @@ class FileHits:
     branches: Mapping[Arc, int] | None
     waived: Mapping[int, int]
 
-    def conditions(self, line: int) -> list[int]:
-        """Tests by branch that leaves this line, in order; empty if the line does not branch."""
-        return [hits for arc, hits in sorted((self.branches or {}).items()) if arc[0] == line]
+    def branching(self) -> dict[int, dict[int, int]]:
+        """Line that branches -> line to which a branch leads -> tests, all in order."""
+        lines: dict[int, dict[int, int]] = {}
+        for (line, target), tests in sorted((self.branches or {}).items()):
+            lines.setdefault(line, {})[target] = tests
+        return lines
 
 
 def cobertura(report: Report, root: str) -> str:
@@ -59,8 +62,13 @@ def cobertura(report: Report, root: str) -> str:
         classes = ET.SubElement(package, "classes")
         for file in inside:
             _class(classes, file)
-    ET.indent(coverage, " ")
-    return f"{_HEAD}{_DOCTYPE}{visible(ET.tostring(coverage, encoding='unicode'), keep=chr(10))}\n"
+    return xml_text(coverage, _DOCTYPE)
+
+
+def xml_text(root: ET.Element, doctype: str = "") -> str:
+    """A document with a line for each element, without invisible characters."""
+    ET.indent(root, " ")
+    return f"{_HEAD}{doctype}{visible(ET.tostring(root, encoding='unicode'), keep=chr(10))}\n"
 
 
 def lcov(report: Report) -> str:
@@ -94,14 +102,14 @@ def _class(classes: ET.Element, file: FileHits) -> None:
     element = ET.SubElement(classes, "class", {**names, **_rates([file]), "complexity": "0"})
     ET.SubElement(element, "methods")
     lines = ET.SubElement(element, "lines")
+    branching = file.branching()
     for number, count in sorted(file.lines.items()):
         line = ET.SubElement(lines, "line", {"number": str(number), "hits": str(count)})
-        ways = file.conditions(number)
-        if ways:
-            _conditions(line, ways)
+        if number in branching:
+            _conditions(line, branching[number].values())
 
 
-def _conditions(line: ET.Element, ways: Sequence[int]) -> None:
+def _conditions(line: ET.Element, ways: Collection[int]) -> None:
     taken = sum(count > 0 for count in ways)
     share = 100 * taken // len(ways)
     line.set("branch", "true")
@@ -147,8 +155,8 @@ def _record(file: FileHits) -> Iterator[str]:
 
 
 def _branches(file: FileHits) -> Iterator[str]:
-    for line in sorted({arc[0] for arc in file.branches or {}}):
-        for number, count in enumerate(file.conditions(line)):
+    for line, targets in file.branching().items():
+        for number, count in enumerate(targets.values()):
             # A line that was never reached has no count for its branches.
             yield f"BRDA:{line},0,{number},{count if file.lines.get(line) else '-'}"
     counts = (file.branches or {}).values()

@@ -12,15 +12,13 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import product
 
-from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import ProductCoverage, ProductDeclaration
 from pytest_hricdv.coverage.records import PlanCoverage
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.monitor import RequirementResult
-from pytest_hricdv.report.code_formats import FileHits, hits
+from pytest_hricdv.report.code_formats import FileHits, hits, xml_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
-_HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 _VERSION = "1.0"
 _NO_TIME = "1970-01-01T00:00:00"  # equal runs give equal files
 _NAME = "pytest-hricdv"
@@ -43,8 +41,7 @@ def ucis(report: Report) -> str:
         _suite(_instance(root, suite.name, report.testbench), suite, report)
     if not (files or report.suites):
         _instance(root, report.testbench, report.testbench)
-    ET.indent(root, " ")
-    return f"{_HEAD}{visible(ET.tostring(root, encoding='unicode'), keep=chr(10))}\n"
+    return xml_text(root)
 
 
 def _history_node(root: ET.Element, number: int, test: TestResult | None, report: Report) -> None:
@@ -88,15 +85,13 @@ def _code(instance: ET.Element, files: Iterable[FileHits]) -> None:
 
 
 def _branches(parent: ET.Element, number: int, file: FileHits) -> None:
-    arcs = file.branches or {}
-    for line in sorted({source for source, _ in arcs}):
+    for line, targets in file.branching().items():
         statement = ET.SubElement(parent, "statement", branchExpr=f"{file.name}:{line}", statementType="if")
         _place(statement, "id", number, line)
-        for (source, target), count in sorted(arcs.items()):
-            if source == line:
-                branch = ET.SubElement(statement, "branch")
-                _place(branch, "id", number, max(target, 1) if target > 0 else line)
-                _bin(branch, "branchBin", count, f"to line {target}" if target > 0 else "to the exit")
+        for target, count in targets.items():
+            branch = ET.SubElement(statement, "branch")
+            _place(branch, "id", number, target if target > 0 else line)
+            _bin(branch, "branchBin", count, f"to line {target}" if target > 0 else "to the exit")
 
 
 def _suite(instance: ET.Element, suite: SuiteResult, report: Report) -> None:

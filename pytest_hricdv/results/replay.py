@@ -25,19 +25,18 @@ class ReplayError(InputError):
     """A replay file cannot be read or written; the message names the file, the cause and what to do."""
 
 
-@dataclass(frozen=True)
-class ReplayOrigin:
+class ReplayOrigin(msgspec.Struct, frozen=True):
     """Where a test outside the suites came from.
 
     Args:
-        how: `shrunk` or `search`.
+        how: it was made.
         test: id of the test it was made from.
         requirement: id of the requirement that it is about.
         runs: how many runs it took.
     """
 
-    how: str
-    test: str
+    how: Literal["shrunk", "search"]
+    test: str = msgspec.field(name="from")
     requirement: str
     runs: int
 
@@ -73,7 +72,6 @@ class Replay:
     def to_json(self) -> str:
         """The file's text; floats are exact."""
         actions = [{"command": a.command, "parameters": dict(a.parameters)} for a in self.concrete.actions]
-        origin = self.origin
         plain = {
             "schema": SCHEMA,
             "test": self.test.to_data(),
@@ -84,8 +82,7 @@ class Replay:
             "requirements": dict(self.requirements),
             "code": dict(self.code),
             "environment": dict(self.environment),
-            "origin": origin
-            and {"how": origin.how, "from": origin.test, "requirement": origin.requirement, "runs": origin.runs},
+            "origin": msgspec.to_builtins(self.origin),
             "hash_seed": self.hash_seed,
         }
         return json.dumps(plain, sort_keys=True, indent=1, allow_nan=False) + "\n"
@@ -98,7 +95,6 @@ class Replay:
             ReplayError: cut off, of another version, incomplete, or contradictory.
         """
         file = _decode(text, where)
-        origin = file.origin
         try:
             test = AbstractTest.from_data(file.test)
         except GenerateError as error:
@@ -115,16 +111,9 @@ class Replay:
             requirements=file.requirements,
             code=file.code,
             environment=file.environment,
-            origin=ReplayOrigin(origin.how, origin.test, origin.requirement, origin.runs) if origin else None,
+            origin=file.origin,
             hash_seed=file.hash_seed,
         )
-
-
-class _Origin(msgspec.Struct, frozen=True, kw_only=True):
-    how: Literal["shrunk", "search"]
-    test: str = msgspec.field(name="from")
-    requirement: str
-    runs: int
 
 
 class _File(msgspec.Struct, frozen=True):
@@ -138,7 +127,7 @@ class _File(msgspec.Struct, frozen=True):
     requirements: Mapping[str, Mapping[str, Any]]
     code: Mapping[str, str]
     environment: Mapping[str, str]
-    origin: _Origin | None = None
+    origin: ReplayOrigin | None = None
     hash_seed: str = ""
 
 

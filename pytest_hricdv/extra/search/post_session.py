@@ -114,7 +114,7 @@ class Shrinker:
     def _record(self, shrunk: Shrunk, note: str = "") -> ShrunkTest:
         made, replay = None, None
         if self._best is not None and shrunk.test != self.case.concrete:
-            origin = ReplayOrigin(SHRUNK.name, self.case.abstract.id, self.requirement.id, shrunk.runs)
+            origin = ReplayOrigin("shrunk", self.case.abstract.id, self.requirement.id, shrunk.runs)
             made, replay = self.rerunner.keep(self.case, self._best, self.nodeid, origin)
         return ShrunkTest(
             id=None if made is None else made.abstract.id,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 from msgspec.structs import replace
 
@@ -20,7 +20,7 @@ from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session.replaying import TestRerunner, name_test
 
-SEARCH = "search"
+SEARCH: Final = "search"
 STARTS = 5
 """So many tests are varied: few, or the runs are spread too thin; more than one, for the nearest may be a dead end."""
 
