@@ -47,7 +47,7 @@ function messageTable(runs) {
     h("tr", { class: before[n] === now[n] ? "soft" : n === first ? "missed" : "" },
       [before[n], now[n]].map((text) => h("td", { class: "mono" }, text || "-"))));
   return [h("h4", {}, "Messages " + (start + 1) + " to " + stop),
-    h("table", { class: "beside" }, h("thead", {}, h("tr", {}, runs.map(([title]) => h("th", {}, title)))), h("tbody", {}, rows))];
+    tableOf({ class: "beside" }, runs.map(([title]) => title), rows)];
 }
 
 function messageText(text) {

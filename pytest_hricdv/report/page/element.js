@@ -32,6 +32,12 @@ function h(tag, attributes, ...children) {
   return element;
 }
 
+/** A table of rows; heads are texts, or [text, class] each; false ones are left out. */
+function tableOf(attributes, heads, rows) {
+  const cells = heads.filter(Boolean).map((head) => [head].flat()).map(([text, style]) => h("th", { scope: "col", class: style }, text));
+  return h("table", attributes, h("thead", {}, h("tr", {}, cells)), h("tbody", {}, rows));
+}
+
 function capitalized(text) {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }

@@ -52,9 +52,7 @@ function tabled(caption, heads, rows) {
   const details = h("details", { class: "small tabled", ontoggle: () => {
     if (!details.open || box.firstChild) return;
     const all = rows(), step = Math.ceil(all.length / MOST_TABLED), shown = all.filter((_, n) => n % step === 0 || n === all.length - 1);
-    box.append(h("table", { "aria-label": caption },
-      h("thead", {}, h("tr", {}, heads.map((head) => h("th", { scope: "col" }, head)))),
-      h("tbody", {}, shown.map((cells) => h("tr", {}, cells.map((cell) => h("td", {}, cell)))))));
+    box.append(tableOf({ "aria-label": caption }, heads, shown.map((cells) => h("tr", {}, cells.map((cell) => h("td", {}, cell))))));
     if (shown.length < all.length) box.append(h("p", { class: "soft" }, "Each " + step + "th of " + all.length + " rows."));
   } }, h("summary", {}, "As a table"), box);
   return details;

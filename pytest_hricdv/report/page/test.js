@@ -18,14 +18,14 @@ function chips(names) {
 }
 
 function verdictTable(verdicts) {
-  return h("table", { class: "verdicts" }, h("thead", {}, h("tr", {}, ["Requirement", "Verdict", "Triggers", "Least margin"].map((each) => h("th", {}, each)))),
-    h("tbody", {}, verdicts.map((verdict) => h("tr", {},
+  return tableOf({ class: "verdicts" }, ["Requirement", "Verdict", "Triggers", "Least margin"],
+    verdicts.map((verdict) => h("tr", {},
       h("td", {}, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name)),
       h("td", { class: "nowrap" }, verdictMark(verdict.verdict === "NC" ? "N" : verdict.verdict[0]), " ", verdict.verdict === "NC" ? "" : verdict.verdict),
       h("td", { class: "wide small" }, verdict.counts, verdict.violations.map((text) => [h("br"), h("strong", {}, text)]),
         verdict.more > 0 && [h("br"), "and " + verdict.more + " more"],
         verdict.miss && [h("br"), h("span", { class: "soft" }, verdict.miss)]),
-      h("td", { class: "small nowrap" }, verdict.margin || "-")))));
+      h("td", { class: "small nowrap" }, verdict.margin || "-"))));
 }
 
 /** Abstract and concrete test side by side: what people do, and with which parameters. */
@@ -39,7 +39,7 @@ function actionTable(found) {
     return h("tr", {}, h("td", { class: "n soft" }, n + 1), times && h("td", { class: "n soft" }, typeof found.acted[n] === "number" ? seconds(found.acted[n]) : "not done"), h("td", { class: "mono" }, abstract || "-"), h("td", { class: "mono wide" }, concrete));
   });
   const run = h("tr", {}, h("td"), times && h("td"), h("td", { class: "soft" }, "run"), h("td", { class: "mono wide" }, found.run));
-  return h("table", { class: times ? "actions timed" : "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, "No."), times && h("th", { class: "n" }, "At"), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
+  return tableOf({ class: times ? "actions timed" : "actions" }, [["No.", "n"], times && ["At", "n"], "Abstract test", "Concrete test"], [rows, run]);
 }
 
 function neighbours(test) {
