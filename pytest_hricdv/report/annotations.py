@@ -8,15 +8,12 @@ from pytest_hricdv._base.message import MAX_LINE, cut, visible
 from pytest_hricdv.report import totals
 from pytest_hricdv.report.explanation import instructions_of
 from pytest_hricdv.report.failing_tests import FailingTests
-from pytest_hricdv.report.formatting import by_requirement, plural
+from pytest_hricdv.report.formatting import by_requirement, plural, split_first
 from pytest_hricdv.report.violations import margin_unit, violation_line
 from pytest_hricdv.results.model import Report, TestResult
 
 MAX_ANNOTATIONS = 10
 """GitHub shows ten of a kind per step."""
-
-MAX_NAMED = 20
-"""Tests of a cause in its annotation (chosen: GitHub shows a few lines, and the rest on demand)."""
 
 Place = tuple[str, int]
 """A file, relative to the repository's root, and a line from 1."""
@@ -63,8 +60,9 @@ def _cause_annotations(
         place = host if cause.place is None else (in_repository(cause.place[0]), cause.place[1])
         lines = [line.text.strip() for line in cause.lines[1:]]
         if len(nodeids) > 1:
-            lines += ["", *(line.text.strip() for line in failing.rows(nodeids[:MAX_NAMED]))]
-            lines += [f"and {len(nodeids) - MAX_NAMED} more"] if len(nodeids) > MAX_NAMED else []
+            first, more = split_first(nodeids, 20)
+            lines += ["", *(line.text.strip() for line in failing.rows(first))]
+            lines += [f"and {more} more"] if more else []
         yield _annotation(place, cause.title, "\n".join(lines))
 
 

@@ -5,13 +5,10 @@ from typing import Any
 
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.report.formatting import Line, Style, listing, plural, width, wrap
+from pytest_hricdv.report.formatting import Line, Style, listing, plural, split_first, width, wrap
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, ChangeKind
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report, TestResult
-
-_MAX_KINDS = 8
-"""In the terminal, of two lines each; chosen: the page shows all of them."""
 
 
 def lines(report: Report, columns: int) -> Iterator[Line]:
@@ -21,11 +18,12 @@ def lines(report: Report, columns: int) -> Iterator[Line]:
         return
     yield Line(headline(changes), "warn" if changes.changed or not changes.compared else "ok")
     room = max((len(str(kind.tests)) for kind in changes.kinds), default=1) + 4
-    for kind in changes.kinds[:_MAX_KINDS]:
+    shown, more = split_first(changes.kinds, 8)
+    for kind in shown:
         yield from _wrap_lines(f"{kind.tests:>{room - 2}}  ", kind.kind, columns, "warn")
         yield from _wrap_lines(" " * room, _example(report, changes, kind), columns)
-    if len(changes.kinds) > _MAX_KINDS:
-        yield Line(f"  ... and {plural(len(changes.kinds) - _MAX_KINDS, 'more kind')}: see the report", "dim")
+    if more:
+        yield Line(f"  ... and {plural(more, 'more kind')}: see the report", "dim")
     for names, where in ((changes.new, "not in the baseline"), (changes.removed, "only in the baseline")):
         if names:
             start = f"  {plural(len(names), 'test')} {where}: "

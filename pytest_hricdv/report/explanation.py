@@ -7,7 +7,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.monitor import NearMiss, RequirementResult
 from pytest_hricdv.report import action_lines, log_lines
-from pytest_hricdv.report.formatting import by_requirement, enumerate_names, plural, quantity, seconds
+from pytest_hricdv.report.formatting import by_requirement, enumerate_names, plural, quantity, seconds, split_first
 from pytest_hricdv.report.log_lines import LogLine
 from pytest_hricdv.report.violations import (
     first_violation,
@@ -19,9 +19,6 @@ from pytest_hricdv.report.violations import (
 )
 from pytest_hricdv.results.model import ReplayComparison, Report, RequirementText, TestResult
 
-# Chosen, as the number of actions in `action_lines`.
-_MAX_VIOLATIONS = 3
-_MAX_MISSING = 6
 _OF_A_REPLAY = ("--hri-replay-force", "--hri-known", "--hri-strict", "--hri-fidelity", "--hri-engine")
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
@@ -127,9 +124,8 @@ def counts(result: RequirementResult) -> str:
 
 def near_miss(miss: NearMiss) -> str:
     """Why nothing was checked, in a line: `nearest at 41.2 s: only reading.pressure was missing`."""
-    shown = ", ".join(miss.missing[:_MAX_MISSING])
-    if len(miss.missing) > _MAX_MISSING:
-        shown += f" and {len(miss.missing) - _MAX_MISSING} more"
+    first, more = split_first(miss.missing, 6)
+    shown = ", ".join(first) + (f" and {more} more" if more else "")
     text = f"only {shown} was missing" if len(miss.missing) == 1 else f"{shown} were missing"
     distance = f", by {quantity(miss.distance)}" if miss.distance is not None else ""
     return f"nearest at {seconds(miss.time_s)}: {text}{distance}"
@@ -216,10 +212,11 @@ def _requirement(
         yield f"  source      {_one_line(texts.source)}"
     unit = unit_of(texts.text, units) if texts else ""
     outside_first = sorted(result.violations, key=lambda violation: (not violation.outside, violation.time_s))
-    for violation in outside_first[:_MAX_VIOLATIONS]:
+    shown, more = split_first(outside_first, 3)
+    for violation in shown:
         yield f"  {violation_line(violation, units, unit)}"
-    if len(result.violations) > _MAX_VIOLATIONS:
-        yield f"  and {plural(len(result.violations) - _MAX_VIOLATIONS, 'more violation')}"
+    if more:
+        yield f"  and {plural(more, 'more violation')}"
     if not brief or len(result.violations) > 1:  # of one, all is said
         yield f"  {counts(result)}{_worst_margin(result, unit)}"
 

@@ -8,11 +8,12 @@ import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.declarations.model_oracle import MODEL
 
+Item = TypeVar("Item")
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 
 LABEL_COLUMNS = 20
@@ -163,6 +164,11 @@ def listing(items: Sequence[str], columns: int) -> str:
         if width(text) <= columns:
             return text
     return fit(f"{len(items)} of them", columns) if items else ""
+
+
+def split_first(items: Sequence[Item], most: int) -> tuple[Sequence[Item], int]:
+    """The first of the items, and how many more there are."""
+    return items[:most], max(0, len(items) - most)
 
 
 def and_more(count: int) -> str:

@@ -13,9 +13,6 @@ from pytest_hricdv._base.message import MAX_TEXT, cut, visible
 MAX_BEFORE, MAX_AFTER = 8, 3
 """Shown around an instant (chosen): with the actions about a screen of a terminal. pytest shows all it captured."""
 
-MAX_LINE = 160
-"""Characters of a message (chosen)."""
-
 
 @dataclass(frozen=True)
 class LogLine:
@@ -58,7 +55,7 @@ class RunLog(logging.Handler):
         error = record.exc_info[1] if record.exc_info else None
         cause = f" ({error_text(error)})" if error is not None else " ..." if more else ""
         text = f"{record.levelname:7} {record.name}: {first}{cause}"
-        self._lines.append(LogLine(self.now_s(), visible(text[:MAX_LINE])))
+        self._lines.append(LogLine(self.now_s(), visible(text[:160])))
 
     @property
     def lines(self) -> tuple[LogLine, ...]:

@@ -12,15 +12,14 @@ from pytest_hricdv._base.message import MAX_LINE, cut, visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, totals
+from pytest_hricdv.report.annotations import MAX_ANNOTATIONS
 from pytest_hricdv.report.explanation import instructions_of
 from pytest_hricdv.report.failing_tests import MAX_ROWS, FailingTests
-from pytest_hricdv.report.formatting import capitalize, fit, percent, plural, seconds, share
+from pytest_hricdv.report.formatting import capitalize, fit, percent, plural, seconds, share, split_first
 from pytest_hricdv.report.view import views
 from pytest_hricdv.report.violations import margin_text, margin_unit, order_failures, violation_line
 from pytest_hricdv.results.model import Report, TestResult
 
-_MAX_FAILURES = 10
-"""In the markdown of a job's summary; chosen, as is GitHub's limit of annotations: who has more opens the report."""
 _MAX_SECTION_BYTES = 2**20 // 7
 """GitHub's limit is 1 MiB: six sections, and the room of one for what closes them."""
 
@@ -184,10 +183,11 @@ def _failures(report: Report) -> Iterator[str]:
         return
     yield f"### {plural(len(failed), 'failure')}"
     yield ""
-    for test in failed[:_MAX_FAILURES]:
+    first, more = split_first(failed, MAX_ANNOTATIONS)
+    for test in first:
         yield from _failure(report, test)
-    if len(failed) > _MAX_FAILURES:
-        yield f"... and {len(failed) - _MAX_FAILURES} more: see the report."
+    if more:
+        yield f"... and {more} more: see the report."
 
 
 def _failure(report: Report, test: TestResult) -> Iterator[str]:

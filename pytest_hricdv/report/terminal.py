@@ -13,7 +13,6 @@ from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
     LABEL_COLUMNS,
     Line,
-    and_more,
     fit_path,
     label_lines,
     listing,
@@ -23,6 +22,7 @@ from pytest_hricdv.report.formatting import (
     seconds,
     share,
     speedup,
+    split_first,
     width,
     wrap,
     wrap_line,
@@ -35,8 +35,6 @@ from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
 # Chosen, so that the summary of a suite is about a screen of a terminal; the report has all.
 _MAX_GAPS = 8
 _MAX_BRIEF_GAPS = 3
-_MAX_NOT_RUN = 3
-_MAX_FAULTS = 3
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
 
 
@@ -212,11 +210,11 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
     lost = totals.loss(report)
     expected = f"{report.reported}/{report.selected} tests reported"
     yield Line(f"{expected}: {lost}" if lost else expected, "bad" if lost else "ok")
-    names = report.not_run_tests
-    for name in names[:_MAX_NOT_RUN]:
+    names, more = split_first(report.not_run_tests, 3)
+    for name in names:
         yield Line(f"  not run: {fit_path(visible(name), columns - 11)}", "bad")
-    if len(names) > _MAX_NOT_RUN:
-        yield Line(f"  not run: {and_more(len(names) - _MAX_NOT_RUN).removeprefix(', ')}", "bad")
+    if more:
+        yield Line(f"  not run: and {more} more", "bad")
     yield _duration(report)
     yield from _slowest(report)
     for view in views():
@@ -238,12 +236,12 @@ def _faults(report: Report) -> Iterator[Line]:
     for test in report.tests:
         for fault in test.errors:
             alike.setdefault(_cause(fault), []).append((fault, test.id))
-    faults = list(alike.values())
-    for (fault, first), *others in faults[:_MAX_FAULTS]:
+    faults, more = split_first(list(alike.values()), 3)
+    for (fault, first), *others in faults:
         tests = f"{first}, and {plural(len(others), 'more test')}" if others else first
         yield Line(visible(f"fault: {fault} ({tests})"), "bad")
-    if len(faults) > _MAX_FAULTS:
-        yield Line(f"fault:{and_more(len(faults) - _MAX_FAULTS).removeprefix(',')}", "bad")
+    if more:
+        yield Line(f"fault: and {more} more", "bad")
 
 
 def _duration(report: Report) -> Line:
