@@ -231,9 +231,7 @@ def _rebuild(options: argparse.Namespace) -> int:
     if report.not_run:
         failed.append(f"{report.not_run} of {report.selected} tests have no result: totals are lower bounds")
     failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.fails]
-    for text in failed:
-        print(harmless_line(f"FAILED {text}"))
-    return FAILED if failed else OK
+    return _print_failures(failed)
 
 
 def _export(options: argparse.Namespace) -> int:
@@ -243,9 +241,7 @@ def _export(options: argparse.Namespace) -> int:
     written = write_exports(load(options.report), targets, options.root)
     for text in written.notes:
         print(harmless_line(text))
-    for text in written.problems:
-        print(harmless_line(f"FAILED {text}"))
-    return FAILED if written.problems else OK
+    return _print_failures(written.problems)
 
 
 def _minimal(options: argparse.Namespace) -> int:
@@ -263,6 +259,13 @@ def _minimal(options: argparse.Namespace) -> int:
     return OK
 
 
+def _print_failures(texts: Sequence[str]) -> int:
+    """Print what failed; returns the exit status."""
+    for text in texts:
+        print(harmless_line(f"FAILED {text}"))
+    return FAILED if texts else OK
+
+
 def _print_report(report: Report, checked: GateResult, folder: Path) -> int:
     """Says what a session says at its end."""
     columns = shutil.get_terminal_size().columns
@@ -277,9 +280,7 @@ def _print_report(report: Report, checked: GateResult, folder: Path) -> int:
     for text in checked.improved:
         print(harmless_line(text))
     failed = [*(f"{test.id}: {test.outcome}" for test in report.tests if test.fails), *checked.failed]
-    for text in failed:
-        print(harmless_line(f"FAILED {text}"))
-    return FAILED if failed else OK
+    return _print_failures(failed)
 
 
 def _judge(report: Report, options: argparse.Namespace) -> tuple[Report, GateResult]:
