@@ -27,6 +27,7 @@ from pytest_hricdv.report.requirement_view import (
 )
 from pytest_hricdv.report.sheet import Sheet, css_text, sheet
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
+from pytest_hricdv.report.suite_figures import suite_figures
 from pytest_hricdv.report.verdict import verdict
 from pytest_hricdv.report.view import PageSection, Place, views
 from pytest_hricdv.report.violations import margin_text, margin_unit, violation_line
@@ -111,6 +112,7 @@ def _context(report: Report) -> dict[str, Any]:
         "nothing_checked": totals.list_vacuity_warnings(report),
         "duration": totals.duration(report),
         "suites": report.suites,
+        "suite_figures": suite_figures,
         "holes": hole_causes(report),
         "shown_holes": 15,
         "aim": next((command for view in views() if (command := view.aim(report))), ""),

@@ -5,8 +5,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.coverage.cross_records import CrossCoverage
-from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import describe_replay
 from pytest_hricdv.report.files import PAGE_NAME
@@ -17,10 +15,8 @@ from pytest_hricdv.report.formatting import (
     label_lines,
     listing,
     pad,
-    percent,
     plural,
     seconds,
-    share,
     speedup,
     split_first,
     width,
@@ -28,8 +24,8 @@ from pytest_hricdv.report.formatting import (
     wrap_line,
 )
 from pytest_hricdv.report.requirement_lines import requirement_lines
+from pytest_hricdv.report.suite_figures import suite_figures
 from pytest_hricdv.report.view import views
-from pytest_hricdv.results.generation import Diversity, GenerationResult
 from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
 
 # Chosen, so that the summary of a suite is about a screen of a terminal; the report has all.
@@ -108,60 +104,9 @@ def _suite(report: Report, suite: SuiteResult, columns: int, *, brief: bool) -> 
     simulation += f" on {suite.engine}" if suite.engine else ""
     yield Line(f"suite {suite.name}, seed {suite.seed}: {totals.tests_text(report, suite)}{simulation}", "title")
     yield from requirement_lines(report, suite, columns, brief=brief)
-    yield from _code("statements", suite.code.statements, report, columns)
-    yield from _code("branches", suite.code.branches, report, columns)
-    for agent in sorted(suite.plans):
-        covered, total = len(suite.plans[agent].covered), suite.plans[agent].total
-        yield from label_lines(f"plans of {agent}", f"{percent(share(covered, total))} ({covered} of {total})", columns)
-    if suite.cross.bins:
-        yield from label_lines("cross product", _cross(suite.cross), columns)
-    yield from _generation(suite.generation, columns, brief=brief)
-
-
-def _code(kind: str, coverage: CodeCoverage | None, report: Report, columns: int) -> Iterator[Line]:
-    if coverage is None:
-        return label_lines(kind, f"unmeasured: {totals.explain_no_coverage(report)}", columns, "warn")
-    of_total = f"{percent(coverage.percent)} ({coverage.covered} of {coverage.total})"
-    waived = len(totals.waivers(report)) if kind == "statements" else 0
-    reachable = f"{coverage.reachable} reachable" + (f", {waived} waived" if waived else "")
-    return label_lines(kind, f"{of_total}, {percent(coverage.percent_reachable)} of {reachable}", columns)
-
-
-def _cross(cross: CrossCoverage) -> str:
-    text = f"{percent(totals.bins_covered(cross))} ({cross.hit} of {plural(cross.possible, 'bin')})"
-    return f"{text}, {cross.impossible} impossible" if cross.impossible else text
-
-
-def _generation(generation: GenerationResult, columns: int, *, brief: bool) -> Iterator[Line]:
-    if not brief:
-        label = "Q-learning" if generation.iterations else "generation"
-        yield from label_lines(label, _effort(generation), columns, "dim")
-        yield from label_lines("diversity", _diversity(generation.diagnosis), columns, "dim")
-    for note in generation.notes:
-        yield from label_lines("note", note, columns, "warn")
-
-
-def _effort(generation: GenerationResult) -> str:
-    """`converged after 115 of 119 iterations (2140 model runs, 130 distinct tests), 3.1 s`."""
-    counts = [plural(generation.bdi_runs, "model run")] if generation.bdi_runs else []
-    counted = ", ".join([*counts, plural(generation.distinct_texts, "distinct test")])
-    time = "cached" if generation.cached else seconds(generation.wall_s)
-    if not generation.iterations:
-        return f"{counted}, {time}"
-    at, iterations = generation.converged_at, plural(generation.iterations, "iteration")
-    learning = f"not converged after {iterations}" if at is None else f"converged after {at} of {iterations}"
-    return f"{learning} ({counted}), {time}"
-
-
-def _diversity(diversity: Diversity) -> str:
-    """`entropy 5.05/5.21 bits over 134 belief sets; last new plan at iteration 94, test 23`."""
-    last = diversity.last_new_plan
-    ends = [f"{name} {number}" for name, number in (("iteration", last.iteration), ("test", last.test)) if number]
-    plans = f"last new plan at {', '.join(ends)}" if ends else "no plans of a model"
-    if not diversity.distinct_subsets:
-        return plans
-    bits, max_bits = diversity.belief_entropy_bits, diversity.belief_entropy_most_bits
-    return f"entropy {bits:.2f}/{max_bits:.2f} bits over {plural(diversity.distinct_subsets, 'belief set')}; {plans}"
+    for figure in suite_figures(report, suite):
+        if figure.style != "dim" or not brief:
+            yield from label_lines(figure.label, figure.text, columns, figure.style)
 
 
 def _files(report: Report, columns: int) -> Iterator[Line]:

@@ -41,7 +41,7 @@ def test_page_shows_verdicts_closure_sources_and_every_test() -> None:
         assert text in page.words
     assert "controller/journal.py:60" in page.words
     assert "the port never closes in simulation" in page.words
-    assert "converged at 130" in page.words
+    assert "converged after 130 of 130 iterations" in page.words
     assert set(data["curves"][1]["closure"]) == {"statements", "branches", "plans"}
     assert len(data["curves"][1]["learning"]) == 130
     assert data["marginUnits"] == ["s", "", "", ""]
@@ -282,7 +282,7 @@ def test_page_depends_on_the_content_only() -> None:
 
 def test_unmeasured_code_is_called_so() -> None:
     page = _page(sample.unmeasured("a debugger owns sys.settrace"))
-    assert "unmeasured a debugger owns sys.settrace" in page.words
+    assert "unmeasured: a debugger owns sys.settrace" in page.words
     assert "The code under test is unmeasured: a debugger owns sys.settrace." in page.words
     data = json.loads(page.scripts["data"])
     assert data["curves"][0]["closure"].keys() == {"plans"}
