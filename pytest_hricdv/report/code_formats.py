@@ -35,7 +35,7 @@ class FileHits:
     branches: Mapping[Arc, int] | None
     waived: Mapping[int, int]
 
-    def branching(self) -> dict[int, dict[int, int]]:
+    def branches_by_line(self) -> dict[int, dict[int, int]]:
         """Line that branches -> line to which a branch leads -> tests, all in order."""
         lines: dict[int, dict[int, int]] = {}
         for (line, target), tests in sorted((self.branches or {}).items()):
@@ -102,11 +102,11 @@ def _class(classes: ET.Element, file: FileHits) -> None:
     element = ET.SubElement(classes, "class", {**names, **_rates([file]), "complexity": "0"})
     ET.SubElement(element, "methods")
     lines = ET.SubElement(element, "lines")
-    branching = file.branching()
+    by_line = file.branches_by_line()
     for number, count in sorted(file.lines.items()):
         line = ET.SubElement(lines, "line", {"number": str(number), "hits": str(count)})
-        if number in branching:
-            _conditions(line, branching[number].values())
+        if number in by_line:
+            _conditions(line, by_line[number].values())
 
 
 def _conditions(line: ET.Element, ways: Collection[int]) -> None:
@@ -155,7 +155,7 @@ def _record(file: FileHits) -> Iterator[str]:
 
 
 def _branches(file: FileHits) -> Iterator[str]:
-    for line, targets in file.branching().items():
+    for line, targets in file.branches_by_line().items():
         for number, count in enumerate(targets.values()):
             # A line that was never reached has no count for its branches.
             yield f"BRDA:{line},0,{number},{count if file.lines.get(line) else '-'}"

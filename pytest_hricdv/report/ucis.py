@@ -85,7 +85,7 @@ def _code(instance: ET.Element, files: Iterable[FileHits]) -> None:
 
 
 def _branches(parent: ET.Element, number: int, file: FileHits) -> None:
-    for line, targets in file.branching().items():
+    for line, targets in file.branches_by_line().items():
         statement = ET.SubElement(parent, "statement", branchExpr=f"{file.name}:{line}", statementType="if")
         _place(statement, "id", number, line)
         for target, count in targets.items():
