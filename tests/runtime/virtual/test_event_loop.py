@@ -167,6 +167,8 @@ def test_what_a_run_leaves_open_says_nothing(capfd: pytest.CaptureFixture[str]) 
         asyncio.create_task(for_ever())  # noqa: RUF006
         await asyncio.sleep(10_000.0)
 
+    gc.collect()  # what other tests have left
+    capfd.readouterr()
     run(lambda kernel: VIRTUAL.run(main()), lambda kernel: VIRTUAL.new_event_loop().run_until_complete(main()))
     gc.collect()
     assert ended.count("cleaned up") >= 1
