@@ -19,6 +19,7 @@ from pytest_hricdv.lanes import ActorTimes, Lanes, enacted
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS
+from pytest_hricdv.runtime.kernel import US_PER_S
 from pytest_hricdv.runtime.livelock import LOOKS_EACH_S, Cycle, Repetition
 
 if TYPE_CHECKING:
@@ -352,10 +353,12 @@ class Run:
         with nullcontext() if self.filming is None else self.filming(self):
             try:
                 why = self._until_it_goes_round(limit_s)
+                if why == "idle" and self.monitors.is_instant_open:  # what begins at the last instant is not pending
+                    self.kernel.skip(self.kernel.now_s + INSTANT_S)
                 # An instant is judged once it is over, and what happened at the last one may have met a deadline.
-                self._go_on(self.kernel.now_s + INSTANT_S)
+                self._go_on(self.kernel.now_us + 1)
                 # What is triggered on the way has no say: a topic at 10 Hz that nobody answers would go on for ever.
-                self._go_on(math.inf)
+                self._go_on()
             except NodeError as error:
                 if isinstance(error.__cause__, MonitorError | TestbenchError):
                     raise  # by the requirements or the testbench, in whichever node it was noticed
@@ -391,21 +394,27 @@ class Run:
     def _is_of_code(self, sender: str) -> bool:
         return self.bus.senders.get(sender, False)
 
-    def _go_on(self, until_s: float) -> None:
-        """Run up to the last deadline that is open now, at most to `until_s`."""
+    def _go_on(self, until_us: int | None = None) -> None:
+        """Run up to the last deadline that is open now, at most to `until_us`.
+
+        In whole microseconds, as the clock counts: a time in seconds may be a little later than the one it stands for,
+        and an idle run would never reach it.
+        """
         self.monitors.advance(self.kernel.now_s)
-        deadline_s = self._open_deadline_s()
-        if deadline_s is None:
+        deadline_us = self._open_deadline_us()
+        if deadline_us is None:
             return
-        end_s = min(deadline_s, until_s)
-        while self.kernel.now_s < end_s:  # a node may stop the run once more
-            why = self.kernel.run(end_s)
-            if why == "idle":
+        end_us = deadline_us if until_us is None else min(deadline_us, until_us)
+        end_s = end_us / US_PER_S
+        while self.kernel.now_us < end_us:  # a node may stop the run once more
+            if self.kernel.run(end_s) == "idle":
                 self.kernel.skip(end_s)
-            elif why == "limit":
-                break  # the clock has whole microseconds, and `end_s` may be a little more than one
         self.monitors.advance(self.kernel.now_s)
 
-    def _open_deadline_s(self) -> float | None:
+    def _open_deadline_us(self) -> int | None:
+        """The first microsecond at which the last open deadline has come; None if that is not later than now."""
         deadline_s = self.monitors.next_deadline_s()
-        return deadline_s if deadline_s is not None and self.kernel.now_s < deadline_s else None
+        if deadline_s is None:
+            return None
+        deadline_us = -(-round(deadline_s * 1e9) // 1000)  # deadlines have whole nanoseconds
+        return deadline_us if self.kernel.now_us < deadline_us else None

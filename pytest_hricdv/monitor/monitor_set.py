@@ -177,6 +177,11 @@ class MonitorSet:
         if time_s != self._now_s:
             self._advance(time_s)
 
+    @property
+    def is_instant_open(self) -> bool:
+        """Whether something happened at the present instant, which is judged once time has passed it."""
+        return bool(self._dirty)
+
     def next_deadline_s(self) -> float | None:
         """The latest deadline (s) of the open `eventually` triggers; None if there is none.
 

@@ -265,7 +265,10 @@ class Kernel:
 
         Raises:
             NodeError: a node raised (its own exception is the cause), or nodes wake each other without end.
+            KernelError: the limit is not finite.
         """
+        if not math.isfinite(limit_s):
+            raise KernelError(f"cannot run up to {limit_s!r} s: expected a finite time, in seconds")
         with self.supervision.watch():
             self._runs = True
             try:
