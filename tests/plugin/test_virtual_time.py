@@ -26,11 +26,15 @@ WAYS = {
 
 def sleeping(lamps: pytest.Pytester, way: str, *, virtual: bool = True) -> None:
     """The guide sleeps in its own way."""
-    head, body = WAYS[way]
-    project.change(lamps.path, "lamps/guide.py", SLEEP, body)
-    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", f"{head}GLARE = 80.0")
+    wait(lamps, *WAYS[way])
     if virtual:
         let_be_virtual(lamps)
+
+
+def wait(lamps: pytest.Pytester, head: str, body: str) -> None:
+    """The guide waits by this body instead of the clock of its port; `head` is of its module."""
+    project.change(lamps.path, "lamps/guide.py", SLEEP, body)
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", f"{head}GLARE = 80.0")
 
 
 def let_be_virtual(lamps: pytest.Pytester) -> None:
@@ -66,6 +70,39 @@ def test_without_the_switch_it_is_an_error_with_the_line(lamps: pytest.Pytester,
     assert f"{lamps.path / 'lamps' / 'guide.py'}:" in said
     what = "time.monotonic" if way == "until a time" else "time.sleep"
     assert f"{what} in node guide is real time, of which a simulated run has none: give the testbench" in said
+
+
+STOPWATCH = """from time import monotonic, sleep
+
+class Stopwatch:
+    def __init__(self, clock=monotonic):
+        self.clock, self.began_s = clock, clock()
+
+    def wait(self, until_s):
+        while self.clock() - self.began_s < until_s - 1e-9:
+            sleep(0.1)
+"""
+
+
+@pytest.mark.parametrize(
+    ("head", "body"),
+    [
+        ("from stopwatch import Stopwatch\n", "        Stopwatch().wait(SWITCHING_S)\n"),
+        (
+            "import py_trees\n",
+            "        pause = py_trees.timers.Timer('pause', duration=SWITCHING_S - 1e-9)\n"
+            "        while pause.tick_once() or pause.status != py_trees.common.Status.SUCCESS:\n"
+            "            clock.sleep(0.1)\n",
+        ),
+    ],
+    ids=["stopwatch", "py_trees"],
+)
+def test_what_other_modules_wait_for_passes_in_virtual_time(lamps: pytest.Pytester, head: str, body: str) -> None:
+    before = hashes(lamps)
+    (lamps.path / "stopwatch.py").write_text(STOPWATCH)
+    wait(lamps, head, body)
+    let_be_virtual(lamps)
+    assert hashes(lamps) == before
 
 
 @pytest.mark.slow
