@@ -1,20 +1,21 @@
-"""The optional features: each is a folder of `pytest_hricdv.extra`, and this list is the only place that names them.
+"""The optional features: each is a folder of `pytest_hricdv.extra`, and only this list names them.
 
-A feature offers the core some names, each in the module of that role, or in `feature.py` where it has no such module:
+A feature offers names to the core. Each is in the module of its role, or in `feature.py` if the feature has no such
+module:
 
-- `feature`: `FEATURE`, what it does in a session: options, checks, work on each result and after the tests
-  (`session.feature.Feature`);
-- `execution`: `EXECUTION`, what it adds to runs: criteria, a middleware (`execution.execution_feature`);
-- `records`: `SECTIONS` and `TEST_SECTIONS`, the keys that it adds to `report.json` (`results.section`);
+- `feature`: `FEATURE`, what it does in a session (`session.feature.Feature`);
+- `execution`: `EXECUTION`, what it adds to runs (`execution.execution_feature.ExecutionFeature`);
+- `records`: `SECTIONS` and `TEST_SECTIONS`, its keys of `report.json`, and `SHARES`, its percentages for thresholds
+  (`results.section`); `further_engines(test)`, other physics engines that a test ran on;
 - `merging`: `merge(reports, merged)` for its keys of a merged report, `rebuilt(report, kept)` for those of a report
   that is rebuilt from a journal, and `associated(report, is_of_all_runs=...)` for those of a campaign;
-- `view`: `VIEW`, what it shows of them: lines for the terminal, a section of the page (`report.view.View`);
-- `remote`: `REMOTE`, workers on other machines (`session.remote`);
-- `commands`: `COMMANDS`, what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command`);
-- `bag_writer`: `write_bag(path, record)`, the messages of a run as a bag: whether it has any.
+- `view`: `VIEW`, what it shows in the terminal and on the page (`report.view.View`);
+- `commands`: `COMMANDS`, its commands of `python -m pytest_hricdv.report` (`report.view.ReportCommand`);
 - `command`: `INIT`, what `python -m pytest_hricdv init` does with code, and `add_command(commands, formatter)` for a
   command of its own;
-- `drafting`: `ROS_TOOLS`, what drafts for nodes of ROS 2 need of it: packages, console scripts, names, launch files.
+- `remote`: `REMOTE`, workers on other machines (`session.remote.Remote`);
+- `bag_writer`: `write_bag(path, record)`, which writes the messages of a run as a bag and returns whether it has any;
+- `drafting`: `ROS_TOOLS`, the packages, console scripts, names and launch files of ROS 2 that drafts need.
 
 Nothing below `extra` imports a feature, and no feature imports another one: a feature is removed by deleting its
 folder, its line here, and its tests.

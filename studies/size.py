@@ -5,7 +5,7 @@
     python -m studies.size --broken   each place that breaks a rule, a line each
     python -m studies.size --check    fail where a figure is over its limit in [tool.hricdv-size] of pyproject.toml
 
-The rules are in CONTRIBUTING.md. Limits are lowered when a figure is, and never raised.
+The rules, also on limits, are in CONTRIBUTING.md.
 
 The figures count lines of Python files as they are, with blank lines and comments.
 """

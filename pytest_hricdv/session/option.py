@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast, overload
 
 import pytest
 
@@ -145,16 +145,15 @@ class OptionReader:
         except ValueError as error:  # before pytest 9.2, which says it as well as this
             raise usage_error(f"{self.config.inipath}: hri_{name}: expected true or false; {error}") from None
 
-    def integer(self, name: str, default: int | None, least: int | None, most: int = MAX_INTEGER) -> int | None:
-        """A whole number.
-
-        Args:
-            default: where there is none.
-            least: the least one allowed; None: any that has 63 bits.
-            most: the greatest one allowed.
+    @overload
+    def integer(self, name: str, default: int, minimum: int, maximum: int = ...) -> int: ...
+    @overload
+    def integer(self, name: str, default: None, minimum: int, maximum: int = ...) -> int | None: ...
+    def integer(self, name: str, default: int | None, minimum: int, maximum: int = MAX_INTEGER) -> int | None:
+        """A whole number from `minimum` to `maximum`, or `default` where the option is not set.
 
         Raises:
-            pytest.UsageError: it is no whole number, or out of range.
+            pytest.UsageError: the value is no whole number or out of range.
         """
         text, option = self.text(name), f"--hri-{name.replace('_', '-')}"
         if not text:
@@ -163,9 +162,8 @@ class OptionReader:
             value = int(text if text.isascii() else "")
         except ValueError:
             raise usage_error(f"{option}={text}: expected a whole number") from None
-        least = -MAX_INTEGER if least is None else least
-        if not least <= value <= most:
-            expected = f"at least {least}" if value < least else f"at most {most}"
+        if not minimum <= value <= maximum:
+            expected = f"at least {minimum}" if value < minimum else f"at most {maximum}"
             raise usage_error(f"{option}={text}: expected {expected}")
         return value
 

@@ -26,7 +26,7 @@ from pytest_hricdv.results.gates import (
     parse_threshold,
 )
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
-from pytest_hricdv.session.option import OptionReader, feature_options, usage_error
+from pytest_hricdv.session.option import MAX_INTEGER, OptionReader, feature_options, usage_error
 
 MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000
 """As in `generate.beliefs`, which a session without a suite does not import."""
@@ -107,9 +107,9 @@ def read_options(config: pytest.Config) -> Options:
     return Options(
         suites=suites,
         suite_named=bool(replay or asking) or config.getoption("hri_suite") is not None,
-        seed=reader.integer("seed", 0, least=None) or 0,
-        tests=reader.integer("tests", None, least=1, most=MAX_TESTS),
-        concretizations=reader.integer("concretizations", 1, least=1, most=MAX_CONCRETIZATIONS) or 1,
+        seed=reader.integer("seed", 0, minimum=-MAX_INTEGER),
+        tests=reader.integer("tests", None, minimum=1, maximum=MAX_TESTS),
+        concretizations=reader.integer("concretizations", 1, minimum=1, maximum=MAX_CONCRETIZATIONS),
         sampling=_read_sampling(reader),
         report=config.invocation_params.dir / (reader.text("report") or "hri-report"),
         gates=Gates(

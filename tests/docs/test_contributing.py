@@ -1,22 +1,25 @@
-"""The guide for contributors keeps up with the code: targets, folders of tests, and the faces of optional parts."""
+"""The guide for contributors keeps up with the code: targets, files, and the roles of features."""
 
 from __future__ import annotations
 
 import re
 
-from pytest_hricdv.registry import FEATURES
+from pytest_hricdv import registry
 from studies.site.pages import ROOT
 
 GUIDE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
-def test_each_face_of_a_part_has_its_row() -> None:
-    rows = re.findall(r"^\| `(\w+)\.py` \| `(\w+)", GUIDE, re.MULTILINE)
-    assert {face for face, _ in rows} == {face for faces in FEATURES.values() for face in faces}
-    for face, name in rows:
-        offered = [f"pytest_hricdv/extra/{part}/{face}.py" for part, faces in FEATURES.items() if face in faces]
-        if name.isupper():
-            assert any(f"\n{name} = " in (ROOT / path).read_text(encoding="utf-8") for path in offered), (face, name)
+def test_each_role_of_a_feature_is_described() -> None:
+    described = set(re.findall(r"^- `(\w+)`", registry.__doc__ or "", re.MULTILINE))
+    assert {role for roles in registry.FEATURES.values() for role in roles} <= described
+
+
+def test_features_offer_each_name_of_the_table() -> None:
+    rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \| `(\w+)` \|", GUIDE, re.MULTILINE)
+    assert len(rows) > 5
+    for names, role in rows:
+        assert [name for name in re.findall(r"\w+", names) if not registry.offers(role, name)] == []
 
 
 def test_files_and_folders_that_it_names_are_there() -> None:

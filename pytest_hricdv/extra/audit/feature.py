@@ -54,7 +54,7 @@ class AuditFeature(Feature[AuditOptions]):
             return AuditOptions(is_on=False)
         if text and not (text.isascii() and text.isdigit()):
             raise usage_error(f"--hri-audit={text}: expected a whole number, or off")
-        return AuditOptions(reader.integer("audit", None, least=1))
+        return AuditOptions(reader.integer("audit", None, minimum=1))
 
     def check(self, context: RunContext) -> None:
         """Keep what fresh processes need, before a test can change it."""

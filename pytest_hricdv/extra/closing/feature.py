@@ -58,9 +58,9 @@ class ClosingFeature(Feature[ClosingOptions]):
         options = ClosingOptions(
             asked=close or NAME in named,
             given=close and any(name != NAME for name in named),
-            runs=reader.integer("close_runs", ClosingOptions.runs, least=1) or 0,
-            search=reader.integer("close_search", None, least=0),
-            seconds=reader.integer("close_seconds", ClosingOptions.seconds, least=1) or 0,
+            runs=reader.integer("close_runs", ClosingOptions.runs, minimum=1),
+            search=reader.integer("close_search", None, minimum=0),
+            seconds=reader.integer("close_seconds", ClosingOptions.seconds, minimum=1),
             without=tuple(_names(reader.text("close_without"))),
         )
         if options.asked and reader.text("sampling") not in ("", "uniform"):

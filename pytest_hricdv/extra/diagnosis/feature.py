@@ -39,7 +39,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
 
     def read(self, reader: OptionReader) -> DiagnosisOptions:
         """How many runs a diagnosis may take."""
-        return DiagnosisOptions(reader.integer("diagnose", None, least=0))
+        return DiagnosisOptions(reader.integer("diagnose", None, minimum=0))
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """Of a session that ended before its last test, that nobody has looked for causes."""

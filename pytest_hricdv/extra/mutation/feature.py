@@ -47,9 +47,9 @@ class MutationFeature(Feature[MutationOptions]):
             raise usage_error(f"--hri-mutate-tests={text}: expected a whole number, or all")
         options = MutationOptions(
             asked=reader.flag("mutate"),
-            tests=None if text == "all" else reader.integer("mutate_tests", MutationOptions.tests, least=1),
-            mutants=reader.integer("mutate_faults", None, least=1),
-            seconds=reader.integer("mutate_seconds", None, least=1),
+            tests=None if text == "all" else reader.integer("mutate_tests", MutationOptions.tests, minimum=1),
+            mutants=reader.integer("mutate_faults", None, minimum=1),
+            seconds=reader.integer("mutate_seconds", None, minimum=1),
             matrix=reader.flag("mutate_matrix"),
         )
         if options.asked and reader.flag("no_cov"):

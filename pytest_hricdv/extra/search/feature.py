@@ -54,9 +54,9 @@ class SearchFeature(Feature[SearchOptions]):
         """How to shrink and to search."""
         return SearchOptions(
             shrink=reader.flag("shrink"),
-            shrink_runs=reader.integer("shrink_runs", BUDGET, least=1) or BUDGET,
-            shrink_seconds=reader.integer("shrink_seconds", BUDGET, least=1) or BUDGET,
-            search=reader.integer("search", 0, least=1) or 0,
+            shrink_runs=reader.integer("shrink_runs", BUDGET, minimum=1),
+            shrink_seconds=reader.integer("shrink_seconds", BUDGET, minimum=1),
+            search=reader.integer("search", 0, minimum=1),
         )
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:

@@ -44,10 +44,10 @@ class SuggestionFeature(Feature[SuggestionOptions]):
         """How requirements are suggested. Raises pytest.UsageError for options that contradict each other."""
         options = SuggestionOptions(
             asked=reader.flag("suggest"),
-            most=reader.integer("suggest_most", SuggestionOptions.most, least=1) or SuggestionOptions.most,
-            faults=reader.integer("suggest_faults", SuggestionOptions.faults, least=0) or 0,
-            further=reader.integer("suggest_further", SuggestionOptions.further, least=0) or 0,
-            seconds=reader.integer("suggest_seconds", None, least=1),
+            most=reader.integer("suggest_most", SuggestionOptions.most, minimum=1),
+            faults=reader.integer("suggest_faults", SuggestionOptions.faults, minimum=0),
+            further=reader.integer("suggest_further", SuggestionOptions.further, minimum=0),
+            seconds=reader.integer("suggest_seconds", None, minimum=1),
             anew=reader.flag("suggest_anew"),
         )
         if options.asked and reader.command_line_value("shard") is not None:
