@@ -90,9 +90,9 @@ class Stopwatch:
         ("from stopwatch import Stopwatch\n", "        Stopwatch().wait(SWITCHING_S)\n"),
         (
             "import py_trees\n",
-            "        pause = py_trees.timers.Timer('pause', duration=SWITCHING_S - 1e-9)\n"
+            "        pause = py_trees.timers.Timer('pause', duration=SWITCHING_S - 1e-3)\n"
             "        while pause.tick_once() or pause.status != py_trees.common.Status.SUCCESS:\n"
-            "            clock.sleep(0.1)\n",
+            "            clock.sleep(SWITCHING_S / 5)\n",
         ),
     ],
     ids=["stopwatch", "py_trees"],
