@@ -12,7 +12,7 @@ import builtins
 import importlib
 import sys
 import weakref
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from functools import partial, wraps
 from threading import local
@@ -169,7 +169,7 @@ class VirtualModules:
 
         return import_module
 
-    def _replace(self, imported: Collection[str] = ()) -> None:
+    def _replace(self, imported: Set[str] = frozenset()) -> None:
         """Replace what modules refer to, and was not replaced yet.
 
         Args:

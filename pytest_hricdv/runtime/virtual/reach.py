@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+import weakref
+from collections.abc import Iterator, Sequence, Set
 from types import BuiltinFunctionType, FunctionType, ModuleType
 
 TOOLS = frozenset(
@@ -43,7 +44,6 @@ class Reach:
         self._roots = {package.partition(".")[0] for package in packages}
         self._installed: set[str] = set()
         self._reached: set[str] = set()
-        self._named: dict[str, frozenset[str]] = {}
 
     def __contains__(self, module: object) -> bool:
         if not isinstance(module, str):
@@ -64,26 +64,31 @@ class Reach:
                 module = sys.modules.get(name)
                 if name not in found and isinstance(module, ModuleType):
                     found[name] = module
-                    self.add(self._modules_of(name, module))
+                    self.add(_modules_of(module))
             loaded = (name for name in [*sys.modules] if name.partition(".")[0] in self._installed)
             pending = [name for name in dict.fromkeys((*sorted(self._reached), *loaded)) if name not in found]
             pending = [name for name in pending if isinstance(sys.modules.get(name), ModuleType)]
         return found
 
-    def add(self, names: Iterable[str]) -> None:
+    def add(self, names: Set[str]) -> None:
         """A module that is reached names these modules, or has imported them."""
-        for name in filter(_is_followed, names):
+        for name in filter(_is_followed, names - self._reached):
             self._reached.add(name)
             if "-packages" in str(getattr(sys.modules.get(name), "__file__", None)):
                 self._installed.add(name.partition(".")[0])
 
-    def _modules_of(self, name: str, module: ModuleType) -> frozenset[str]:
-        if name in self._named:
-            return self._named[name]
+
+def _modules_of(module: ModuleType) -> frozenset[str]:
+    named = _NAMED_IN.get(module)
+    if named is None:
         named = frozenset(filter(_is_followed, _names_in(module)))
         if not is_initializing(module):
-            self._named[name] = named
-        return named
+            _NAMED_IN[module] = named
+    return named
+
+
+_NAMED_IN: weakref.WeakKeyDictionary[ModuleType, frozenset[str]] = weakref.WeakKeyDictionary()
+"""Module -> the modules that it names: globals of a module hardly ever come to name others."""
 
 
 def _is_followed(module: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Container, Iterable, Iterator
 from contextlib import suppress
 from functools import partial
@@ -29,9 +30,11 @@ class ReferenceSearch:
         self._is_wanted = is_wanted
         self._modules = modules
         self._seen: set[int] = set()
+        self._names: dict[str, Any] = {}
 
     def find(self, names: dict[str, Any]) -> Iterator[Reference]:
         """References in the globals of a module."""
+        self._names = names
         for name, value in [*names.items()]:
             yield from self._look(value, partial(names.__setitem__, name), 0)
 
@@ -46,9 +49,9 @@ class ReferenceSearch:
     def _items(self, value: Any) -> Iterable[Reference]:
         kind = type(value)
         if kind is FunctionType:
-            return self._of_function(value) if value.__module__ in self._modules else ()
+            return self._of_function(value) if self._is_searched(value) else ()
         if issubclass(kind, type):
-            return self._of_class(value) if value.__module__ in self._modules else ()
+            return self._of_class(value) if self._is_searched(value) else ()
         if kind is dict:
             items = [*value.items()][:MAX_ITEMS]
             return ((item, partial(value.__setitem__, key)) for key, item in items)
@@ -65,6 +68,13 @@ class ReferenceSearch:
         if kind.__module__ in self._modules and not issubclass(kind, ModuleType):
             return _of_instance(value)
         return ()
+
+    def _is_searched(self, value: Any) -> bool:
+        """Whether a function or class is looked into here: not if another module has it, which is searched itself."""
+        if value.__module__ not in self._modules:
+            return False
+        home = vars(sys.modules.get(value.__module__, sys))
+        return home is self._names or home.get(value.__name__) is not value
 
     def _of_function(self, function: FunctionType) -> Iterator[Reference]:
         for index, value in enumerate(function.__defaults__ or ()):
