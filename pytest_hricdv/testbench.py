@@ -1,4 +1,4 @@
-"""What a user supplies: one frozen object that says what to generate, how to run it, and what must hold."""
+"""`Testbench`, which a user supplies: what to generate, how to run it, and what must hold; and what it is made of."""
 
 from __future__ import annotations
 

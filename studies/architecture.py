@@ -41,7 +41,7 @@ _KEYS = {
     "public": "what users import",
     "core": "the core",
     "library": "libraries of their own",
-    "extra": "optional parts, in extra/",
+    "extra": "optional features, in extra/",
     "beside": "the table assembly",
 }
 

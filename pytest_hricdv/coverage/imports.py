@@ -1,8 +1,8 @@
 """Follows which modules of the code under test are imported, by whom, and measures each where it is first imported.
 
-A module runs when it is imported, once in a process: in the first test that needs it, or before any test. What it
-covers then belongs to every test that imports it. It is measured where it happens: importing a module once more, for
-the sake of a figure, would run it once more, which is dangerous beside hardware. What nothing imports is never run.
+A module runs once in a process, when it is first imported: in the first test that needs it, or before any test. Its
+coverage belongs to every test that imports it. It is measured during that import: importing a module again only to
+measure it would run it again, which is dangerous next to hardware. A module that nothing imports is never run.
 """
 
 from __future__ import annotations

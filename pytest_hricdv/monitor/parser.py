@@ -1,4 +1,4 @@
-"""Syntax tree of a formula to the formula: names, types, windows and conditions; errors in the user's terms.
+"""Turns the syntax tree of a requirement into a formula: checks names, types, units and windows.
 
 Imports lark, so this module is imported only when a formula is parsed.
 """
@@ -38,10 +38,10 @@ from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
 
 
 class FormulaParser(NumberParser):
-    """Makes the formula of a text from its syntax tree, with the rule of the same name for each node.
+    """Makes the formula of a text from its syntax tree, with one rule for each type of node.
 
-    Its methods raise RequirementError: the text has no such syntax tree (the caret marks the first unexpected token),
-    an unknown name, a type error, a window that ends before it starts, or a condition that can never hold in its place.
+    Its methods raise RequirementError for a syntax error (the caret marks the first unexpected token), an unknown name,
+    a type error, a window that ends before it starts, or a condition that can never hold where it stands.
     """
 
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:

@@ -12,7 +12,7 @@ from pytest_hricdv.monitor.node import PastFormula
 
 
 class Criterion(Protocol):
-    """What runs are judged by, one verdict each: a requirement, or an agent of the model (`conformance.oracle`)."""
+    """What runs are judged by, with one verdict each: a requirement, or an agent of the model (`extra.oracle`)."""
 
     @property
     def id(self) -> str:

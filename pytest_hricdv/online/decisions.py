@@ -1,4 +1,7 @@
-"""What is decided in a run in which agents live: asked of a chooser, with where the run stands, and noted."""
+"""The decisions of a run with interactive agents: each is made by a chooser and recorded.
+
+A run decides which goal an agent gets, which ready act it performs, and which disturbance comes next.
+"""
 
 from __future__ import annotations
 
@@ -13,17 +16,17 @@ from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, C
 from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.role import Role
 
-MOST_GOALS = 8
-"""So many goals can be given to agents in a run. Each leads to commands, between which there can be the next one: a
-run would have no end."""
+MAX_GOALS = 8
+"""Goals given to agents in one run. Without a limit, a run would not end: the commands of each goal leave room for the
+next one."""
 
 
 class Decisions:
     """The decisions of one run.
 
     Args:
-        role: of an agent in it; what it says of the run is the same for all.
-        chooser: decides.
+        role: the role of any agent in the run; only what it has in common with the others is used.
+        chooser: makes the decisions.
     """
 
     def __init__(self, role: Role, chooser: Chooser) -> None:
@@ -31,19 +34,19 @@ class Decisions:
         self._chooser = chooser
         self._state_topic, _, self._state_field = role.state.partition(".")
         self._state = ""
-        self._goals_left = MOST_GOALS
+        self._goals_left = MAX_GOALS
         self.taken: list[str] = []
-        """The commands so far."""
+        """The commands so far, including disturbances."""
         self.choices: list[Choice] = []
-        """What was chosen, in order; that nothing was, only of beliefs."""
+        """The choices in order, without decisions against a goal or a disturbance."""
 
     def message(self, topic: str, fields: Mapping[str, Value]) -> None:
-        """A message has arrived: it may name the state of the code under test."""
+        """Take the state of the code under test from a message, if it names one."""
         if topic == self._state_topic:
             self._state = str(fields[self._state_field])
 
     def choose(self, about: str, options: tuple[str, ...], now_s: float) -> str:
-        """One of the options. Raises InteractiveAgentError: the chooser chose something else."""
+        """Let the chooser choose one of the options. Raises InteractiveAgentError if it chooses anything else."""
         situation = self._situation(now_s)
         chosen = self._chooser.choose(ChoicePoint(about, options, situation))
         if chosen not in options:
@@ -56,7 +59,7 @@ class Decisions:
         return chosen
 
     def disturbance(self, now_s: float) -> str:
-        """The line of a disturbance, if one is chosen; at most one between two commands."""
+        """Choose a disturbance or none, at most one between two commands. Returns its line."""
         lines = self._role.disturbances
         if not lines or (self.taken and self.taken[-1] in lines):
             return NONE
@@ -65,7 +68,7 @@ class Decisions:
         return chosen
 
     def goal(self, goals: tuple[str, ...], now_s: float) -> str:
-        """One of these goals to give to an agent, if one is chosen."""
+        """Choose a goal to give to an agent, or none."""
         if self._goals_left <= 0:
             return NONE
         goal = self.choose(GOAL, (NONE, *goals), now_s)
@@ -73,7 +76,7 @@ class Decisions:
         return goal
 
     def act(self, ready: ReadyActs, now_s: float) -> ReadyAct:
-        """One of the acts that an agent is ready for; of equal ones the first."""
+        """Choose an act that an agent is ready for; equal acts are one option, the first of them."""
         acts: dict[str, ReadyAct] = {}
         for act in ready:
             acts.setdefault(act.text, act)
@@ -81,7 +84,7 @@ class Decisions:
         return acts[options[0] if len(options) == 1 else self.choose(ACT, options, now_s)]
 
     def begin(self, run: CoupledRun, steering: Agent) -> None:
-        """Let the steering agent begin, with one start belief chosen."""
+        """Choose a start belief, and start the steering agent with it."""
         model = self._role.model
         chosen = self.choose(START, self._role.space.start, run.now_s)
         run.environment.show(model.steering_agent, [f"{model.chosen}({chosen})"])

@@ -1,8 +1,8 @@
-"""The summary of a CI job in markdown, in which no text of the report is markup, a link, or a reference that notifies.
+"""The summary of a CI job in markdown. Texts from the report become neither markup, links nor mentions.
 
-GitHub and GitLab make links of much that is no markup: of bare addresses, of `@team`, which sends mail to a team, of
-`#123`, which leaves a note at an issue. A backslash keeps neither from it: both look at the text that was rendered.
-A space of no width in it does. It is written as an entity, as bots that update dependencies do where they quote others.
+GitHub and GitLab turn more than markup into links: bare addresses, `@team`, which notifies a team, and `#123`, which
+adds a note to an issue. Backslashes do not prevent this, since both search the rendered text; a zero-width space does.
+It is written as an entity, as dependency bots do in quotations.
 """
 
 import re
@@ -21,7 +21,7 @@ from pytest_hricdv.report.violations import margin_text, margin_unit, order_fail
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_SECTION_BYTES = 2**20 // 7
-"""GitHub's limit is 1 MiB: six sections, and the room of one for what closes them."""
+"""A seventh of GitHub's limit of 1 MiB, for six sections and their closing texts."""
 
 
 _CUT = "&#8203;"
@@ -47,14 +47,14 @@ _LINKED = re.compile(
     r"|:(?=//)|(?:mailto|xmpp):|www(?=\.)|GH-(?=\d)",
     re.IGNORECASE,
 )
-"""What a link begins with, up to where it is cut. After GitHub's documentation on autolinked references, that of GitLab
+"""The beginning of a link, up to where it is broken. From GitHub's documentation on autolinked references, GitLab's
 on special references, and GitHub Flavored Markdown, 6.9, Autolinks (extension)."""
 
 
 def markdown(report: Report) -> str:
     """The summary of a CI job: verdicts, coverage, failures and how to run them again.
 
-    Names in it cannot break its tables, and it stays below GitHub's limit of 1 MiB, whatever a report has.
+    Names cannot break its tables, and it stays below GitHub's limit of 1 MiB for any report.
     """
     lines: list[str] = []
     for part in (_head, _causes, _requirements, _coverage, _failures, _gaps):

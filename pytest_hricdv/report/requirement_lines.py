@@ -1,4 +1,4 @@
-"""What a run prints of its requirements."""
+"""The lines on requirements in the terminal's summary."""
 
 from collections.abc import Iterator, Sequence
 

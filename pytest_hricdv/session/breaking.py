@@ -1,8 +1,8 @@
 """Stopping at a violation: a debugger at the instant at which a requirement is violated, inside the code under test.
 
-A monitor judges an instant when it is over, and then the code that acted in it has gone on. But a run is a function of
-its test: so it is done twice, once to find the violation, and once more up to the last event of that instant. There the
-stack is that of the node that acted, and virtual time stands still.
+A monitor judges an instant when it is over; by then, the code that acted in it has continued. But a run is a function
+of its test, so the test is run twice: once to find the violation, and again up to the last event of that instant. There
+the stack is that of the node that acted, and virtual time stands still.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ _PACKAGE = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class Now:
-    """The instant at which a run stands still; a debugger has it as `hri_state`.
+    """The instant at which a run is stopped; the debugger has it as `hri_state`.
 
     Args:
         requirement: that is violated.
         time_s: simulated time (s).
         signals: name -> value.
         messages: topic -> fields of its last message.
-        state: the last state that the code under test told; empty where the testbench does not say what that is.
+        state: the last state that the code under test published; empty if the testbench names no state.
         verdicts: requirement -> verdict of the whole run.
         nodes: nodes of the code under test that wait, by name.
     """

@@ -62,7 +62,7 @@ class Collection:
         self.config = config
         self.options = options
         self.generate_further: Callable[[Sequence[GeneratedSuite]], Iterable[GeneratedSuite]] = lambda suites: ()
-        """Generates the suites of optional parts, given the others; set in the controlling process."""
+        """Generates the suites of optional features, given the others; set in the controlling process."""
         sent = worker_input(config) or {}  # without a suite, a worker is sent nothing
         self.done: frozenset[str] = frozenset(json.loads(str(sent.get(DONE, "[]"))))
         """Node ids of tests that are not run again, in a session that is resumed."""

@@ -1,4 +1,7 @@
-"""What ends a session early: signals, from before its suites are generated. In the controlling process only."""
+"""Ends a session early on SIGTERM or Ctrl-C, also while its suites are still being generated.
+
+Registered in the controlling process only.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +19,7 @@ from pytest_hricdv.session.signals import REBUILT_WITHIN_S, WORKERS_END_WITHIN_S
 
 
 class EarlyEnd:
-    """Handles signals from the begin of a session on, and hurries what would take longer than SIGTERM allows.
-
-    Args:
-        context: of the session.
-        aggregation: of its results.
-    """
+    """Handles signals from the start of a session on, and shortens what would take longer than SIGTERM allows."""
 
     def __init__(self, context: RunContext, aggregation: Aggregation) -> None:
         self._config = context.collection.config
@@ -31,36 +29,36 @@ class EarlyEnd:
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_sessionstart(self) -> Iterator[None]:
-        """Outside of all that begins with the session: a part that generates a suite may reach something."""
+        """Begins before all other hooks: a feature that generates a suite may take long."""
         self._signals.begin()
         return (yield)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_keyboard_interrupt(self) -> None:
-        """Whatever a signal has ended is over: plugins end the session now, once."""
+        """Nothing is running that a signal could interrupt: plugins end the session now, once."""
         self._signals.let_go()
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_setupnodes(self, specs: list[object]) -> None:
-        """xdist: a session that is to end starts no workers."""
+        """A hook of xdist: a session that is about to end starts no workers."""
         if self._signals.pending or self._signals.terminated:
             specs.clear()
 
     def pytest_unconfigure(self) -> None:
-        """The handlers are as they were, however the session ended."""
+        """Restores the previous handlers, however the session ended."""
         self._signals.end()
 
     def _hurry(self) -> None:
-        """SIGTERM came: workers have no time to end their tests; xdist waits for them up to 10 s otherwise."""
+        """After SIGTERM, workers have no time to finish their tests; by default, xdist waits for them up to 10 s."""
         scheduling = self._config.pluginmanager.get_plugin("dsession")
         manager = getattr(scheduling, "nodemanager", None)
         if manager is not None:
             manager.EXIT_TIMEOUT = WORKERS_END_WITHIN_S
 
     def _end_without(self) -> None:
-        """The code that runs does not let go: end the process, with a report of what the journal has.
+        """Ends the process while code that ignores the signal runs, with a report made from the journal.
 
-        Another process makes it: the main thread may hold any lock, as the one of an import.
+        Another process makes the report: the main thread may hold any lock, for example that of an import.
         """
         folder = self._context.options.report
         self._aggregation.journaling.abandon()

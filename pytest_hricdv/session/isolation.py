@@ -1,14 +1,13 @@
-"""Isolation: the call of each generated test happens in a process of its own, forked from this one.
+"""Isolation (`--hri-isolate`): each generated test is called in a process of its own, forked from this one.
 
-So no run happens in this process, and each begins from the state before the first one: lists of modules, attributes of
-classes, caches, singletons and imports are what they were. Fixtures are set up and torn down here, once for their
-scope, as pytest does.
+No run happens in this process, so each starts from the same state: modules, class attributes, caches and singletons
+are those from before the first test. Fixtures are set up and torn down here, once for their scope, as in pytest.
 
-The fork returns from the hook as if it were the only process: it runs the test, and makes its report, with all that
-plugins attach. This it sends, and ends. Here, in the meantime, nothing is called; then its report is taken.
+The fork returns from the hook as if it were the only process: it runs the test, makes its report with all that plugins
+attach, sends the report, and ends. This process only waits for the report.
 
-Where this system has no forks, the process is started (see `pytest_hricdv.session.spawned`): pytest is configured in
-it, and sets the test's fixtures up once more.
+On a system without forks, a new process is started instead (see `pytest_hricdv.session.spawned`): it configures pytest
+and sets up the test's fixtures again.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ from pytest_hricdv.session.testbench_search import engine_modules
 
 @dataclass(frozen=True)
 class CaughtWarning:
-    """A warning of a test: it is given again where pytest counts warnings."""
+    """A warning of a test, issued again in the process where pytest counts warnings."""
 
     message: Warning | str
     category: type[Warning]
@@ -52,7 +51,7 @@ class CaughtWarning:
 
 @dataclass(frozen=True)
 class CallResult:
-    """What a process sends that has made the call.
+    """What a process sends after the call of a test.
 
     Args:
         report: of the call, as pytest sends reports; None where there is none.
@@ -72,7 +71,7 @@ class CallResult:
 
 
 def answer_of(item: pytest.Item, report: pytest.TestReport, caught: Iterable[warnings.WarningMessage]) -> CallResult:
-    """What is sent of a call.
+    """The result of a call, as it is sent.
 
     Args:
         item: that was called.
@@ -97,7 +96,7 @@ def _warnings_of(caught: warnings.WarningMessage) -> CaughtWarning:
 
 
 def _can_be_sent(value: object) -> bool:
-    """Whether it is the same on the other side of a pipe."""
+    """Whether a value can be pickled and unpickled."""
     try:
         pickle.loads(pickle.dumps(value))
     except Exception:

@@ -1,4 +1,4 @@
-"""Reporting: what happens after the last test, up to the written report. Registered in the controlling process only."""
+"""What happens between the last test and the written report. Registered in the controlling process only."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class RunContext:
         self.collection = collection
         self.options = collection.options
         self.stash = pytest.Stash()
-        """What optional parts keep for this process."""
+        """What optional features keep for this process."""
         self.signals = Signals()
         """Handles Ctrl-C and SIGTERM, where tests are generated and all results meet; elsewhere nobody does."""
 

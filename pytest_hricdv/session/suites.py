@@ -28,7 +28,7 @@ CACHE_FOLDER = "hricdv"
 
 
 def _of_methods(suites: str) -> str:
-    """The suites that were asked for, without those that optional parts generate of the others."""
+    """The selected suites, except those that optional features generate from the others."""
     names = [name.strip() for name in suites.split(",")]
     of_parts = feature_suites()
     return ",".join(name for name in names if name not in of_parts) if of_parts.intersection(names) else suites

@@ -9,7 +9,7 @@ import pytest
 
 from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Situation
-from pytest_hricdv.online.decisions import MOST_GOALS
+from pytest_hricdv.online.decisions import MAX_GOALS
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 from tests.online.toy import Life, Wish, role
 
@@ -98,7 +98,7 @@ def test_a_goal_can_be_posted_where_the_agent_decides_what_to_do(tmp_path: Path)
 
 def test_somebody_who_never_runs_out_of_ideas_comes_to_an_end(tmp_path: Path) -> None:
     life = Life(role(tmp_path), Wish(goal=["fetch"]))
-    assert life.commands() == ["press"] * (MOST_GOALS + 1)
+    assert life.commands() == ["press"] * (MAX_GOALS + 1)
 
 
 def test_a_disturbance_can_be_chosen_before_a_command_but_not_two_in_a_row(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
-"""A fresh process of the audit: some tests of the session run there, in the order that is sent.
+"""A fresh process in which the audit reruns tests of the session.
 
-Each order runs in a fork of this process, in which no test has run; where there is no fork, this process does one.
+It reads requests from a pipe and runs each in a fork of its own, in which no test has run before. On a system without
+forks, the process serves a single request.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ from pytest_hricdv.session.serving import END, FreshPytest, FreshSession, leave_
 
 
 class RerunOrder(msgspec.Struct, frozen=True):
-    """A further line: tests to run.
+    """A request: tests to run, and how.
 
     Args:
-        nodeids: in order; the last one is asked about.
-        still: kinds of sources that stand still.
-        watched: notice what is read.
-        hidden: files that are not there.
+        nodeids: of the tests, in order; the result of the last one is sent back.
+        still: types of sources, such as clocks, that always give the same value.
+        watched: record which sources are read.
+        hidden: files that appear to be missing.
     """
 
     nodeids: tuple[str, ...]
@@ -37,12 +38,12 @@ class RerunOrder(msgspec.Struct, frozen=True):
     hidden: tuple[str, ...] = ()
 
 
-class Ran(msgspec.Struct, frozen=True):
-    """What the last test of an order came to.
+class RerunAnswer(msgspec.Struct, frozen=True):
+    """The answer to a request.
 
     Args:
-        result: of it; None where it has none.
-        readings: what it read, where that was to be noticed.
+        result: of the last test; None if it has none.
+        readings: the sources that it read, if they were watched.
         problem: why there is no result.
     """
 
@@ -52,11 +53,11 @@ class Ran(msgspec.Struct, frozen=True):
 
 
 class _Fresh(FreshPytest):
-    """Takes the place of pytest's loop."""
+    """Replaces pytest's loop over tests."""
 
     def __init__(self, start: FreshSession, messages: Iterable[bytes], write: Callable[[bytes], None]) -> None:
         super().__init__(start, write)
-        self.options = {  # what would cost time, or change files of the report
+        self.options = {  # without what takes time or changes files of the report
             "hri_no_cov": True,
             "hri_film": False,
             "hri_mcap": False,
@@ -71,7 +72,7 @@ class _Fresh(FreshPytest):
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> NoReturn:
-        """Runs what is asked for, until there is no more."""
+        """Serves requests until the pipe is closed."""
         leave_no_core()
         items = {item.nodeid: item for item in session.items}
         self.write(END)  # it is ready
@@ -79,7 +80,7 @@ class _Fresh(FreshPytest):
             order = msgspec.json.decode(line, type=RerunOrder)
             missing = [nodeid for nodeid in order.nodeids if nodeid not in items]
             if missing:
-                answer = Ran(problem=f"{missing[0]} is not collected in a fresh process")
+                answer = RerunAnswer(problem=f"{missing[0]} is not collected in a fresh process")
                 self.write(encode(answer).encode())
             else:
                 self.write(self._answer(order, [items[nodeid] for nodeid in order.nodeids]))
@@ -88,17 +89,17 @@ class _Fresh(FreshPytest):
 
     def _answer(self, order: RerunOrder, items: Sequence[pytest.Item]) -> bytes:
         if not hasattr(os, "fork"):
-            return encode(self._ran(order, items)).encode()
+            return encode(self._run(order, items)).encode()
         process = fork()
         if isinstance(process, InFork):
             try:
-                text = encode(self._ran(order, items)).encode()
+                text = encode(self._run(order, items)).encode()
             except BaseException as error:
-                text = encode(Ran(problem=f"{type(error).__name__}: {error}")).encode()
+                text = encode(RerunAnswer(problem=f"{type(error).__name__}: {error}")).encode()
             process.send_and_end(text)
         return _message(process)
 
-    def _ran(self, order: RerunOrder, items: Sequence[pytest.Item]) -> Ran:
+    def _run(self, order: RerunOrder, items: Sequence[pytest.Item]) -> RerunAnswer:
         root = str(items[-1].config.rootpath)
         with SourceWatch(root, still=order.still, watched=order.watched, hidden=order.hidden) as sources:
             for item, following in zip(items, (*items[1:], None), strict=True):
@@ -106,12 +107,12 @@ class _Fresh(FreshPytest):
         last = items[-1].nodeid
         text = self._results.get(last)
         if text is None:
-            return Ran(problem=self._reasons.get(last, "it left no result"), readings=sources.readings())
-        return Ran(msgspec.json.decode(text, type=TestResult), sources.readings())
+            return RerunAnswer(problem=self._reasons.get(last, "it left no result"), readings=sources.readings())
+        return RerunAnswer(msgspec.json.decode(text, type=TestResult), sources.readings())
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Takes the result of a test."""
+        """Keeps the result of a test."""
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
             self._results[report.nodeid] = text
@@ -123,7 +124,7 @@ def _message(process: Fork) -> bytes:
     try:
         return process.message()
     except ForkError as error:
-        return encode(Ran(problem=f"its process {error}")).encode()
+        return encode(RerunAnswer(problem=f"its process {error}")).encode()
     finally:
         process.close()
 

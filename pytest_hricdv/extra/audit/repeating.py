@@ -19,7 +19,7 @@ from pytest_hricdv.execution.separate_process import (
     start_process,
 )
 from pytest_hricdv.extra.audit import process as process_module
-from pytest_hricdv.extra.audit.process import Ran, RerunOrder
+from pytest_hricdv.extra.audit.process import RerunAnswer, RerunOrder
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.serving import FreshSession
 
@@ -42,7 +42,7 @@ class StartError(Exception):
 class Rerun:
     """What a test came to: what decides whether it is the same."""
 
-    ran: Ran
+    ran: RerunAnswer
 
     @property
     def key(self) -> tuple[str | None, str]:
@@ -111,7 +111,9 @@ class Fresh:
         if not self.problem:
             self._running.send(order)
         lines = self._lines(patience_s)
-        return Rerun(msgspec.json.decode(lines[0], type=Ran) if lines else Ran(problem=self.problem or SILENT))
+        return Rerun(
+            msgspec.json.decode(lines[0], type=RerunAnswer) if lines else RerunAnswer(problem=self.problem or SILENT)
+        )
 
     def _lines(self, patience_s: float) -> list[bytes]:
         if self.problem:

@@ -1,4 +1,7 @@
-"""The pool: the abstract tests that the explored model gives, by their interactions and the plans executed for them."""
+"""The pool: all abstract tests of the explored model, indexed by their interactions and the plans that they execute.
+
+The strategies of the closing loop choose tests from it, and insert disturbances into them.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +29,10 @@ class Pool:
     """The abstract tests of an explored model.
 
     Args:
-        exploration: of the model: all of its runs, or those that are known.
+        exploration: the runs of the model, all of them or those that are known.
         space: the belief space.
-        planned: `planned` of each cross product that has it.
-        order: which actions come after which of other actors in the model's run with these beliefs.
+        planned: cross product -> its function `planned`; without products that have none.
+        order: beliefs -> which actions of other actors precede each action in the model's run.
     """
 
     def __init__(
@@ -47,11 +50,11 @@ class Pool:
 
     @property
     def tests(self) -> Sequence[ExploredRun]:
-        """The tests, those of few beliefs first."""
+        """The tests, those with few beliefs first. Other methods refer to a test by its number in this list."""
         return self.exploration.runs
 
     def interactions(self, number: int) -> tuple[PlannedInteraction, ...]:
-        """The interactions of a test, cross product by cross product, each in order."""
+        """The interactions of a test, grouped by cross product, each group in order."""
         if number not in self._interactions:
             lines = self.tests[number].lines
             self._interactions[number] = tuple(
@@ -62,12 +65,12 @@ class Pool:
         return self._interactions[number]
 
     def interactions_of(self, number: int, product: str) -> list[PlannedInteraction]:
-        """Those of one cross product, in order."""
+        """The interactions of a test that belong to one cross product, in order."""
         return [interaction for interaction in self.interactions(number) if interaction.product == product]
 
     @cached_property
     def by_interaction(self) -> dict[PlannedInteraction, list[int]]:
-        """The tests that plan an interaction."""
+        """Interaction -> the tests that plan it."""
         numbers: dict[PlannedInteraction, list[int]] = {}
         for number in range(len(self.tests)):
             for interaction in dict.fromkeys(self.interactions(number)):
@@ -76,7 +79,7 @@ class Pool:
 
     @cached_property
     def by_plan(self) -> dict[tuple[str, str], list[int]]:
-        """The tests for which the model executes a plan: agent and label -> numbers."""
+        """Agent and label of a plan -> the tests in which the model executes it."""
         plans = self.exploration.plans
         numbers: dict[tuple[str, str], list[int]] = {plan: [] for plan in plans}
         for number, test in enumerate(self.tests):
@@ -86,26 +89,26 @@ class Pool:
         return numbers
 
     def commands(self, interaction: PlannedInteraction) -> int:
-        """How many commands an interaction has: in the first test that plans it."""
+        """The number of commands of an interaction, in the first test that plans it."""
         number = self.by_interaction[interaction][0]
         return self.sizes(number, interaction.product)[
             self.interactions_of(number, interaction.product).index(interaction)
         ]
 
     def any(self, rng: Random) -> int:
-        """Any test."""
+        """The number of a random test."""
         return random_index(rng, len(self.tests))
 
     def draft(
         self, number: int, product: str = "", combinations: Sequence[Combination] = (), run_values: RunValues = ()
     ) -> AbstractDraft:
-        """A test of the pool, as it is or disturbed.
+        """A test of the pool, as it is or with disturbances.
 
         Args:
-            number: of the test.
+            number: the test.
             product: the cross product whose interactions are disturbed.
-            combinations: of each of them, in order.
-            run_values: parameters of the run as a whole; the others are drawn.
+            combinations: the combination for each of these interactions, in order.
+            run_values: parameters of the run; the others are drawn.
         """
         test = self.tests[number]
         lines, values = test.lines, dict[int, dict[str, float]]()
@@ -118,12 +121,12 @@ class Pool:
         return AbstractDraft(self._space.target(beliefs), beliefs, lines, self._plans(test), values=values, after=after)
 
     def starts(self, number: int, product: str) -> tuple[int, ...]:
-        """Where the interactions of a test begin; a test without any is one interaction as a whole."""
+        """The line at which each interaction of a test begins; a test without interactions counts as a single one."""
         planned = self.planned.get(product)
         return (starts_of(self.tests[number].lines, planned) if planned is not None else ()) or (0,)
 
     def sizes(self, number: int, product: str) -> list[int]:
-        """How many commands the interactions of a test have, in order."""
+        """The number of commands of each interaction of a test, in order."""
         starts = self.starts(number, product)
         ends = (*starts[1:], len(self.tests[number].lines))
         return [end - start for start, end in zip(starts, ends, strict=True)]
@@ -137,7 +140,7 @@ class Pool:
 
 
 def with_disturbances(after: After, lines: Sequence[str]) -> After:
-    """The order of a test between whose lines disturbances have been put: actions have other numbers then."""
+    """The order of actions after disturbances are inserted between the lines of a test, which renumbers the actions."""
     if not after:
         return NO_ORDER
     places = [0, *(place for place, line in enumerate(lines, 1) if actor_of(line))]

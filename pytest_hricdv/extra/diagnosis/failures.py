@@ -1,4 +1,4 @@
-"""Failures: a requirement that a test violated, in which state of the code, and after which disturbances."""
+"""Failures of tests: the violated requirement, the state of the code at that time, and the disturbances before it."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.results.model import TestResult
 
 FAULT = "fault"
-"""In place of a requirement: what is wrong with a run beside its requirements."""
+"""Stands for a requirement where a run has an error instead of a violation."""
 
 _ROUNDED_S = 0.001
-"""Times in a report are rounded to a millisecond: what begins within one was before."""
+"""Times in a report are rounded to a millisecond; a disturbance within one of the violation counts as earlier."""
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
 @dataclass(frozen=True)
 class Failure:
-    """The first time that a test violated a requirement; one that is not known, if there is one.
+    """The first violation of a requirement in a test; the first that is not known, if there is one.
 
     Args:
         nodeid: of the test.
         requirement: its id, or `FAULT`.
-        part: what distinguishes this from other violations of the requirement: the bools and texts that it saw.
-        state: what the code under test had named as its state.
-        time_s: when.
-        disturbances: that had begun before, each once, in order.
-        is_known: the violation is a known one.
-        said: the part, where no formula says what was violated: of a fault, or of a comparison with a model.
+        part: distinguishes this from other violations of the requirement: the bools and texts in the formula.
+        state: the last state that the code under test had published.
+        time_s: of the violation.
+        disturbances: those that had begun before, each once, in order.
+        is_known: whether the violation is a known one.
+        said: the text of the violation without its numbers.
     """
 
     nodeid: str
@@ -47,16 +47,16 @@ class Failure:
 
     @property
     def kind(self) -> tuple[str, str, str]:
-        """Requirement, state, and what was said: failures of a kind may have one cause."""
+        """Requirement, state and text: failures of the same kind may have the same cause."""
         return self.requirement, self.state, self.said
 
 
 def failures_of(test: TestResult, state: str, known_violations: Container[str]) -> Iterator[Failure]:
-    """What failed in a test, in the order of time.
+    """The failures of a test, in the order of time.
 
     Args:
         test: of a report.
-        state: the message and field that tell the state of the code under test, as `topic.field`; may be empty.
+        state: `topic.field` that carries the state of the code under test; may be empty.
         known_violations: requirements with known violations.
     """
     if not test.went_wrong:  # nearly all of thousands: their messages need not be read
@@ -97,7 +97,7 @@ def _disturbances(test: TestResult, time_s: float) -> tuple[str, ...]:
 
 
 class _States:
-    """What the code under test named as its state over a run."""
+    """The states that the code under test published over a run."""
 
     def __init__(self, test: TestResult, state: str) -> None:
         topic, _, name = state.partition(".")
@@ -108,7 +108,7 @@ class _States:
             self._names.append(str(json.loads(fields).get(name, "")))
 
     def at(self, time_s: float) -> str:
-        """The state at a time (s); empty where it had named none. A message of the same millisecond comes later."""
+        """The state at a time (s), empty before the first. A message of the same millisecond counts as later."""
         count = bisect_right(self._times_s, time_s)
         return self._names[count - 1] if count else ""
 

@@ -1,4 +1,4 @@
-"""What a recording adds to a draft: values that were observed, and what code and recording do not share."""
+"""Adds recordings to the model of a draft: observed values, and differences between code and recordings."""
 
 from __future__ import annotations
 
@@ -29,18 +29,21 @@ from pytest_hricdv.extra.draft.recording import read_recordings
 from pytest_hricdv.extra.draft.ros.interfaces import interface_file
 
 MAX_LENGTH = 40
-"""Characters of a text that is one of several choices, as the name of a state is."""
+"""Longest text (characters) that counts as one of several choices, like the name of a state."""
 
 
 def with_recordings(
     model: CodeModel, paths: Sequence[Path], packages: Mapping[str, Path]
 ) -> tuple[CodeModel, Observation | None]:
-    """CodeModel with what recordings show; and that, None where nothing could be read.
+    """Add what recordings show to the model of the code.
 
     Args:
-        model: of the code.
-        paths: of recordings.
-        packages: of the workspace, by name: their interface files define types.
+        model: the code.
+        paths: the recordings.
+        packages: name -> folder of the workspace's packages, whose interface files define types.
+
+    Returns:
+        The new model, and the observations; None if nothing could be read.
     """
     topics = {key for message in model.messages for key in _keys(message)}
     recordings = read_recordings(
@@ -66,13 +69,13 @@ def with_recordings(
 
 
 def _shorten(texts: Sequence[str], most: int = 10) -> list[str]:
-    """Sentences on recordings; of many files, the first ones, and how many more there are."""
+    """At most `most` different sentences, and the number of the rest."""
     unique = list(dict.fromkeys(texts))
     return unique if len(unique) <= most else [*unique[:most], f"and {len(unique) - most} more such sentences"]
 
 
 def _keys(message: Message) -> Iterator[str]:
-    """How a recording may call the topic of a message."""
+    """Names that a recording may have for the topic of a message."""
     yield key_of(message.topic)
     if message.channel and message.form not in ("service", "action"):
         yield key_of(message.channel)
@@ -84,7 +87,7 @@ def _is_of(key: str, topics: set[str]) -> bool:
 
 
 def _rename(seen: Observation, messages: Sequence[Message]) -> Observation:
-    """The same with the topics of messages as these call them: `/robot1/scan` is the only `scan`."""
+    """Rename recorded topics as messages call them: `/robot1/scan` to `scan` if it is the only one."""
     topics = seen.topics
     renamed: dict[str, str] = {}
     for message in messages:
@@ -105,7 +108,7 @@ def _with_values(message: Message, seen: Observation) -> Message:
 
 
 def _with_texts(part: MessageField, topic: ObservedTopic, source: str) -> MessageField:
-    """A field of texts with those that were observed, the most frequent first, after those of the code."""
+    """A text field with the observed texts after those of the code, the most frequent first."""
     texts = topic.texts.get(part.name, Counter())
     if part.kind != "str" or part.by_type or not _are_choices(texts):
         return part
@@ -116,7 +119,7 @@ def _with_texts(part: MessageField, topic: ObservedTopic, source: str) -> Messag
 
 
 def _are_choices(texts: Iterable[str]) -> bool:
-    """Whether texts are few and short, so that one is chosen, and not written."""
+    """Whether the texts are few and short: choices, and not free text."""
     return len(list(texts)) <= MAX_TEXTS and all(len(text) <= MAX_LENGTH for text in texts)
 
 

@@ -1,7 +1,7 @@
-"""When messages arrive: the timing of a middleware, drawn for each message from the seed of the test.
+"""The timing of a middleware: the delay and loss of each message, drawn from the seed of the test.
 
-Each message has a generator of its own, by its sender, its name and its number. So what a shorter test leaves out, as
-while it is shrunk, does not change when the other messages arrive.
+Each message has its own random generator, seeded with its sender, name and number. Removing actions from a test, as
+shrinking does, therefore does not change when the other messages arrive.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ _WILD = frozenset("*?[")
 
 @dataclass(frozen=True)
 class Arrival:
-    """When a message arrives: so long after it was sent (s), or never."""
+    """When a message arrives: `delay_s` after it was sent, or never."""
 
     delay_s: float = 0.0
     is_lost: bool = False
 
 
 def is_timed(declared: Ros2) -> bool:
-    """Whether messages take time, or are lost."""
+    """Whether messages can be delayed, lost or reordered."""
     return bool(declared.delay_s or declared.drop or declared.reorder)
 
 
 def check_timing(declared: Ros2) -> None:
-    """Check what a testbench says of the timing of its middleware.
+    """Check the timing that a testbench declares.
 
     Raises:
-        Ros2Error: a delay is negative or endless, a share is none, or messages without a delay may overtake others.
+        Ros2Error: a delay is negative or infinite, a share is not from 0 to 1, or reordered messages have no delay.
     """
     for pattern, delay_s in declared.delay_s.items():
         low_s, high_s = _bounds_s(delay_s)
@@ -63,7 +63,7 @@ def _bounds_s(delay_s: Uniform | float) -> tuple[float, float]:
 
 
 def timing_fields(declared: Ros2) -> dict[str, str]:
-    """What the record has of the timing: what it is of -> in words."""
+    """The timing for the record: pattern of names -> description."""
     words: dict[str, list[str]] = {}
     for pattern, delay_s in declared.delay_s.items():
         low_s, high_s = _bounds_s(delay_s)
@@ -79,7 +79,7 @@ class Delivery:
     """Draws when each message arrives.
 
     Args:
-        declared: with its timing, which was checked.
+        declared: the declaration; `check_timing` has accepted it.
         seed: of the test.
         now_s: the time of the run (s).
     """
@@ -91,13 +91,13 @@ class Delivery:
         """Sender, name and direction -> when the last message arrives."""
 
     def arrival(self, sender: str, full_name: str, direction: str, reliable: Callable[[], str]) -> Arrival:
-        """When a message arrives that is sent now.
+        """When a message that is sent now will arrive.
 
         Args:
-            reliable: between whom it is carried reliably, in words; empty where it may be lost.
+            reliable: describes the reliable connection; returns an empty text for one that may lose messages.
 
         Raises:
-            Ros2Error: messages of this very name are to be lost or to overtake others, but are carried reliably.
+            Ros2Error: loss or reordering is declared for exactly this name, but the connection is reliable.
         """
         key = (sender, full_name, direction)
         number = self._numbers[key] = self._numbers.get(key, 0) + 1
@@ -126,7 +126,7 @@ class Delivery:
 
     @staticmethod
     def _is_kept(name: str, pattern: str, reliable: Callable[[], str], word: str, because: str) -> bool:
-        """Whether it is carried reliably. Of names that are meant by a pattern this is no error: others are meant."""
+        """Whether the connection is reliable; an error unless a pattern declared it, which may match other names."""
         between = reliable()
         if between and _WILD.isdisjoint(pattern):
             raise Ros2Error(
@@ -136,7 +136,7 @@ class Delivery:
         return bool(between)
 
     def find_unused_names(self, full_names: Iterable[str]) -> list[str]:
-        """Names in the timing that nobody in the graph has, a sentence each."""
+        """A sentence on each name in the timing that is not in the graph."""
         there_are = sorted({full_name.partition("/_action/")[0] for full_name in full_names})
         declared = self._declared
         names = dict.fromkeys([*declared.delay_s, *declared.drop, *declared.reorder])

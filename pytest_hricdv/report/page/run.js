@@ -1,6 +1,6 @@
 // A run on one screen: lanes and signals over a window of time, a cursor in it, and beside it what held there.
 
-// Panels beside the lanes, of optional parts: (found, run) => {element, at(time, by), isFirst}, or null.
+// Panels beside the lanes, of optional features: (found, run) => {element, at(time, by), isFirst}, or null.
 const RUN_PANELS = [];
 // What gives the run that is shown beside a test's: found => {title, note, run: {timeline, acted, abstract}}, or null.
 const RUNS_BESIDE = [];

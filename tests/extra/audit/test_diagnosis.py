@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.extra.audit.diagnosis import CauseSearch, RepeatCause
-from pytest_hricdv.extra.audit.process import Ran, RerunOrder
+from pytest_hricdv.extra.audit.process import RerunAnswer, RerunOrder
 from pytest_hricdv.extra.audit.repeating import Rerun
 from pytest_hricdv.extra.audit.sources import CLOCK, RANDOM, Reading
 
@@ -43,7 +43,7 @@ class SimulatedProcesses:
         assert not among or set(order.nodeids) <= set(among)
         self.ran.append(order)
         came_to = self.code(order, hash_seed, copy, variables or {})
-        return Rerun(Ran(problem=repr(came_to), readings=self.readings if order.watched else ()))
+        return Rerun(RerunAnswer(problem=repr(came_to), readings=self.readings if order.watched else ()))
 
 
 def cause(
