@@ -1,4 +1,4 @@
-"""Whether a testbench is one: each part of the right kind, each name known, each fault said with what was expected."""
+"""Checks of a testbench: types, names and ranges, with one message for the first fault."""
 
 from __future__ import annotations
 
@@ -50,8 +50,9 @@ MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
         "requires": "simulation=Simulation(requires=...)",
         "film": "simulation=Simulation(film=...)",
     },
-    "InteractiveAgent": {"hears": "percepts=..."},
+    "InteractiveAgent": {"hears": "percepts=...", "patience_s": "idle_timeout_s=..."},
     "ModelOracle": {"hears": "percepts=...", "does": "actions=..."},
+    "Ros2": {"patience_s": "idle_timeout_s=..."},
 }
 """A class -> its former keywords -> what replaces each."""
 
@@ -92,7 +93,7 @@ def checked(candidate: object, where: str) -> Testbench:
 
 
 def describe_keywords(error: BaseException) -> str:
-    """What to add to the error of a declaration: what each missing keyword is for, where each moved one is now."""
+    """Lines for the error of a declaration: the purpose of each missing keyword, the successor of each moved one."""
     if not isinstance(error, TypeError):
         return ""
     class_name, is_init, fault = str(error).partition(".__init__() ")

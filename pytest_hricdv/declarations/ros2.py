@@ -36,8 +36,8 @@ class Ros2:
         services: full name -> type.
         actions: full name -> type.
         packages: of nodes that are not under test; they see virtual time, too.
-        patience_s: how long a node may have waited when a run ends, in a callback without a time-out, or for a service
-            that nobody serves.
+        idle_timeout_s: how long a node may have waited when a run ends (simulated s), in a callback without a time-out
+            or for a service that nobody serves.
         interfaces: folders of packages of interfaces that are not installed, such as "third_party/nav2_msgs": their
             `.msg`, `.srv` and `.action` files are enough to import them. Paths are relative to where pytest is started.
         delay_s: full name of a topic, service or action, or a pattern such as `"/camera/*"` -> how long each message is
@@ -53,7 +53,7 @@ class Ros2:
     services: Mapping[str, str] = field(default_factory=dict, hash=False)
     actions: Mapping[str, str] = field(default_factory=dict, hash=False)
     packages: tuple[str, ...] = ()
-    patience_s: float = 30.0
+    idle_timeout_s: float = 30.0
     interfaces: tuple[str | Path, ...] = ()
     delay_s: Mapping[str, Uniform | float] = field(default_factory=dict, hash=False)
     drop: Mapping[str, float] = field(default_factory=dict, hash=False)

@@ -248,7 +248,7 @@ class OnlinePeople:
     def _patient_until_us(self, person: _Person) -> int:
         """Up to when a person waits before it looks again: the next end of a wait, or of its patience."""
         due_s = self._run.due_s
-        patient_us = person.free_us + round(person.role.declaration.patience_s * US_PER_S)
+        patient_us = person.free_us + round(person.role.declaration.idle_timeout_s * US_PER_S)
         if due_s == math.inf:
             return patient_us
         due_us = math.ceil(round(due_s * US_PER_S, 3))
@@ -310,7 +310,7 @@ class OnlinePeople:
                 self._go_on_after(person)  # so that what led to its action is among the steps, too
             if person.is_asked and not self._record.has_left(person.name):
                 since_us = end_us if is_busy else person.free_us
-                rest_us = end_us - since_us + round(person.role.declaration.patience_s * US_PER_S)
+                rest_us = end_us - since_us + round(person.role.declaration.idle_timeout_s * US_PER_S)
                 self._record.leave(person.name, since_us, since_us + rest_us)
         with suppress(BdiError):  # an agent cannot go on after its last action, which had not ended
             self._run.settle()

@@ -33,7 +33,7 @@ from pytest_hricdv.testbench import (
 from pytest_hricdv.testbench_faults import checked
 from tests.actors.corridor.bench import COMMANDS, nurse, running, ward
 
-PEOPLE = (InteractiveAgent("nurse", patience_s=2.0), InteractiveAgent("child", patience_s=3.0))
+PEOPLE = (InteractiveAgent("nurse", idle_timeout_s=2.0), InteractiveAgent("child", idle_timeout_s=3.0))
 
 
 @cache
@@ -102,7 +102,7 @@ def test_what_a_person_waits_for_takes_its_time_in_the_run() -> None:
 
 def test_they_hear_the_run_and_disturbances_come_between_them() -> None:
     hears = (PerceptMapping("warned", "on(near) & near.somebody", source="robot"),)
-    people = (PEOPLE[0], InteractiveAgent("child", hears, patience_s=3.0))
+    people = (PEOPLE[0], InteractiveAgent("child", hears, idle_timeout_s=3.0))
     pushes: list[float] = []
     disturbances = {"push": Disturbance({}, lambda corridor, parameters: pushes.append(corridor.cart_m))}
     testbench = checked(replace(with_robot(), people=People(people), disturbances=disturbances), "tests")
@@ -194,10 +194,10 @@ def test_a_wait_for_a_turn_that_cannot_be_left_out_is_refused() -> None:
         checked(replace(ward(), people=People(PEOPLE), concretization=concretization), "tests")
 
 
-@pytest.mark.parametrize("patience_s", [-1.0, float("inf"), float("nan"), "3", True])
-def test_a_patience_that_is_no_time_is_refused(patience_s: object) -> None:
-    with pytest.raises(InteractiveAgentError, match=r"patience_s is .*; expected a time in seconds, from 0 on"):
-        InteractiveAgent("nurse", patience_s=patience_s)  # type: ignore[arg-type]
+@pytest.mark.parametrize("idle_timeout_s", [-1.0, float("inf"), float("nan"), "3", True])
+def test_an_idle_timeout_that_is_no_time_is_refused(idle_timeout_s: object) -> None:
+    with pytest.raises(InteractiveAgentError, match=r"idle_timeout_s is .*; expected a time in seconds, from 0 on"):
+        InteractiveAgent("nurse", idle_timeout_s=idle_timeout_s)  # type: ignore[arg-type]
 
 
 def test_what_an_agent_gives_up_while_its_person_does_it_leads_to_nothing(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ TERMS_THE_FIELD_EXPECTS = {
         "suite",
     ),
     *("antecedent", "margin", "monitor", "NC", "requirement", "trigger", "vacuity", "verdict", "violation"),
-    *("bin", "closure", "cross product", "baseline", "exemption", "gate", "known violation", "part", "waiver"),
+    *("bin", "closure", "cross product", "baseline", "exemption", "feature", "gate", "known violation", "waiver"),
     *("campaign", "replay", "shard"),
 }
 

@@ -171,6 +171,17 @@ def test_files(lamps: pytest.Pytester, name: str, old: str, new: str, told: str)
             "argument 'virtual'\n  virtual=... is now time=VirtualTime(apis=...)",
         ),
         (
+            "        run=run,",
+            "        run=run,\n        ros2=__import__('pytest_hricdv.testbench').testbench.Ros2(patience_s=5.0),",
+            "argument 'patience_s'\n  patience_s=... is now idle_timeout_s=...",
+        ),
+        (
+            "        run=run,",
+            "        run=run,\n        people=__import__('pytest_hricdv.testbench').testbench"
+            ".InteractiveAgent('a', patience_s=5.0),",
+            "argument 'patience_s'\n  patience_s=... is now idle_timeout_s=...",
+        ),
+        (
             "    return Testbench(",
             "    return dict(",
             "conftest.py:9: pytest_hricdv_testbench: returned {'name': 'lamps'",

@@ -31,19 +31,20 @@ _SPINNING = {
 }
 
 
-def stuck_nodes(kernel: Kernel, patience_s: float, *, is_idle: bool) -> list[str]:
-    """What is wrong with nodes that wait for ever, a sentence each.
+def stuck_nodes(kernel: Kernel, idle_timeout_s: float, *, is_idle: bool) -> list[str]:
+    """A sentence on each node that waits for ever.
 
-    It is certain of those that wait, without a time-out, for a service that nobody serves, or for a response that
-    waits for them; and, of a run that is idle, of those that wait in a callback. Of others, it is a matter of patience.
+    This is certain for nodes that wait, without a time-out, for a service that nobody serves or for a response that
+    waits for them; and, if the run is idle, for nodes that wait in a callback. Other nodes count if they have waited
+    for `idle_timeout_s`.
 
     Args:
-        kernel: of a run that is over, and whose nodes were not ended.
-        patience_s: how long a node may wait.
-        is_idle: whether no node could go on.
+        kernel: of a run that is over, but whose nodes were not ended.
+        idle_timeout_s: how long a node may wait (simulated s).
+        is_idle: whether no node could continue.
     """
     nodes = [_Wait(kernel, node, frames) for node in kernel.nodes if (frames := _frames(node))]
-    least_s = 0.0 if is_idle else patience_s
+    least_s = 0.0 if is_idle else idle_timeout_s
     blocked = [sentence for node in nodes if (sentence := node.block_reason(least_s))]
     return blocked + [request for node in nodes for request in node.requests_without_server(least_s)]
 

@@ -102,7 +102,7 @@ class Ros2Overlay:
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
         """To be called when a run is over, before its nodes are ended; `is_idle` where nothing could go on."""
         self.notes = notes_of(kernel)
-        self.stuck_nodes = stuck_nodes(kernel, self._declared.patience_s, is_idle=is_idle)
+        self.stuck_nodes = stuck_nodes(kernel, self._declared.idle_timeout_s, is_idle=is_idle)
         if self._delivery is not None:
             graphs = all_graphs(kernel)
             names = [name for graph in graphs for part in (graph.publishers, graph.subscriptions) for name in part]

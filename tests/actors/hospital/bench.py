@@ -164,6 +164,6 @@ def hospital(looks_late: bool = False, online: bool = False) -> Testbench:
         disturbances=DISTURBANCES,
         code=("tests.actors.hospital.robot",),
         time=VirtualTime(apis=("asyncio", "threading"), allowed_endings=("limit", "cycle")),
-        people=People(tuple(InteractiveAgent(actor, patience_s=5.0) for actor in ACTS) if online else ()),
+        people=People(tuple(InteractiveAgent(actor, idle_timeout_s=5.0) for actor in ACTS) if online else ()),
         run=running(looks_late),
     )
