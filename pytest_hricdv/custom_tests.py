@@ -78,7 +78,7 @@ class HriRun:
         except GenerateError as error:
             raise GenerateError(str(error)) from None  # raised here, so that only the author's line is shown
         result = execute(self._context.run_settings, case.concrete)
-        nodeid = self._context.shown(self._item.nodeid)
+        nodeid = self._context.show_nodeid(self._item.nodeid)
         built = build_result(case, nodeid, result, requirements=self._context.requirements)
         self._results.append((result, built))
         # pytest shows sections of tests that fail, for whatever reason.

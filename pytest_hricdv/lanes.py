@@ -66,7 +66,7 @@ class Lanes:
                 self._begin(number, action)
                 turns.begin(number)
                 try:
-                    yield enacted(action)
+                    yield without_schedule(action)
                 finally:
                     self._left.discard(number)
                     turns.end(number)
@@ -97,7 +97,7 @@ def _disturbances(actors: list[str]) -> tuple[dict[int, list[int]], list[int]]:
     return above, pending
 
 
-def enacted(action: ConcreteAction) -> ConcreteAction:
+def without_schedule(action: ConcreteAction) -> ConcreteAction:
     """An action as its node gets it: without who does it, and without when."""
     parameters = {name: value for name, value in action.parameters.items() if name not in (TURN, PAUSE_S)}
     return replace(action, command=act_of(action.command), parameters=parameters)
@@ -119,7 +119,7 @@ class ActorTimes:
     def __init__(self) -> None:
         self._deeds: dict[str, list[_Deed]] = {}
 
-    def noted(self, actor: str, actions: Generator[ConcreteAction], kernel: Kernel) -> Iterator[ConcreteAction]:
+    def note_times(self, actor: str, actions: Generator[ConcreteAction], kernel: Kernel) -> Iterator[ConcreteAction]:
         """The actions of an actor, whose times are noted as its node takes them."""
         deeds = self._deeds.setdefault(actor, [])
         with closing(actions):

@@ -8,7 +8,7 @@ module:
 - `records`: `SECTIONS` and `TEST_SECTIONS`, its keys of `report.json`, and `SHARES`, its percentages for thresholds
   (`results.section`); `further_engines(test)`, other physics engines that a test ran on;
 - `merging`: `merge(reports, merged)` for its keys of a merged report, `rebuilt(report, kept)` for those of a report
-  that is rebuilt from a journal, and `associated(report, is_of_all_runs=...)` for those of a campaign;
+  that is rebuilt from a journal, and `associate(report, is_of_all_runs=...)` for those of a campaign;
 - `view`: `VIEW`, what it shows in the terminal and on the page (`report.view.View`);
 - `commands`: `COMMANDS`, its commands of `python -m pytest_hricdv.report` (`report.view.ReportCommand`);
 - `command`: `INIT`, what `python -m pytest_hricdv init` does with code, and `add_command(commands, formatter)` for a

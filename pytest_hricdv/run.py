@@ -15,7 +15,7 @@ from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.disturbance import Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.lanes import ActorTimes, Lanes, enacted
+from pytest_hricdv.lanes import ActorTimes, Lanes, without_schedule
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS
@@ -202,11 +202,11 @@ class Run:
         if len(self.actors) > 1 and self.producing is not None:
             self._take_once(actor, self._deciding)
             self._deciding.add(actor)
-            return self._times.noted(actor, self._actions_of_people(actor, self.producing), self.kernel)
+            return self._times.note_times(actor, self._actions_of_people(actor, self.producing), self.kernel)
         if len(self.actors) > 1:
             lanes = self._lanes_of_test()
             self._take_once(actor, lanes.taken)
-            return self._times.noted(actor, lanes.actions(actor), self.kernel)
+            return self._times.note_times(actor, lanes.actions(actor), self.kernel)
         return self._all_actions()
 
     def _all_actions(self) -> Iterator[ConcreteAction]:
@@ -219,20 +219,20 @@ class Run:
         for action in producing(self, actor):
             self._begin(len(self.taken), action)
             if self._disturbance_of(action) is None:
-                yield enacted(action)
+                yield without_schedule(action)
 
     def _acts_of_bystander(self, name: str) -> Iterator[ConcreteAction]:
         self._take_once(name, self._watched)
         self._watched.add(name)
         acts = self.bystanders[name].acts_of(self.test.run)
 
-        def taking() -> Iterator[ConcreteAction]:
+        def take() -> Iterator[ConcreteAction]:
             for pause_s, act, parameters in acts:
                 self.kernel.sleep(pause_s)
                 self.bystander_events.append((self.kernel.now_s, f"{name}: {act}"))
                 yield ConcreteAction(act, parameters)
 
-        return taking()
+        return take()
 
     def _take_once(self, actor: str, taken: Collection[str]) -> None:
         if actor in taken:

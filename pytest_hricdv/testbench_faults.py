@@ -57,7 +57,7 @@ MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
 """A class -> its former keywords -> what replaces each."""
 
 
-def checked(candidate: object, where: str) -> Testbench:
+def check_testbench(candidate: object, where: str) -> Testbench:
     """`candidate` as a testbench.
 
     Raises:

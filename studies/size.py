@@ -39,8 +39,9 @@ _IRREGULAR_WORDS = """
 IRREGULAR = frozenset(_IRREGULAR_WORDS.split())
 """Participles that end in neither -ed nor -ing; without those that are verbs or nouns in this field, too."""
 _NOUN_WORDS = """
-    binding building ceiling embed encoding exceed heading learning listing logging mapping meaning naming need padding
-    parsing rating reading ring seed setting sibling speed spelling spring string succeed thing timing warning wording
+    binding building ceiling embed encoding ending exceed heading learning listing logging mapping meaning naming
+    need padding parsing rating reading recording ring sampling seed setting sibling speed spelling spring string
+    succeed thing timing turing warning wording
 """
 NOUNS = frozenset(_NOUN_WORDS.split())
 """Nouns and verbs that only look like participles."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import pytest_hricdv
-from pytest_hricdv.registry import FEATURES
+from pytest_hricdv.registry import FEATURES, offers
 from pytest_hricdv.skeleton.skeleton import Skeleton
 
 PACKAGE = Path(pytest_hricdv.__file__).parent
@@ -75,6 +75,14 @@ def copy_without(features: tuple[str, ...], folder: Path) -> None:
 @pytest.mark.parametrize("feature", FEATURES)
 def test_nothing_imports_it(feature: str) -> None:
     assert importers(feature) == set()
+
+
+@pytest.mark.parametrize(("role", "name"), [("feature", "FEATURE"), ("execution", "EXECUTION"), ("view", "VIEW")])
+def test_each_public_method_overrides_one_of_the_base_class(role: str, name: str) -> None:
+    for offered in offers(role, name):
+        own, *bases = type(offered).__mro__
+        names = {method for base in bases for method in vars(base)}
+        assert [method for method in vars(own) if not method.startswith("_") and method not in names] == []
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv._base.message import InputError, quote
 
 MAX_BYTES = 20_000_000
 """Greatest size of a file of tests, a replay file or a table: a hundred times that of a large suite. A text of tests
@@ -229,7 +229,7 @@ def check_plain(value: object) -> None:
         if isinstance(part, float) and not math.isfinite(part):
             raise MalformedError(f": expected a finite number, got {part} - at `{place}`")
         if isinstance(part, int) and abs(part) >= 10**MAX_DIGITS:
-            raise MalformedError(f": expected at most {MAX_DIGITS} digits, got {quoted(part)} - at `{place}`")
+            raise MalformedError(f": expected at most {MAX_DIGITS} digits, got {quote(part)} - at `{place}`")
         places += [(f"{place}{name}", depth + 1, item) for name, item in _items(part)]
 
 

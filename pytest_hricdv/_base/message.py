@@ -51,7 +51,7 @@ def cut(text: str, most: int = MAX_TEXT) -> str:
     return str.__getitem__(text, slice(most - end)) + gap + str.__getitem__(text, slice(len(text) - end, None))
 
 
-def quoted(value: object) -> str:
+def quote(value: object) -> str:
     """A value as Python writes it, shortened: `'set_param gaze = ... = 1'`."""
     if isinstance(value, str):
         return repr(_shorten(value, MAX_QUOTED))

@@ -79,7 +79,7 @@ class CodeUnderTest:
         return node is not None and node not in self._nodes
 
     @property
-    def waiting_frames(self) -> Mapping[str, FrameType]:
+    def wait_frames(self) -> Mapping[str, FrameType]:
         """Its nodes that wait -> their innermost frames."""
         frames = {node.name: node.frame for node in self._nodes}
         return {name: frame for name, frame in frames.items() if frame is not None}

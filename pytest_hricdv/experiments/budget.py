@@ -38,7 +38,7 @@ class Budget:
         self._start_s = self.clock()
 
     @property
-    def elapsed_s(self) -> float:
+    def age_s(self) -> float:
         """Time since the budget was created (s)."""
         return self.clock() - self._start_s
 
@@ -46,6 +46,6 @@ class Budget:
         """Count one run. Raises BudgetSpentError if none is left."""
         if self.used >= self.runs:
             raise BudgetSpentError("runs")
-        if self.seconds is not None and self.elapsed_s >= self.seconds:
+        if self.seconds is not None and self.age_s >= self.seconds:
             raise BudgetSpentError("seconds")
         self.used += 1

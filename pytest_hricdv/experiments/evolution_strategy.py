@@ -108,7 +108,7 @@ def search_violation(
     except KeyboardInterrupt:
         ended = "interrupted"
     best = min(population, key=lambda individual: (individual.evaluation.objective, individual.start))
-    return SearchOutcome(best.test, best.evaluation, best.start, budget.used, budget.elapsed_s, ended)
+    return SearchOutcome(best.test, best.evaluation, best.start, budget.used, budget.age_s, ended)
 
 
 def _turn(individual: _Individual) -> tuple[int, float, int]:

@@ -69,7 +69,7 @@ def shrink(
         ended = spent.ended
     except KeyboardInterrupt:
         ended = "interrupted"
-    return Shrunk(shrinker.best, budget.used, budget.elapsed_s, ended)
+    return Shrunk(shrinker.best, budget.used, budget.age_s, ended)
 
 
 class _Shrinker:

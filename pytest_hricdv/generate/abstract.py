@@ -40,7 +40,7 @@ from typing import Any, ClassVar
 
 from msgspec import Struct, ValidationError, convert
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.generate import GenerateError, chosen_values, name_place
 from pytest_hricdv.generate.actors import After, after_from_data, after_to_data, check_after
 from pytest_hricdv.generate.chosen_values import Values
@@ -180,7 +180,7 @@ def canonical_command(text: str) -> str:
     match = _COMMAND.match(text)
     if match is None:
         raise GenerateError(
-            f"{quoted(text.strip())} is no command; expected 'name', 'name value' or 'name parameter = value', "
+            f"{quote(text.strip())} is no command; expected 'name', 'name value' or 'name parameter = value', "
             "after 'actor: ' where the model has several"
         )
     actor, *parts = match.groups()
@@ -215,7 +215,7 @@ def command_from_action(action: str, actor: str = "") -> str:
     match = _ACTION.match(action)
     if match is None:
         raise GenerateError(
-            f"action {quoted(action)} has no text form; expected a name with at most two arguments, each an atom or a "
+            f"action {quote(action)} has no text form; expected a name with at most two arguments, each an atom or a "
             "number"
         )
     return f"{actor}: {_spell(match.groups())}" if actor else _spell(match.groups())
@@ -254,7 +254,7 @@ def check_suite_name(name: str) -> None:
     """Raises GenerateError for a name that is none: files are named after suites."""
     if not _ID.match(name) or len(name) > MAX_SUITE_NAME:
         expected = f"expected letters, digits, '_' and '-' only, at most {MAX_SUITE_NAME}"
-        raise GenerateError(f"suite name {quoted(name)}: {expected}")
+        raise GenerateError(f"suite name {quote(name)}: {expected}")
 
 
 def slug(text: str) -> str:

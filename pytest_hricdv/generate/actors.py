@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.sampler import Sampler, Uniform
 
@@ -168,7 +168,7 @@ def after_from_text(text: str) -> tuple[int, ...]:
 
 def _number(text: str) -> int:
     if _NUMBER.match(text) is None:
-        raise GenerateError(f"after: {quoted(text)}; expected the number of an action, from 1")
+        raise GenerateError(f"after: {quote(text)}; expected the number of an action, from 1")
     return int(text)
 
 

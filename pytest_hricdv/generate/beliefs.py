@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError, name_place
 
@@ -174,7 +174,7 @@ class _BeliefFileReader:
         for key in data:
             if key != _ENTRY:
                 raise GenerateError(
-                    f"{self._where(None, key)}: unknown key {quoted(key)}; expected [[belief_set]] entries only"
+                    f"{self._where(None, key)}: unknown key {quote(key)}; expected [[belief_set]] entries only"
                 )
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise GenerateError(f"{self.path}:1:1: no [[belief_set]] entries; expected at least one")
@@ -190,18 +190,18 @@ class _BeliefFileReader:
     def _entry(self, number: int, entry: dict[str, Any]) -> BeliefSets:
         for key in entry:
             if key not in _KEYS:
-                raise GenerateError(f"{self._where(number, key)}: unknown key {quoted(key)}{nearest(key, _KEYS)}")
+                raise GenerateError(f"{self._where(number, key)}: unknown key {quote(key)}{nearest(key, _KEYS)}")
         name, count, items = entry.get("name", ""), entry.get("concretizations", 1), entry.get("beliefs")
         if not isinstance(name, str) or name != " ".join(name.split()):
-            raise GenerateError(f"{self._where(number, 'name')}: name {quoted(name)}; expected one line of text")
+            raise GenerateError(f"{self._where(number, 'name')}: name {quote(name)}; expected one line of text")
         # Not isinstance: True is an int, and TOML has booleans.
         if type(count) is not int or not 1 <= count <= MAX_CONCRETIZATIONS:
             where = self._where(number, "concretizations")
             expected = f"expected a whole number from 1 to {MAX_CONCRETIZATIONS}"
-            raise GenerateError(f"{where}: concretizations = {quoted(count)}; {expected}")
+            raise GenerateError(f"{where}: concretizations = {quote(count)}; {expected}")
         if not isinstance(items, list) or not all(isinstance(item, str) for item in items):
             raise GenerateError(
-                f"{self._where(number, 'beliefs')}: beliefs = {quoted(items)}; expected a list of strings"
+                f"{self._where(number, 'beliefs')}: beliefs = {quote(items)}; expected a list of strings"
             )
         return BeliefSets(name, tuple(self._subsets(number, items)), count)
 
@@ -210,7 +210,7 @@ class _BeliefFileReader:
         # Counted before they are made: five patterns that match all of 38 beliefs stand for 79 million.
         if (count := math.prod(map(len, choices))) > MAX_TESTS:
             where = self._where(number, "beliefs")
-            raise GenerateError(f"{where}: {quoted(count)} subsets in one entry; expected at most {MAX_TESTS}")
+            raise GenerateError(f"{where}: {quote(count)} subsets in one entry; expected at most {MAX_TESTS}")
         for combination in product(*choices):
             with name_place(self._where(number, "beliefs")):
                 subset = self.space.subset(combination)
@@ -227,7 +227,7 @@ class _BeliefFileReader:
         if not matches:
             fault = "pattern matches no belief" if set(item) & set("*?[") else "unknown belief"
             where = self._where(number, item)
-            raise GenerateError(f"{where}: {fault}: {quoted(item)}{nearest(item, self.space.beliefs)}")
+            raise GenerateError(f"{where}: {fault}: {quote(item)}{nearest(item, self.space.beliefs)}")
         return matches
 
     def _where(self, number: int | None, token: str) -> str:

@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Mapping
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.generate import GenerateError
 
 #: Number of the command (from 1; 0 is the run) -> parameter -> value, in the unit of the parameter's name.
@@ -73,7 +73,7 @@ def read_key(key: str) -> int:
     if key == _RUN_KEY:
         return RUN
     if _NUMBER.match(key) is None:
-        raise GenerateError(f"values of {quoted(key)}: expected {_RUN_KEY!r} or the number of a command, from 1")
+        raise GenerateError(f"values of {quote(key)}: expected {_RUN_KEY!r} or the number of a command, from 1")
     return int(key)
 
 
@@ -86,8 +86,8 @@ def read_text(text: str) -> dict[str, float]:
             value = float(number)
         except ValueError:
             expected = "expected a parameter and a number, as in 'pull_n 8.25, grip_s 31.5'"
-            raise GenerateError(f"{quoted(part.strip())} is no value; {expected}") from None
+            raise GenerateError(f"{quote(part.strip())} is no value; {expected}") from None
         if name in values:
-            raise GenerateError(f"a second value of {quoted(name)}; expected each parameter once")
+            raise GenerateError(f"a second value of {quote(name)}; expected each parameter once")
         values[name] = value
     return values

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from msgspec import Struct
 
 from pytest_hricdv._base.input_file import MalformedError, from_json
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, disturbance_of, id_of_test
@@ -230,7 +230,7 @@ def expand(tests: Iterable[AbstractTest], concretizations: int, sampling: str = 
         return expand(drawn, concretizations)
     if not 1 <= concretizations <= MAX_CONCRETIZATIONS:
         expected = f"expected a number from 1 to {MAX_CONCRETIZATIONS}"
-        raise GenerateError(f"{quoted(concretizations)} concretizations of a test: {expected}")
+        raise GenerateError(f"{quote(concretizations)} concretizations of a test: {expected}")
     return tuple(variant(test, k) for test in tests for k in range(concretizations))
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractDraft, Plans
 from pytest_hricdv.generate.actors import NO_ORDER, After
@@ -62,7 +62,7 @@ class GenerationContext:
 
     def __post_init__(self) -> None:
         if self.tests is not None and not 1 <= self.tests <= MAX_TESTS:
-            raise GenerateError(f"{quoted(self.tests)} tests: expected a number from 1 to {MAX_TESTS}")
+            raise GenerateError(f"{quote(self.tests)} tests: expected a number from 1 to {MAX_TESTS}")
         if not 1 <= self.lengths[0] <= self.lengths[1]:
             raise GenerateError(f"random_test_length {self.lengths}: expected 1 <= fewest <= most actions")
 

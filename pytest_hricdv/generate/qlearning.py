@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from random import Random
 from typing import Protocol
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import MAX_TESTS
@@ -193,7 +193,7 @@ class QLearning:
         }
         for name, (good, expected) in checks.items():
             if not good:
-                raise GenerateError(f"QLearning: {name} = {quoted(getattr(self, name))}; expected {expected}")
+                raise GenerateError(f"QLearning: {name} = {quote(getattr(self, name))}; expected {expected}")
 
     def alpha(self, iteration: int) -> float:
         """The learning rate in iteration 0, 1, ..."""

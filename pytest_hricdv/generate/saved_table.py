@@ -10,7 +10,7 @@ from pathlib import Path
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
 from pytest_hricdv.generate.learner import LearningResult
@@ -72,7 +72,7 @@ class SavedTable:
         try:
             schema = schema_of(text)
             if schema != SCHEMA:
-                raise GenerateError(f"{where}: expected schema {SCHEMA!r}, found {quoted(schema)}; {expected}")
+                raise GenerateError(f"{where}: expected schema {SCHEMA!r}, found {quote(schema)}; {expected}")
             return from_json(text, cls)
         except MalformedError as error:
             raise GenerateError(f"{where}{error}; expected a saved table, or belief sets (*.toml)") from None

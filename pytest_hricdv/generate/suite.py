@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from msgspec import Struct
 
 from pytest_hricdv._base.input_file import MalformedError, from_json
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, Plans, TestData, check_suite_name, identify
 from pytest_hricdv.generate.rng import canonical_json
@@ -121,7 +121,7 @@ class Suite:
         try:
             schema = schema_of(text)
             if schema != SCHEMA:
-                raise GenerateError(f"a suite of schema {quoted(schema)}; expected {SCHEMA!r}: generate it again")
+                raise GenerateError(f"a suite of schema {quote(schema)}; expected {SCHEMA!r}: generate it again")
             data = from_json(text, _SuiteData)
         except MalformedError as error:
             raise GenerateError(f"not a suite{error}; expected what Suite.to_json writes") from None

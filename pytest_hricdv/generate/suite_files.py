@@ -15,7 +15,7 @@ from typing import TypeVar
 from msgspec import Raw, Struct
 
 from pytest_hricdv._base.input_file import MAX_DIGITS, MalformedError, from_json, read_text
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError, chosen_values, name_place
 from pytest_hricdv.generate.abstract import (
@@ -142,7 +142,7 @@ def _read_comment(block: _Block, comment: str, where: str) -> None:
     if key in block.headers:
         raise GenerateError(f"{where}: a second '# {key}:' in one test; expected a blank line between tests")
     if key == "seed" and not (value.isascii() and value.isdigit() and len(value) <= MAX_DIGITS):
-        raise GenerateError(f"{where}: seed {quoted(value)}: expected a whole number, at least 0 and below 2**63")
+        raise GenerateError(f"{where}: seed {quote(value)}: expected a whole number, at least 0 and below 2**63")
     if key.startswith("values "):
         _read_values(block, key, value, where)
     if key.startswith("after "):
@@ -169,7 +169,7 @@ def _read_command(text: str, where: str, commands: Collection[str]) -> str:
     except GenerateError as error:
         raise GenerateError(f"{where}: {error}{nearest(text.strip(), commands)}") from None
     if commands and command not in commands:
-        raise GenerateError(f"{where}: unknown command {quoted(command)}{nearest(command, commands)}")
+        raise GenerateError(f"{where}: unknown command {quote(command)}{nearest(command, commands)}")
     return command
 
 
@@ -287,7 +287,7 @@ class _Entry(Struct):
 
 def _from_json(path: Path, context: GenerationContext, notes: list[str]) -> Iterator[AbstractTest]:
     for suite, text in _decode(str(path), _read(path), dict[str, Raw]).items():
-        entries = _decode(f"{path}: suite {quoted(suite)}", str(text, "utf-8"), list[_Entry])
+        entries = _decode(f"{path}: suite {quote(suite)}", str(text, "utf-8"), list[_Entry])
         drafts = [
             _draft_of_entry(path, suite, place, entry, context)
             for place, entry in enumerate(entries[: MAX_TESTS + 1], 1)  # one too many is enough to be refused
@@ -314,7 +314,7 @@ def _draft_of_entry(
     """The draft of an entry; None if its steps were not recorded."""
     if entry.steps is None:
         return None
-    where = f"{path}: suite {quoted(suite)}, entry {place}"
+    where = f"{path}: suite {quote(suite)}, entry {place}"
     lines = tuple(
         _read_command(step, f"{where}, step {number}", context.commands) for number, step in enumerate(entry.steps, 1)
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.node import PastFormula
@@ -156,7 +156,7 @@ def _define(path: str, document: str, table: object, vocabulary: Vocabulary) -> 
     sources = {}
     for name, text in table.items():
         if isinstance(text, bool) or not isinstance(text, str | int | float):
-            raise RequirementError(f"{path}: definition {name}: expected a text or a number, got {quoted(text)}")
+            raise RequirementError(f"{path}: definition {name}: expected a text or a number, got {quote(text)}")
         sources[name] = FormulaSource(str(text), path=path, document=document, definition=name)
     if not sources:
         return vocabulary
@@ -172,7 +172,7 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
     where = f"{path}: requirement {name}"
     if not isinstance(table, dict):
         raise RequirementError(
-            f"{path}: {quoted(name)} is outside of a requirement; expected a table each, such as [R1]"
+            f"{path}: {quote(name)} is outside of a requirement; expected a table each, such as [R1]"
         )
     for key, value in table.items():
         _check_key(where, key, value, vocabulary)
@@ -226,13 +226,13 @@ def _with_parts(used: Iterable[str], vocabulary: Vocabulary) -> list[str]:
 
 def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> None:
     if key not in _KEYS:
-        raise RequirementError(f"{where}: unknown key {quoted(key)}{nearest(key, _KEYS)}")
+        raise RequirementError(f"{where}: unknown key {quote(key)}{nearest(key, _KEYS)}")
     if key == "shows":
         _check_shows(where, value, vocabulary)
     elif key == "accepted_on":
         _check_date(where, value)
     elif not isinstance(value, str) or (not value.strip() and key not in ("formula", "pattern")):
-        raise RequirementError(f"{where}: {quoted(key)} has to be a text, got {quoted(value)}")
+        raise RequirementError(f"{where}: {quote(key)} has to be a text, got {quote(value)}")
 
 
 def _check_date(where: str, value: object) -> None:
@@ -241,14 +241,14 @@ def _check_date(where: str, value: object) -> None:
     except ValueError:
         is_date = False
     if not is_date:
-        raise RequirementError(f"{where}: 'accepted_on' has to be a date, as 2026-11-26, got {quoted(value)}")
+        raise RequirementError(f"{where}: 'accepted_on' has to be a date, as 2026-11-26, got {quote(value)}")
 
 
 def _check_shows(where: str, names: object, vocabulary: Vocabulary) -> None:
     numeric = [name for name, kind in vocabulary.signals.items() if kind is float]
     if not isinstance(names, list | tuple):
-        raise RequirementError(f"{where}: 'shows' has to be a list of signals, got {quoted(names)}")
+        raise RequirementError(f"{where}: 'shows' has to be a list of signals, got {quote(names)}")
     for name in names:
         if name not in numeric:
             suggestion = nearest(str(name), numeric)
-            raise RequirementError(f"{where}: shows {quoted(name)}, which is not a numeric signal{suggestion}")
+            raise RequirementError(f"{where}: shows {quote(name)}, which is not a numeric signal{suggestion}")

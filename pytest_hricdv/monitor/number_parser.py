@@ -9,7 +9,7 @@ from typing import TypeVar, cast
 
 from lark import Token, Tree
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.node import Term
 from pytest_hricdv.monitor.requirement import FormulaSource
@@ -102,7 +102,7 @@ class NumberParser(TermParser):
         if not unit.is_known and unit.text not in self._vocabulary.units.values():
             advice = "a product of a number and a name is written with `*`"
             suggestion = nearest(unit.text, [*unit_names(), *self._vocabulary.units.values()])
-            raise self._error(node, f"unknown unit {quoted(unit.text)}{suggestion}", advice)
+            raise self._error(node, f"unknown unit {quote(unit.text)}{suggestion}", advice)
         return QuantityTerm(NumberTerm(value), unit, "quantity")
 
     def _seconds(self, node: Node) -> float:

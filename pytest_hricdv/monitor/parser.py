@@ -10,7 +10,7 @@ from typing import cast
 
 from lark import Token, Tree
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, Response
 from pytest_hricdv.monitor.node import PastFormula, Term
@@ -154,7 +154,7 @@ class FormulaParser(NumberParser):
             kind = "a definition" if topic in self._vocabulary.definitions else "a signal"
             is_declared = self._vocabulary.kind(topic) is not None
             advice = f"{topic} is {kind}; on(...) takes a topic" if is_declared else ""
-            problem = f"unknown topic {quoted(str(topic))}{nearest(topic, self._vocabulary.messages)}"
+            problem = f"unknown topic {quote(str(topic))}{nearest(topic, self._vocabulary.messages)}"
             raise self._error(topic, problem, advice)
         return On(str(topic))
 

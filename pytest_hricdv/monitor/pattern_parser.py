@@ -11,7 +11,7 @@ from typing import cast
 
 from lark import Token, Tree
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.dsl import NumberValue, TruthValue
 from pytest_hricdv.monitor.formula import Formula
@@ -59,7 +59,7 @@ class RequirementParser(FormulaParser):
         tree = syntax_tree(self._source, "pattern")
         name = cast("Token", tree.children[0])
         if name not in PATTERNS:
-            raise self._error(name, f"unknown pattern {quoted(str(name))}{nearest(name, PATTERNS)}")
+            raise self._error(name, f"unknown pattern {quote(str(name))}{nearest(name, PATTERNS)}")
         if name in SOURCE_NEEDED and not has_source:
             advice = 'expected the key source, which says where the limit comes from: source = "..."'
             raise self._error(name, f"{name} has a limit, and the requirement no source", advice)
@@ -129,7 +129,7 @@ class RequirementParser(FormulaParser):
             return None
         if name not in self._vocabulary.messages:
             names = [*self._vocabulary.names(), *self._vocabulary.messages]
-            raise self._error(tree, f"unknown name {quoted(name)}{nearest(name, names)}")
+            raise self._error(tree, f"unknown name {quote(name)}{nearest(name, names)}")
         return On(name)
 
 

@@ -15,7 +15,7 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
 from pytest_hricdv._base.grammar import lark_parser
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 
 MAX_LENGTH = 100_000
@@ -141,7 +141,7 @@ def _error_unexpected(source: FormulaSource, rule: Start, unexpected: Unexpected
     if unexpected.expected == {"ALWAYS"} or (str(token) == ")" and "->" in expected):
         advice = "a requirement says when it applies: always(antecedent -> response)"
     lines = f"expected {expected}" + (f"\n{advice}" if advice else "")
-    return source.error(start, start + len(token), f"unexpected {quoted(str(token))}", lines)
+    return source.error(start, start + len(token), f"unexpected {quote(str(token))}", lines)
 
 
 def _expectation(terminals: set[str]) -> str:

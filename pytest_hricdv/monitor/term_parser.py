@@ -8,7 +8,7 @@ from typing import TypeAlias, cast
 
 from lark import Token, Tree
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.names import Kind, field_of, last_of
 from pytest_hricdv.monitor.node import PastFormula, TextTerm
@@ -81,8 +81,8 @@ class TermParser(ABC):
             return kind
         if name in self._vocabulary.messages:
             advice = f"{name} is a topic: `on({name})` is true when a message arrives, `{name}.field` is its last value"
-            raise self._error(tree, f"unknown name {quoted(name)}", advice)
-        raise self._error(tree, f"unknown name {quoted(name)}{nearest(name, self._vocabulary.names())}")
+            raise self._error(tree, f"unknown name {quote(name)}", advice)
+        raise self._error(tree, f"unknown name {quote(name)}{nearest(name, self._vocabulary.names())}")
 
     def _full_name(self, tree: Tree[Token]) -> str:
         name = self._vocabulary.full_name(str(tree.children[-1]))
@@ -133,7 +133,7 @@ class TermParser(ABC):
             if self._is_unknown(node) and not self._is_unknown(other) and self._kind(other) is str:
                 name = str(_inside(node).children[0])
                 raise self._error(
-                    node, f"unknown name {quoted(name)}", f'a text is written in quotation marks: "{name}"'
+                    node, f"unknown name {quote(name)}", f'a text is written in quotation marks: "{name}"'
                 )
         return str in (self._kind(left), self._kind(right))
 

@@ -15,7 +15,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv._base.hash_seed import SEVERAL
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, check_plain, from_json, read_text
-from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 from pytest_hricdv.results.behaviour import Behaviour, BusMessage
 from pytest_hricdv.results.codec import ReportError, canonical
@@ -148,7 +148,7 @@ def _message(text: str) -> BusMessage:
         return BusMessage(at_s, sender, topic, fields)
     except (ValueError, RecursionError):
         raise ReportError(
-            f"message {quoted(text)} of a timeline: expected time, sender, topic and fields as JSON, between tabs"
+            f"message {quote(text)} of a timeline: expected time, sender, topic and fields as JSON, between tabs"
         ) from None
 
 

@@ -13,7 +13,7 @@ import msgspec
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.contained import file_inside
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_text
-from pytest_hricdv._base.message import InputError, cut, quoted
+from pytest_hricdv._base.message import InputError, cut, quote
 from pytest_hricdv.results import journal
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.model import SCHEMA, Report, TestResult
@@ -130,7 +130,7 @@ def load(path: Path) -> Report:
         schema = from_json(text, _ReportHead).schema
         if schema != SCHEMA:
             raise ReportError(
-                f"{file}: expected schema {SCHEMA!r}, found {quoted(schema)}: run the suite again, or read the report "
+                f"{file}: expected schema {SCHEMA!r}, found {quote(schema)}: run the suite again, or read the report "
                 "with the version of the plugin that wrote it"
             )
         report = from_json(text, Report)

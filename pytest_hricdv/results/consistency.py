@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 
 from pytest_hricdv._base.input_file import MalformedError
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.results.model import Report, TestResult
@@ -41,7 +41,7 @@ def _problems(report: Report) -> Iterator[tuple[str, str]]:
     suites = {suite.name for suite in report.suites}
     for number, test in enumerate(report.tests):
         if test.suite not in suites:
-            yield f"tests[{number}].suite", f"expected one of the report's suites, got {quoted(test.suite)}"
+            yield f"tests[{number}].suite", f"expected one of the report's suites, got {quote(test.suite)}"
         for again, run in enumerate(test.runs):
             place = f"tests[{number}]" if not again else f"tests[{number}].repeats[{again - 1}]"
             yield from _bad_run(place, report, run, (statements, branches))
@@ -51,7 +51,7 @@ def _duplicates(place: str, key: str, names: Iterable[str]) -> Iterator[tuple[st
     seen: set[str] = set()
     for number, name in enumerate(names):
         if name in seen:
-            yield f"{place}[{number}].{key}", f"expected each once, got {quoted(name)} again"
+            yield f"{place}[{number}].{key}", f"expected each once, got {quote(name)} again"
         seen.add(name)
 
 
@@ -59,7 +59,7 @@ def _bad_files(report: Report) -> Iterator[tuple[str, str]]:
     for number, file in enumerate(report.code_under_test.map):
         if not _CODE_FILE.match(file.file):
             place = f"code_under_test.map[{number}].file"
-            yield place, f"expected a file of Python, without steps upwards, got {quoted(file.file)}"
+            yield place, f"expected a file of Python, without steps upwards, got {quote(file.file)}"
 
 
 def _bad_shards(report: Report) -> Iterator[tuple[str, str]]:
@@ -67,7 +67,7 @@ def _bad_shards(report: Report) -> Iterator[tuple[str, str]]:
     for place, shard in {"shard": report.shard, **shards}.items():
         index, _, of = shard.partition("/")
         if shard and int(index) > int(of):
-            yield place, f"expected INDEX/OF with INDEX from 1 to OF, got {quoted(shard)}"
+            yield place, f"expected INDEX/OF with INDEX from 1 to OF, got {quote(shard)}"
 
 
 def _bad_days(report: Report) -> Iterator[tuple[str, str]]:
@@ -78,14 +78,14 @@ def _bad_days(report: Report) -> Iterator[tuple[str, str]]:
         try:
             datetime.date.fromisoformat(day)
         except ValueError:
-            yield place, f"expected a day, YYYY-MM-DD, got {quoted(day)}"
+            yield place, f"expected a day, YYYY-MM-DD, got {quote(day)}"
 
 
 def _bad_waivers(report: Report) -> Iterator[tuple[str, str]]:
     statements = {file.file: set(file.statements) for file in report.code_under_test.map}
     for number, waiver in enumerate(report.code_under_test.waivers):
         if statements and waiver.line not in statements.get(waiver.file, ()):
-            place = f"{quoted(waiver.file)}, line {waiver.line}"
+            place = f"{quote(waiver.file)}, line {waiver.line}"
             yield f"code_under_test.waivers[{number}]", f"expected a statement of the code under test, got {place}"
 
 
@@ -107,18 +107,18 @@ def _bad_bin(place: str, report: Report, product: str, bin_: tuple[str, ...]) ->
         part in coordinate.bins for part, coordinate in zip(bin_, coordinates, strict=True)
     )
     if not fits:
-        yield place, f"expected a bin of the cross product, a part for each coordinate, got {quoted(bin_)}"
+        yield place, f"expected a bin of the cross product, a part for each coordinate, got {quote(bin_)}"
 
 
 def _bad_run(place: str, report: Report, run: TestResult, sizes: tuple[int, int]) -> Iterator[tuple[str, str]]:
     wanted, judged = report.requirements.keys(), run.requirements.keys()
     if strange := judged - wanted:
-        yield f"{place}.requirements", f"expected the report's requirements, got {quoted(min(strange))}"
+        yield f"{place}.requirements", f"expected the report's requirements, got {quote(min(strange))}"
     if run.outcome != "not-run" and (missing := wanted - judged):
-        yield f"{place}.requirements", f"expected a verdict on each requirement, got none on {quoted(min(missing))}"
+        yield f"{place}.requirements", f"expected a verdict on each requirement, got none on {quote(min(missing))}"
     for product, bins in (run.cross or {}).items():
         if product not in report.cross_products:
-            yield f"{place}.cross", f"expected the report's cross products, got {quoted(product)}"
+            yield f"{place}.cross", f"expected the report's cross products, got {quote(product)}"
         else:
             for bin_ in bins:
                 yield from _bad_bin(f"{place}.cross", report, product, bin_)

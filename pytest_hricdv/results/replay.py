@@ -12,7 +12,7 @@ import msgspec
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
-from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, TestData
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
@@ -140,7 +140,7 @@ def _decode(text: str, where: str) -> _File:
         schema = from_json(text, _ReplayHead).schema
         if schema != SCHEMA:
             raise ReplayError(
-                f"{where}: expected schema {SCHEMA!r}, found {quoted(schema)}; "
+                f"{where}: expected schema {SCHEMA!r}, found {quote(schema)}; "
                 "expected a file from the folder 'failures' of a report, or the plugin's version that wrote this one"
             )
         return from_json(text, _File)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from types import TracebackType
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.runtime.source_location import authors_frame
 
 _WORDS = {
@@ -34,7 +34,7 @@ def refusal(error: BaseException) -> str:
     """What is wrong about such an end, in a sentence with the line that asked for it."""
     message = getattr(error, "msg", None) or str(error)
     return (
-        f"{_place(error.__traceback__)}: {word_of(error)}({quoted(message)}) in a run: only a test function or a "
+        f"{_place(error.__traceback__)}: {word_of(error)}({quote(message)}) in a run: only a test function or a "
         "fixture may end a test so, not the code under test, its world or the testbench's run: let them raise an "
         "error, or decide in the test function"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from typing import Protocol, SupportsIndex
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.runtime.node_error import KernelError
 
 __tracebackhide__ = True  # a failing test shows the frames of its author
@@ -52,6 +52,6 @@ def _whole_us(world: World, reached_us: object) -> int:
     code = getattr(function, "__code__", None)
     place = f"{code.co_filename}:{code.co_firstlineno}: " if code is not None else ""
     raise KernelError(
-        f"{place}{type(world).__name__}.advance returned {quoted(reached_us)}; expected the time that the world has "
+        f"{place}{type(world).__name__}.advance returned {quote(reached_us)}; expected the time that the world has "
         "reached, in whole microseconds since the beginning of the run: return it, at most target_us"
     )

@@ -150,7 +150,7 @@ class BreakpointRunner:
             messages=dict(messages),
             state=str(messages.get(topic, {}).get(name, "")),
             verdicts={verdict.requirement: verdict.verdict for verdict in result.verdicts},
-            nodes=tuple(code.waiting_frames),
+            nodes=tuple(code.wait_frames),
         )
 
     def _stop(self, now: Now, code: CodeUnderTest) -> None:
@@ -161,7 +161,7 @@ class BreakpointRunner:
             _stop_in_ide(_of_project(here))
             return
         try:
-            frames = [_of_code(frame, self.files) for frame in (here, *code.waiting_frames.values())]
+            frames = [_of_code(frame, self.files) for frame in (here, *code.wait_frames.values())]
             pdb = pytestPDB._init_pdb("hri-break-on-violation", header=_header(now))  # type: ignore[no-untyped-call]
             pdb.reset()
             pdb.interaction(next((frame for frame in frames if frame is not None), here), None)

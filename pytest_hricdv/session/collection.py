@@ -26,7 +26,7 @@ from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, select_suites, to_text
 from pytest_hricdv.session.testbench_search import on_installed_engine
 from pytest_hricdv.testbench import Testbench, TestbenchError
-from pytest_hricdv.testbench_faults import checked, describe_keywords
+from pytest_hricdv.testbench_faults import check_testbench, describe_keywords
 
 ATTRIBUTE = "hricdv"
 """Of pytest's report of a test's call: the result, as JSON."""
@@ -88,7 +88,7 @@ class Collection:
         try:
             with of_testbench(self.config, implementations[-1].function.__module__):
                 made = hook(config=self.config)
-            testbench = checked(made, f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
+            testbench = check_testbench(made, f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
             testbench = testbench.choose(fidelity=self.options.fidelity) if self.options.fidelity else testbench
             testbench = on_installed_engine(testbench)
             for feature in feature_options():

@@ -287,7 +287,7 @@ def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
     """
     if test.timeline is None:
         return "no timeline: the run was not completed\n"
-    events = [*_messages(test), *_actions(test), *_violations(test, units), *_undecided_events(test)]
+    events = [*_messages(test), *_actions(test), *_violations(test, units), *_list_undecided_events(test)]
     events.append((test.timeline.end_s, "", test.end_reason))
     lines = (
         f"{time_s:9.3f}  {sender:10}  {event}".rstrip()
@@ -316,7 +316,7 @@ def _violations(test: TestResult, units: Mapping[str, str]) -> Iterator[tuple[fl
             yield violation.time_s, name, f"FAILED {violation_line(violation, units)}"
 
 
-def _undecided_events(test: TestResult) -> Iterator[tuple[float, str, str]]:
+def _list_undecided_events(test: TestResult) -> Iterator[tuple[float, str, str]]:
     """What was triggered and is undecided, as it would look passed: where the run ended."""
     for name, spans in test.timeline.triggers.items() if test.timeline else ():
         for span in spans.split():

@@ -164,7 +164,7 @@ class JournalKeeper:
         """Write what an optional part has worked out, as JSON."""
         self._append(FeatureRecord(part, key, self._at_s, msgspec.Raw(value)))
 
-    def resumed_value(self, part: str, key: str) -> bytes | None:
+    def read_resumed_value(self, part: str, key: str) -> bytes | None:
         """What the session that this one goes on with has worked out, as JSON; None where it has not."""
         value = None if self.resumed is None else self.resumed.kept.get(part, {}).get(key)
         return None if value is None else decompress(value)

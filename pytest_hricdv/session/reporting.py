@@ -229,7 +229,7 @@ class SessionReporter:
         return encode(msgspec.structs.replace(declared, origin=origin)).encode()
 
     @property
-    def missing_tests(self) -> str:
+    def reason_for_missing_tests(self) -> str:
         """Why tests that the command line names were not found; empty where all were."""
         return self._missing
 

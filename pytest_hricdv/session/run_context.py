@@ -156,7 +156,7 @@ class RunContext:
         """What the session's runs are judged with; unmeasured."""
         return RunSettings(self.collection.testbench, self.requirements, self.known_when)
 
-    def shown(self, nodeid: str) -> str:
+    def show_nodeid(self, nodeid: str) -> str:
         """The node id relative to the folder where pytest was started."""
         config = self.collection.config
         path, colons, rest = nodeid.partition("::")

@@ -230,7 +230,7 @@ class TestRunner:
             raise
 
     def _result_to_show(self, case: HriCase, nodeid: str) -> TestResult:
-        return replace(self._result(case, nodeid), nodeid=self.context.shown(nodeid))
+        return replace(self._result(case, nodeid), nodeid=self.context.show_nodeid(nodeid))
 
     def _rerun_info(self, case: HriCase) -> RerunInfo:
         replayed = self.collection.replays.get(case.abstract.id)

@@ -223,8 +223,8 @@ class SummarySection:
         """Writes one section at the end."""
         reporting = self._reporting
         self._failures.list_all(terminalreporter)
-        if reporting.missing_tests:
-            terminalreporter.write_line(visible(f"hricdv: {reporting.missing_tests.strip()}"), red=True)
+        if reporting.reason_for_missing_tests:
+            terminalreporter.write_line(visible(f"hricdv: {reporting.reason_for_missing_tests.strip()}"), red=True)
         report, session = reporting.report, reporting.session
         if report is None and not session.problems:
             return

@@ -72,9 +72,9 @@ class Skeleton:
         templates = _files(TEMPLATE) | (_files(PEOPLE) if len(self.people) > 1 else {})
         for name, text in sorted(templates.items()):
             for person in self.people if PERSON in name else (self.person,):
-                yield self._named(name, person), self._named(text, person)
+                yield self._insert_names(name, person), self._insert_names(text, person)
 
-    def _named(self, text: str, person: str) -> str:
+    def _insert_names(self, text: str, person: str) -> str:
         people = json.dumps(self.people).replace("[", "(").replace("]", ")")
         agents = "; ".join(self.people)
         named = text.replace(TWO_PEOPLE, people).replace(f"; {PERSON}; }}", f"; {agents}; }}")

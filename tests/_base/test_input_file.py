@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv._base.input_file import MalformedError, check_plain, from_cache, from_json, from_toml, read_text
-from pytest_hricdv._base.message import MAX_MESSAGE, legible, quoted
+from pytest_hricdv._base.message import MAX_MESSAGE, legible, quote
 from tests.hanging import ends
 
 
@@ -170,8 +170,8 @@ def repr_of(value: object) -> str:
 
 @pytest.mark.parametrize("value", ["x" * 10**6, 10**10_000, [10**10_000], ["x"] * 10**5, {"a": "\x1b"}], ids=repr_of)
 def test_what_is_quoted_is_short(value: object) -> None:
-    assert len(quoted(value)) <= 82
-    assert "\x1b" not in quoted(value)
+    assert len(quote(value)) <= 82
+    assert "\x1b" not in quote(value)
 
 
 def test_a_value_that_nests_deeply_can_be_quoted() -> None:
@@ -179,6 +179,6 @@ def test_a_value_that_nests_deeply_can_be_quoted() -> None:
     for _ in range(10_000):
         value = [value]
     if sys.version_info < (3, 14):
-        assert quoted(value) == "a list"
+        assert quote(value) == "a list"
     else:  # there its text can be had
-        assert quoted(value).startswith("[[[")
+        assert quote(value).startswith("[[[")

@@ -33,7 +33,7 @@ from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.monitor import load_requirements
 from pytest_hricdv.testbench import Testbench
-from pytest_hricdv.testbench_faults import checked
+from pytest_hricdv.testbench_faults import check_testbench
 from tests.actors.corridor.bench import crossed_ward
 from tests.actors.hospital.bench import hospital
 
@@ -46,7 +46,7 @@ class ClosureGenerator:
     """Closing loops of a testbench, in this process."""
 
     def __init__(self, testbench: Testbench) -> None:
-        self._bench = bench = checked(testbench, "tests")
+        self._bench = bench = check_testbench(testbench, "tests")
         self._requirements = load_requirements(bench.requirements, bench.vocabulary())
         self._settings = RunSettings(bench, self._requirements)
         context = GenerationContext(bench.model, bench.beliefs, tuple(bench.concretization.commands), 0, 10)

@@ -16,7 +16,7 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.monitor import load_requirements
 from pytest_hricdv.testbench import Bystander, People, Run, Testbench, TestbenchError, Uniform
-from pytest_hricdv.testbench_faults import checked
+from pytest_hricdv.testbench_faults import check_testbench
 from tests.actors.corridor.bench import Corridor, child, nurse, running, ward
 
 DOG = Bystander("dog", {"bark": {}, "run": {"far_m": Uniform(1.0, 5.0, "m")}}, fewest=1, most=3)
@@ -34,7 +34,7 @@ def dog(run: Run, corridor: Corridor) -> None:
 @cache
 def bench() -> Testbench:
     made = replace(ward((nurse, child, dog)), people=People(bystanders=(DOG,)))
-    return checked(replace(made, signals={**made.signals, "dog": float}), "tests")
+    return check_testbench(replace(made, signals={**made.signals, "dog": float}), "tests")
 
 
 def run(test: ConcreteTest, testbench: Testbench | None = None) -> CaseResult:
@@ -84,7 +84,7 @@ def test_a_bystander_whom_no_node_enacts_is_a_fault() -> None:
 def test_names_that_are_taken_are_refused(bystander: Bystander, complaint: str) -> None:
     made = replace(ward(), people=People(bystanders=(bystander,)))
     with pytest.raises(TestbenchError, match=complaint):
-        checked(made, "tests")
+        check_testbench(made, "tests")
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ from pytest_hricdv.testbench import (
     Testbench,
     TestbenchError,
 )
-from pytest_hricdv.testbench_faults import checked
+from pytest_hricdv.testbench_faults import check_testbench
 from tests.actors.corridor.bench import COMMANDS, nurse, running, ward
 
 PEOPLE = (InteractiveAgent("nurse", idle_timeout_s=2.0), InteractiveAgent("child", idle_timeout_s=3.0))
@@ -38,7 +38,7 @@ PEOPLE = (InteractiveAgent("nurse", idle_timeout_s=2.0), InteractiveAgent("child
 
 @cache
 def bench() -> Testbench:
-    return checked(replace(ward(), people=People(PEOPLE)), "tests")
+    return check_testbench(replace(ward(), people=People(PEOPLE)), "tests")
 
 
 def wishes(**chosen: str) -> list[Weight]:
@@ -105,7 +105,7 @@ def test_they_hear_the_run_and_disturbances_come_between_them() -> None:
     people = (PEOPLE[0], InteractiveAgent("child", hears, idle_timeout_s=3.0))
     pushes: list[float] = []
     disturbances = {"push": Disturbance({}, lambda corridor, parameters: pushes.append(corridor.cart_m))}
-    testbench = checked(replace(with_robot(), people=People(people), disturbances=disturbances), "tests")
+    testbench = check_testbench(replace(with_robot(), people=People(people), disturbances=disturbances), "tests")
     often: list[Weight] = [(ANY_STATE, ANY_INTERACTION, "disturbance", line, 0.5) for line in ("", "disturb push")]
     result, test = decided(testbench, 1, [*wishes(start="playful", nurse="watchful"), *often])
     assert len(pushes) == test.lines.count("disturb push") > 0
@@ -127,7 +127,7 @@ def test_a_person_with_nothing_to_do_is_gone_after_a_while() -> None:
         nurse(run, corridor)  # type: ignore[arg-type]
         left.append(run.kernel.now_s)
 
-    testbench = checked(
+    testbench = check_testbench(
         replace(bench(), run=running((patient, *(person for person in [child_who_does_nothing])))), "tests"
     )
     result, test = decided(testbench, 1, wishes(start="shy", nurse="patient"))
@@ -145,7 +145,7 @@ def child_who_does_nothing(run: Run, corridor: object) -> None:
 
 
 def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
-    alone = checked(replace(bench(), run=running((nurse,))), "tests")
+    alone = check_testbench(replace(bench(), run=running((nurse,))), "tests")
     result, _ = decided(alone, 1, [])
     assert [fault for fault in result.ending_faults if "child" in fault] == [
         "nobody does what child does in the test: expected a node of the testbench's run that takes "
@@ -185,13 +185,13 @@ def test_waiting_is_not_for_the_testbench_to_say() -> None:
 )
 def test_a_declaration_that_is_none_is_refused(online: object, complaint: str) -> None:
     with pytest.raises(TestbenchError, match=complaint):
-        checked(replace(ward(), people=People(online)), "tests")  # type: ignore[arg-type]
+        check_testbench(replace(ward(), people=People(online)), "tests")  # type: ignore[arg-type]
 
 
 def test_a_wait_for_a_turn_that_cannot_be_left_out_is_refused() -> None:
     concretization = replace(ward().concretization, turn_wait_s=Constant(3.0, "s"))
     with pytest.raises(TestbenchError, match=r"turn_wait_s is 3 s; expected a range from 0 s on"):
-        checked(replace(ward(), people=People(PEOPLE), concretization=concretization), "tests")
+        check_testbench(replace(ward(), people=People(PEOPLE), concretization=concretization), "tests")
 
 
 @pytest.mark.parametrize("idle_timeout_s", [-1.0, float("inf"), float("nan"), "3", True])
@@ -211,7 +211,7 @@ def test_what_an_agent_gives_up_while_its_person_does_it_leads_to_nothing(tmp_pa
     beliefs = replace(made.beliefs, default_beliefs=made.beliefs.beliefs)
     model = replace(made.model, path=tmp_path / made.model.path.name, covered=("meta",))
     commands = {line: {"takes_s": Constant(4.0 if line == "nurse: rest" else 1.0, "s")} for line in COMMANDS}
-    testbench = checked(
+    testbench = check_testbench(
         replace(made, model=model, beliefs=beliefs, concretization=replace(made.concretization, commands=commands)),
         "tests",
     )

@@ -15,7 +15,7 @@ from pytest_hricdv.generate.actors import actor_of
 from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.monitor import load_requirements
 from pytest_hricdv.testbench import Testbench
-from pytest_hricdv.testbench_faults import checked
+from pytest_hricdv.testbench_faults import check_testbench
 from tests.actors.hospital.bench import COMMANDS, hospital, running
 
 LINES = ("nurse: load", "nurse: send", "porter: open", "porter: close")
@@ -28,7 +28,7 @@ FATAL = (
 
 @cache
 def bench(looks_late: bool = False, online: bool = False) -> Testbench:
-    return checked(hospital(looks_late, online), "tests")
+    return check_testbench(hospital(looks_late, online), "tests")
 
 
 def run(test: AbstractTest, testbench: Testbench) -> CaseResult:
@@ -74,7 +74,7 @@ def test_who_only_tells_others_something_needs_no_node() -> None:
     """Of the child there are no commands, so nobody has to take its actions; its agent is in the run all the same."""
     commands = {line: ranges for line, ranges in COMMANDS.items() if actor_of(line) != "child"}
     concretization = replace(bench().concretization, commands=commands)
-    testbench = checked(
+    testbench = check_testbench(
         replace(
             bench(online=True), concretization=concretization, run=running(looks_late=False, actors=("nurse", "porter"))
         ),

@@ -16,13 +16,13 @@ from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import METHODS
 from pytest_hricdv.monitor import Requirement, load_requirements
 from pytest_hricdv.testbench import Testbench
-from pytest_hricdv.testbench_faults import checked
+from pytest_hricdv.testbench_faults import check_testbench
 from tests.actors.corridor.bench import nurse, ward
 
 
 @cache
 def bench(obeys: bool = True) -> Testbench:
-    return checked(ward(obeys=obeys), "tests")
+    return check_testbench(ward(obeys=obeys), "tests")
 
 
 @cache
@@ -98,7 +98,7 @@ def test_the_same_seed_gives_the_same_tests() -> None:
 
 
 def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
-    alone = checked(ward((nurse,)), "tests")
+    alone = check_testbench(ward((nurse,)), "tests")
     (fault,) = (text for text in run(found(), alone).errors if "child" in text)
     assert fault == (
         "nobody does what child does in the test: expected a node of the testbench's run that takes "

@@ -158,27 +158,27 @@ def rig_that_jams():
     raise OSError("jammed")
 
 
-def checked(case):
+def check_testbench(case):
     case.check(case.run())
 
 
 def test_plain(hri_case):
-    checked(hri_case)
+    check_testbench(hri_case)
 
 
 @pytest.mark.xfail(reason="flaky rig")
 def test_xfail(hri_case):
-    checked(hri_case)
+    check_testbench(hri_case)
 
 
 @pytest.mark.xfail(reason="flaky rig", strict=True)
 def test_strict_xfail(hri_case):
-    checked(hri_case)
+    check_testbench(hri_case)
 
 
 @pytest.mark.xfail(reason="flaky rig", run=False)
 def test_xfail_that_does_not_run(hri_case):
-    checked(hri_case)
+    check_testbench(hri_case)
 
 
 def test_xfail_before(hri_case):
@@ -186,7 +186,7 @@ def test_xfail_before(hri_case):
 
 
 def test_xfail_after(hri_case):
-    checked(hri_case)
+    check_testbench(hri_case)
     pytest.xfail("not yet")
 
 
@@ -195,7 +195,7 @@ def test_skip_before(hri_case):
 
 
 def test_skip_after(hri_case):
-    checked(hri_case)
+    check_testbench(hri_case)
     pytest.skip("rig is busy")
 
 
@@ -204,7 +204,7 @@ def test_fail_before(hri_case):
 
 
 def test_fail_after(hri_case):
-    checked(hri_case)
+    check_testbench(hri_case)
     pytest.fail("my own")
 
 
@@ -215,22 +215,22 @@ def test_assertion_between(hri_case):
 
 
 def test_fixture_before(hri_case, broken_rig):
-    checked(hri_case)
+    check_testbench(hri_case)
 
 
 def test_fixture_after(hri_case, rig_that_jams):
-    checked(hri_case)
+    check_testbench(hri_case)
 
 
 def test_caught(hri_case):
     with pytest.raises(pytest.fail.Exception):
-        checked(hri_case)
+        check_testbench(hri_case)
     assert hri_case.result.failed == ("R2",)
 
 
 def test_another_run_that_nobody_checks(hri_case):
     try:
-        checked(hri_case)
+        check_testbench(hri_case)
     except pytest.fail.Exception:
         pass
     hri_case.run()

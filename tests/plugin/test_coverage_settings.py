@@ -37,7 +37,7 @@ def shown(level):  # pragma: no cover
     return f"{level} %"
 
 
-def checked(level):
+def check_testbench(level):
     assert level >= 0.0
     if DEBUG:
         print("level", level)
@@ -51,7 +51,7 @@ def checked(level):
 def logged(level):
     if level > 1000.0:
         raise NotImplementedError(level)
-    return checked(level)
+    return check_testbench(level)
 '''
 """What configurations speak of, behind the guide."""
 

@@ -63,8 +63,8 @@ def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -
         differing=tuple(_differences(store, plan)),
     )
     report = structs.replace(report, campaign=campaign)
-    for associated in offers("merging", "associated"):
-        report = associated(report, is_of_all_runs=campaign.is_listed and not campaign.lost)
+    for associate in offers("merging", "associate"):
+        report = associate(report, is_of_all_runs=campaign.is_listed and not campaign.lost)
     return report, problem
 
 

@@ -59,7 +59,7 @@ class CampaignView(View):
         template = "campaign/campaign.html.jinja"
         return PageSection("campaign", "Campaign", template, values, headline=headline(result), remark=remark)
 
-    def simulated_s(self, report: Report) -> float | None:
+    def total_simulated_s(self, report: Report) -> float | None:
         """Of all runs of the campaign."""
         result = CAMPAIGN.of(report)
         return None if result is None else result.sim_s

@@ -203,7 +203,7 @@ class Loop:
             return "closed"
         if self.budget.used >= self.budget.runs:
             return "runs"
-        return "seconds" if self.budget.seconds is not None and self.budget.elapsed_s >= self.budget.seconds else None
+        return "seconds" if self.budget.seconds is not None and self.budget.age_s >= self.budget.seconds else None
 
     def _proposals(self, number: int, bandit: Bandit) -> list[Proposal]:
         """A generation. What one strategy cannot use of its share, the others share."""

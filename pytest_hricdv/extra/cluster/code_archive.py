@@ -13,7 +13,7 @@ from hashlib import sha256
 from pathlib import Path, PurePosixPath
 
 from pytest_hricdv._base import project_files
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.extra.cluster.private_folder import private_folder
 from pytest_hricdv.session.remote import ClusterError
 
@@ -56,7 +56,7 @@ def files_to_send(root: Path, state: Path | None = None, hidden: Sequence[str] =
     for pattern in hidden:
         matching = {path for path in secret if path.relative_to(root).match(pattern)}
         if not matching:
-            raise ClusterError(f"send-hidden: {quoted(pattern)}: {root} has no hidden file of this name left to send")
+            raise ClusterError(f"send-hidden: {quote(pattern)}: {root} has no hidden file of this name left to send")
         secret -= matching
     sent = [path for path in kept if path not in secret]
     _require_inside(root, sent)
@@ -82,7 +82,7 @@ def _require_inside(root: Path, sent: Sequence[Path]) -> None:
 
 def _leads_away(root: Path, link: Path, target: Path, hint: str) -> str:
     return (
-        f"--send-code: {quoted(str(link.relative_to(root)))} in {root} is a symbolic link to {quoted(str(target))}, "
+        f"--send-code: {quote(str(link.relative_to(root)))} in {root} is a symbolic link to {quote(str(target))}, "
         f"which is not sent: {hint}, or, if no run needs it, keep it in a hidden folder (.NAME)"
     )
 
@@ -163,6 +163,6 @@ def _relative(entry: zipfile.ZipInfo) -> PurePosixPath:
     is_file = stat.S_IFMT(entry.external_attr >> 16) in (0, stat.S_IFREG) and not entry.is_dir()
     if not (is_inside and is_plain and is_file) or "\0" in entry.orig_filename:
         raise ArchiveError(
-            f"the project that was sent has {quoted(entry.orig_filename)}: expected files below its folder"
+            f"the project that was sent has {quote(entry.orig_filename)}: expected files below its folder"
         )
     return path

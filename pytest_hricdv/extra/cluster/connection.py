@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import quote
 from pytest_hricdv.extra.cluster import service as worker_side
 from pytest_hricdv.extra.cluster.local_cluster import LocalWorkers
 from pytest_hricdv.session.remote import ClusterError
@@ -68,11 +68,11 @@ class Address:
         if local is not None:
             workers = int(local[1]) if local[1] else os.cpu_count() or 1
             if workers < 1:
-                raise ClusterError(f"{quoted(text)}: expected at least one worker, as in local:2")
+                raise ClusterError(f"{quote(text)}: expected at least one worker, as in local:2")
             return cls(workers=workers)
         if _SCHEDULER.fullmatch(text):
             return cls(scheduler=text)
-        raise ClusterError(f"{quoted(text)}: expected local, local:WORKERS or a scheduler's tcp://HOST:PORT")
+        raise ClusterError(f"{quote(text)}: expected local, local:WORKERS or a scheduler's tcp://HOST:PORT")
 
     @property
     def is_encrypted(self) -> bool:
@@ -225,7 +225,7 @@ def _credentials(address: Address) -> Security:
         context = made.get_connection_args("client")["ssl_context"]
     except OSError as error:
         role = made.get_tls_config_for_role("client")
-        files = ", ".join(quoted(role[name]) for name in ("ca_file", "cert", "key"))
+        files = ", ".join(quote(role[name]) for name in ("ca_file", "cert", "key"))
         raise ClusterError(
             f"{address}: the credentials in Dask's settings, {files}, cannot be read ({error}): expected {CREDENTIALS}"
         ) from None

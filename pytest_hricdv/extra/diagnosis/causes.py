@@ -12,11 +12,11 @@ from msgspec.structs import replace
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.gaps import Function, functions
 from pytest_hricdv.extra.diagnosis.executed_lines import neighbour_runner
-from pytest_hricdv.extra.diagnosis.experiments import Experiments, shown
+from pytest_hricdv.extra.diagnosis.experiments import Experiments, list_experiments
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group, group_failures
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
-from pytest_hricdv.extra.diagnosis.pair_search import PairSearch, kept
+from pytest_hricdv.extra.diagnosis.pair_search import PairSearch, keep_run
 from pytest_hricdv.extra.diagnosis.places import LEAST, weight_suspects
 from pytest_hricdv.extra.diagnosis.records import (
     CAUSES,
@@ -74,16 +74,14 @@ class Subject:
         disturbances = {name: _disturbances(test) for name, test in self.tests.items()}
         return group_failures(disturbances, self.failures, self.spectra, evidence)
 
-    def failing_otherwise(self, group: Group) -> set[str]:
+    def find_violators(self, group: Group) -> set[str]:
         """Node ids of tests that violate the same requirements, for this cause or another: none of them has passed."""
         return {failure.nodeid for failure in self.failures if failure.requirement in group.requirements}
 
     def compares(self, group: Group) -> bool:
         """Whether the code was measured in a run that fails for the cause, and in one that passes."""
         measured = self.spectra.bits.keys()
-        return not measured.isdisjoint(group.nodeids) and bool(
-            measured - {*group.nodeids} - self.failing_otherwise(group)
-        )
+        return not measured.isdisjoint(group.nodeids) and bool(measured - {*group.nodeids} - self.find_violators(group))
 
 
 def _disturbances(test: TestResult) -> tuple[str, ...]:
@@ -148,7 +146,7 @@ def _by_now(
         runs=experiments.used,
         budget=experiments.budget,
         end_reason=experiments.ended,
-        experiments=shown(experiments.evidence),
+        experiments=list_experiments(experiments.evidence),
         signals=_kinds(vocabulary.signals),
         messages={topic: _kinds(fields) for topic, fields in vocabulary.messages.items()},
     )
@@ -163,7 +161,7 @@ def _keep_minimal(session: FeatureSession, experiments: Experiments, decisions: 
             return
         try:
             experiments.used += 1
-            decisions.replays[name] = kept(session.rerunner, chosen[name], name, minimal)
+            decisions.replays[name] = keep_run(session.rerunner, chosen[name], name, minimal)
         except KeyboardInterrupt:
             experiments.ended = "interrupted"
 
@@ -292,7 +290,7 @@ def rank_places(subject: Subject, group: Group, traces: Sequence[ViolationTrace]
         traces: of runs that failed for it, up to what failed first.
     """
     code = subject.spectra.code
-    suspects = subject.spectra.suspects(group.nodeids, subject.failing_otherwise(group))
+    suspects = subject.spectra.suspects(group.nodeids, subject.find_violators(group))
     return weight_suspects(suspects, traces, () if code is None else code.files)
 
 

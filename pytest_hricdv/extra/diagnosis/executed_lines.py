@@ -24,7 +24,7 @@ from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.records import ExecutedLines, Neighbour
 from pytest_hricdv.extra.diagnosis.runs import in_fork
-from pytest_hricdv.extra.diagnosis.trace import Step, Tracer
+from pytest_hricdv.extra.diagnosis.trace import Tracer, TraceStep
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.results.timeline import timeline
 from pytest_hricdv.session.replaying import TestRerunner, name_test
@@ -52,7 +52,7 @@ class _Burst:
     lines: tuple[tuple[str, int], ...]
 
 
-def executed_lines(steps: Iterable[Step], violation_s: float | None) -> ExecutedLines:
+def collect_executed_lines(steps: Iterable[TraceStep], violation_s: float | None) -> ExecutedLines:
     """What is kept of the steps of a run.
 
     Args:
@@ -77,7 +77,7 @@ def executed_lines(steps: Iterable[Step], violation_s: float | None) -> Executed
     )
 
 
-def _bursts(steps: Iterable[Step]) -> Iterator[_Burst]:
+def _bursts(steps: Iterable[TraceStep]) -> Iterator[_Burst]:
     for (time_s, node), group in groupby(steps, key=lambda step: (step.time_s, step.node)):
         lines = [(step.file, step.line) for step in group]
         yield _Burst(time_s, node, tuple(lines[-MAX_LINES:]))
@@ -148,10 +148,10 @@ class LineTracer:
         tracing = Tracer(self._code)
         try:
             with contextlib.redirect_stdout(io.StringIO()):
-                again = execute(self._settings.with_measurement(tracing), result.test, begun=tracing.begun)
+                again = execute(self._settings.with_measurement(tracing), result.test, begun=tracing.begin)
         except Exception as error:
             return ExecutedLines(note=f"not traced: {type(error).__name__}: {error}")
-        lines = executed_lines(tracing.steps(), first_violation_s(result))
+        lines = collect_executed_lines(tracing.steps(), first_violation_s(result))
         if again.record.sha256 == result.record.sha256:
             return lines
         return msgspec.structs.replace(lines, note="the traced run differs from this one: compare with care")
@@ -191,7 +191,7 @@ def _neighbour(rerunner: TestRerunner, code: CodeMap, test: ConcreteTest) -> Nei
     if tracing is None:
         result = rerunner.run(test)
     else:
-        result = replace(rerunner, settings=rerunner.settings.with_measurement(tracing)).run(test, tracing.begun)
+        result = replace(rerunner, settings=rerunner.settings.with_measurement(tracing)).run(test, tracing.begin)
     if result is None:
         return None
     return Neighbour(
@@ -200,5 +200,5 @@ def _neighbour(rerunner: TestRerunner, code: CodeMap, test: ConcreteTest) -> Nei
         begun=tuple(
             (round(time_s, 3), number) for time_s, number in zip(result.action_times_s, result.begun, strict=True)
         ),
-        lines=None if tracing is None else executed_lines(tracing.steps(), None),
+        lines=None if tracing is None else collect_executed_lines(tracing.steps(), None),
     )

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteTest
 
 
-def shown(evidence: ExperimentEvidence) -> tuple[Experiment, ...]:
+def list_experiments(evidence: ExperimentEvidence) -> tuple[Experiment, ...]:
     """Evidence, as a report has it."""
     confirmed = [(*key, change, True) for key, change in evidence.confirmed.items()]
     refuted = [(*key, change, False) for key, changes in evidence.refuted.items() for change in sorted(changes)]
@@ -71,7 +71,7 @@ class Experiments:
     @property
     def evidence(self) -> ExperimentEvidence:
         """What they have shown."""
-        return evidence_of(shown(ExperimentEvidence(self.confirmed, self.refuted)))
+        return evidence_of(list_experiments(ExperimentEvidence(self.confirmed, self.refuted)))
 
     def groups(self, enough: float = math.inf) -> tuple[Group, ...]:
         """The groups, after experiments with all of their tests, or with `enough` of each."""

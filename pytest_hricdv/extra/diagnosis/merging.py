@@ -65,7 +65,7 @@ def _add_trace(cause: Cause, before: Sequence[Cause]) -> Cause:
     return replace(cause, minimal=left.minimal, minimal_of=left.minimal_of, is_shrunk=True, replay=left.replay)
 
 
-def associated(report: Report, *, is_of_all_runs: bool) -> Report:
+def associate(report: Report, *, is_of_all_runs: bool) -> Report:
     """The report of a campaign with the causes of its failures, by association over its runs, without experiments.
 
     Args:

@@ -16,7 +16,7 @@ from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.grouping import Group
 from pytest_hricdv.extra.diagnosis.minimal_pair import NeighborSearch, Tried
 from pytest_hricdv.extra.diagnosis.records import Decision, Neighbour
-from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, forked
+from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, run_in_fork
 from pytest_hricdv.extra.diagnosis.variations import Variation, without
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.results.replay import ReplayOrigin
@@ -73,7 +73,7 @@ def shrunk(
     return Minimal(outcome.test, runs[outcome.test.to_json()], requirement, outcome.runs, outcome.ended == "done")
 
 
-def kept(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -> str | None:
+def keep_run(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -> str | None:
     """Run it once more and keep it as a replay file; returns the file's name, None where there is none.
 
     Args:
@@ -90,7 +90,7 @@ def kept(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -
             None if result is None else RunSummary(violated=(), replay=rerunner.keep(case, result, nodeid, origin)[1])
         )
 
-    made = forked(rerunner, work) if hasattr(os, "fork") else work()
+    made = run_in_fork(rerunner, work) if hasattr(os, "fork") else work()
     return None if made is None else made.replay
 
 

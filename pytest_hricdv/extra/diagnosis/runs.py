@@ -89,7 +89,7 @@ def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteT
         return None if result is None else ran(result)
 
     def run(test: ConcreteTest) -> RunSummary | None:
-        return forked(rerunner, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
+        return run_in_fork(rerunner, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
 
     return run
 
@@ -103,19 +103,19 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
         part: keeps them there under this name.
     """
 
-    def remembered(test: ConcreteTest) -> RunSummary | None:
+    def look_up_or_run(test: ConcreteTest) -> RunSummary | None:
         key = digest("run", test.to_json())
-        kept = journaling.resumed_value(part, key)
+        kept = journaling.read_resumed_value(part, key)
         if kept is not None:
             return _DECODER.decode(kept)
         result = run(test)
         journaling.keep(part, key, msgspec.json.encode(result))
         return result
 
-    return remembered
+    return look_up_or_run
 
 
-def forked(rerunner: TestRerunner, work: Callable[[], RunSummary | None]) -> RunSummary | None:
+def run_in_fork(rerunner: TestRerunner, work: Callable[[], RunSummary | None]) -> RunSummary | None:
     """What a fork gives; None where it came to no end."""
     return _DECODER.decode(in_fork(rerunner, work))
 
@@ -140,7 +140,7 @@ def in_fork(rerunner: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
 def _trace_run(rerunner: TestRerunner, code: CodeMap, test: ConcreteTest) -> RunSummary | None:
     tracing = Tracer(code)
     settings = rerunner.settings
-    result = replace(rerunner, settings=settings.with_measurement(tracing)).run(test, tracing.begun, [tracing])
+    result = replace(rerunner, settings=settings.with_measurement(tracing)).run(test, tracing.begin, [tracing])
     if result is None:
         return None
     made = ran(result)

@@ -162,33 +162,33 @@ class Spectra:
     code: CodeMap | None = None
     bits: Mapping[str, Bits] = field(default_factory=dict)
 
-    def suspects(self, failing: Collection[str], failing_otherwise: Collection[str] = ()) -> tuple[Suspect, ...]:
+    def suspects(self, failing: Collection[str], find_violators: Collection[str] = ()) -> tuple[Suspect, ...]:
         """The statements that these tests execute, the most suspicious first.
 
         Args:
             failing: node ids of the tests.
-            failing_otherwise: of others, which are no passing tests.
+            find_violators: of others, which are no passing tests.
         """
         if self.code is None:
             return ()
         table = self.table
         failed = table.tests(failing)
-        passed = table.all_tests & ~failed & ~table.tests(failing_otherwise)
+        passed = table.all_tests & ~failed & ~table.tests(find_violators)
         statements, branches = (
             table.counts(elements, failed, passed) for elements in (table.statements, table.branches)
         )
         return rank(self.code, statements, branches)
 
-    def specific(self, failing: Collection[str], failing_otherwise: Collection[str]) -> frozenset[tuple[str, int]]:
+    def specific(self, failing: Collection[str], find_violators: Collection[str]) -> frozenset[tuple[str, int]]:
         """The first of the suspects: file and line of those that are more suspicious than what all tests execute.
 
         Args:
             failing: see `suspects`.
-            failing_otherwise: see `suspects`.
+            find_violators: see `suspects`.
         """
-        passing = len(self.bits.keys() - {*failing_otherwise, *failing})
+        passing = len(self.bits.keys() - {*find_violators, *failing})
         anyway = ochiai(ExecutionCounts(len(failing), passing, len(failing)))
-        first = self.suspects(sorted(failing), failing_otherwise)[:MAX_COMPARED]
+        first = self.suspects(sorted(failing), find_violators)[:MAX_COMPARED]
         return frozenset((suspect.file, suspect.line) for suspect in first if suspect.score > anyway)
 
     @cached_property

@@ -33,7 +33,7 @@ _RETURNED = -1
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class TraceStep:
     """A line that was executed: when (s), by which of the code's nodes (from 0), and which statement of which file."""
 
     time_s: float
@@ -111,7 +111,7 @@ class Tracer:
             self._files[str(file.path)] = first, file.statements
             first += len(file.statements)
 
-    def begun(self, code: CodeUnderTest) -> None:
+    def begin(self, code: CodeUnderTest) -> None:
         """To be given to `execute`, which calls it: whose clock it is."""
         self._now_s = lambda: code.now_s
 
@@ -122,12 +122,12 @@ class Tracer:
     def measure(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """`body`, traced when it is run in a greenlet of its own."""
 
-        def traced() -> None:
+        def trace_node() -> None:
             with keep_to_this_greenlet():
                 sys.settrace(self._trace)
                 body()
 
-        return traced
+        return trace_node
 
     def take(self, context: str) -> Bits | None:
         """Nothing."""
@@ -160,11 +160,11 @@ class Tracer:
                 return lines, is_message
         return bisect_right(self._times_s, time_s), False
 
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[TraceStep]:
         """What was executed, in this order."""
         for time_s, node, place in zip(self._times_s, self._nodes, self._places, strict=True):
             if place != _RETURNED:
-                yield Step(time_s, node, *self._all[place])
+                yield TraceStep(time_s, node, *self._all[place])
 
     def until(self, time_s: float, names: Collection[str] | None = None, *, to_end: bool = False) -> ViolationTrace:
         """What was executed up to a violation.

@@ -33,7 +33,7 @@ class LoggedMessage:
     fields: Mapping[str, object]
 
 
-def rounded(time_s: float) -> float:
+def round_time(time_s: float) -> float:
     """A time (s) as timelines have it."""
     return round(time_s, 3)
 
@@ -185,7 +185,7 @@ class _Triage:
                 continue
             is_inside = nodeid in tests
             violated = (
-                RunMoment(nodeid, rounded(violation.time_s))
+                RunMoment(nodeid, round_time(violation.time_s))
                 for violation in result.violations
                 if violation.outside or not (is_inside and has_entry)
             )

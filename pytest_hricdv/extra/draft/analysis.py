@@ -128,11 +128,11 @@ def _questions(model: CodeModel) -> Iterator[Question]:
     """What only a person can say of the code; what it receives and publishes first."""
     for endpoint in model.ros.endpoints:
         yield from _endpoint_questions(endpoint)
-    if not model.received and all(endpoint.is_outgoing for endpoint in model.ros.endpoints):
+    if not model.inputs and all(endpoint.is_outgoing for endpoint in model.ros.endpoints):
         yield Question("No inputs found. Which messages or calls make the code act?", "messages", None)
-    if not model.published and not any(endpoint.is_outgoing for endpoint in model.ros.endpoints):
+    if not model.outputs and not any(endpoint.is_outgoing for endpoint in model.ros.endpoints):
         yield Question("No outputs found. How does one see what the code does?", "messages", None)
-    for message in model.received:
+    for message in model.inputs:
         for part in message.fields:
             about = f"{message.topic}.{part.name}"
             if part.kind == "str" and not part.values:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from pytest_hricdv.extra.draft.ros_model import Location as Location
+from pytest_hricdv.extra.draft.ros_model import CodeLine as CodeLine
 from pytest_hricdv.extra.draft.ros_model import RosNodes
 
 Direction = Literal["published", "received", "both"]
@@ -23,7 +23,7 @@ class FieldValue:
     """A text that a field can have; `is_observed` where a recording has it, and not the code."""
 
     text: str
-    location: Location
+    location: CodeLine
     is_observed: bool = False
 
 
@@ -49,7 +49,7 @@ class MessageField:
     name: str
     type: str
     kind: str
-    location: Location
+    location: CodeLine
     values: tuple[FieldValue, ...] = ()
     unit: str = ""
     default: str = ""
@@ -82,8 +82,8 @@ class Message:
     module: str
     direction: Direction
     fields: tuple[MessageField, ...]
-    location: Location
-    uses: tuple[Location, ...]
+    location: CodeLine
+    uses: tuple[CodeLine, ...]
     form: str = "dataclass"
     channel: str = ""
 
@@ -93,7 +93,7 @@ class State:
     """A state of a state machine, by the text under which the code tells it."""
 
     name: str
-    location: Location
+    location: CodeLine
     initial: bool = False
     final: bool = False
 
@@ -104,7 +104,7 @@ class Transition:
 
     source: str
     target: str
-    location: Location
+    location: CodeLine
     event: str = ""
 
 
@@ -123,7 +123,7 @@ class StateMachine:
     kind: str
     states: tuple[State, ...]
     transitions: tuple[Transition, ...]
-    location: Location
+    location: CodeLine
     field: str = ""
     held_in: str = ""
 
@@ -133,19 +133,19 @@ class Wait:
     """A call that waits, as the source writes it; `seconds` is how long at most, where a constant says so."""
 
     call: str
-    location: Location
+    location: CodeLine
     seconds: float | None = None
     bounded: bool = False
 
 
 @dataclass(frozen=True)
-class Constant:
+class CodeConstant:
     """A number with a unit in its name: `TOO_LONG_S = 12.0`."""
 
     name: str
     value: float
     unit: str
-    location: Location
+    location: CodeLine
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Parameter:
     type: str
     default: str
     unit: str
-    location: Location
+    location: CodeLine
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class Operation:
 
     name: str
     is_method: bool
-    location: Location
+    location: CodeLine
     returns: str = ""
     neutral: str = ""
     imports: Imports = ()
@@ -210,7 +210,7 @@ class Port:
     annotation: str
     default: str
     operations: tuple[Operation, ...]
-    location: Location
+    location: CodeLine
     direction: str = ""
     is_keyword: bool = False
     neutral: str = ""
@@ -236,7 +236,7 @@ class Entry:
     is_async: bool
     ports: tuple[Port, ...]
     method_ports: tuple[Port, ...]
-    location: Location
+    location: CodeLine
     is_certain: bool = False
 
     @property
@@ -251,7 +251,7 @@ class Question:
 
     text: str
     about: str
-    location: Location | None
+    location: CodeLine | None
 
 
 @dataclass(frozen=True)
@@ -263,7 +263,7 @@ class Problem:
 
     kind: str
     text: str
-    location: Location | None
+    location: CodeLine | None
 
 
 @dataclass(frozen=True)
@@ -293,7 +293,7 @@ class CodeModel:
     machines: tuple[StateMachine, ...] = ()
     waits: tuple[Wait, ...] = ()
     virtual: tuple[str, ...] = ()
-    constants: tuple[Constant, ...] = ()
+    constants: tuple[CodeConstant, ...] = ()
     parameters: tuple[Parameter, ...] = ()
     entry: Entry | None = None
     questions: tuple[Question, ...] = ()
@@ -302,12 +302,12 @@ class CodeModel:
     roots: tuple[str, ...] = ()
 
     @property
-    def published(self) -> tuple[Message, ...]:
+    def outputs(self) -> tuple[Message, ...]:
         """Messages that the code publishes."""
         return tuple(message for message in self.messages if message.direction != "received")
 
     @property
-    def received(self) -> tuple[Message, ...]:
+    def inputs(self) -> tuple[Message, ...]:
         """Messages that the code receives."""
         return tuple(message for message in self.messages if message.direction != "published")
 

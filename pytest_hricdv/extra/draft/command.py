@@ -130,7 +130,7 @@ def _write(made: Draft, folder: Path, runs: bool) -> Iterator[str]:
 def _summary(model: CodeModel) -> Iterator[str]:
     machine = model.machines[0] if model.machines else None
     yield (
-        f"read: {len(model.received)} messages received, {len(model.published)} published, "
+        f"read: {len(model.inputs)} messages received, {len(model.outputs)} published, "
         f"{len(machine.states) if machine else 0} states, {len(machine.transitions) if machine else 0} transitions, "
         f"{len(model.waits)} waits"
     )

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.extra.draft.code_model import Location, Problem
+from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 from pytest_hricdv.extra.draft.project.draft import ENDS, Draft
 from pytest_hricdv.extra.draft.project.files import write
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
@@ -72,7 +72,7 @@ class FirstRuns:
     failed: tuple[str, ...]
     never: tuple[str, ...]
     error: str
-    raised_at: Location | None = None
+    raised_at: CodeLine | None = None
     is_ended: bool = False
     unrepeatable: str = ""
     leaks: bool = False
@@ -88,7 +88,7 @@ class _Session:
     text: str
     is_ended: bool
     report: dict[str, Any] | None
-    raised_at: Location | None = None
+    raised_at: CodeLine | None = None
 
 
 def _session(draft: Draft, options: Sequence[str]) -> _Session:
@@ -175,14 +175,14 @@ def _read(report: dict[str, Any]) -> FirstRuns:
     )  # fmt: skip
 
 
-def _error_location(report: Path, folder: Path, root: Path) -> Location | None:
+def _error_location(report: Path, folder: Path, root: Path) -> CodeLine | None:
     """The last line of a failure that pytest names, where it is of the code."""
     for test in json.loads(report.read_text(encoding="utf-8"))["tests"]:
         if test["failure"] and not _is_of_requirements(test):
             for file, line in reversed(re.findall(r"^(\S+\.py):(\d+): ", test["failure"], re.MULTILINE)):
                 path = (folder / file).resolve()
                 if path.is_relative_to(root) and not path.is_relative_to(folder):
-                    return Location(path.relative_to(root).as_posix(), int(line))
+                    return CodeLine(path.relative_to(root).as_posix(), int(line))
             return None
     return None
 

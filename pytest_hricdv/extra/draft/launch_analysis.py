@@ -13,7 +13,7 @@ from pytest_hricdv.extra.draft.code_model import CodeModel, Message, Problem
 from pytest_hricdv.extra.draft.node_analysis import analyse_node
 from pytest_hricdv.extra.draft.ros.executable import Executable, find_executable
 from pytest_hricdv.extra.draft.ros.tools import ros_tools
-from pytest_hricdv.extra.draft.ros_model import Endpoint, LaunchedNodes, Location, RosNodes, RosStart, StartedNode
+from pytest_hricdv.extra.draft.ros_model import CodeLine, Endpoint, LaunchedNodes, RosNodes, RosStart, StartedNode
 
 T = TypeVar("T")
 
@@ -48,7 +48,7 @@ def read_launch_file(asked: str, start: Path) -> LaunchedNodes:
             f"--launch={file}: the launch system reads it: source a distribution of ROS 2, or install launch, "
             "launch_ros and rclpy (docs/ros2.md#launch-files)"
         )
-    nodes = tuple(StartedNode(location=Location(file.name, 0), **process) for process in processes)
+    nodes = tuple(StartedNode(location=CodeLine(file.name, 0), **process) for process in processes)
     return LaunchedNodes(file, arguments, nodes)
 
 

@@ -144,9 +144,9 @@ def _with_values(messages: Sequence[Message], endpoints: Sequence[Endpoint], sou
 
 
 def _questions(model: CodeModel) -> Iterator[Question]:
-    if not model.received:
+    if not model.inputs:
         yield Question("No inputs found. Which messages or calls make the node act?", "messages", None)
-    for message in model.received:
+    for message in model.inputs:
         for part in message.fields:
             if part.kind == "str" and not part.values:
                 text = f"Which texts can `{message.topic}.{part.name}` have? Its callback compares none with it"

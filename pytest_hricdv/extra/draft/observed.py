@@ -8,7 +8,7 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.draft.recording import Recorded, Recording, is_periodic
+from pytest_hricdv.extra.draft.recording import RecordedSample, Recording, is_periodic
 
 MARGIN = 0.1
 """Share of its width by which a range is wider than what was observed, at each end."""
@@ -123,7 +123,7 @@ class ObservedTopic:
     is_periodic: bool = False
 
 
-Keyed = tuple[tuple[str, Recorded], ...]
+Keyed = tuple[tuple[str, RecordedSample], ...]
 """Messages in the order of time, each with the key of its topic."""
 
 
@@ -168,7 +168,7 @@ def observe(recordings: Sequence[Recording]) -> Observation:
             if message.topic not in keys:
                 keys[message.topic] = key_of(message.topic)
         parts.append(tuple((keys[message.topic], message) for message in part))
-    messages: dict[str, list[Recorded]] = defaultdict(list)
+    messages: dict[str, list[RecordedSample]] = defaultdict(list)
     for key, message in (keyed for part in parts for keyed in part):
         messages[key].append(message)
     gaps = _gaps(parts)
@@ -183,7 +183,7 @@ def observe(recordings: Sequence[Recording]) -> Observation:
     return Observation(source, topics, tuple(parts))
 
 
-def _numbers(messages: Sequence[Recorded], source: str) -> dict[str, Spread]:
+def _numbers(messages: Sequence[RecordedSample], source: str) -> dict[str, Spread]:
     values: dict[str, list[float]] = defaultdict(list)
     for message in messages:
         for path, value in message.fields.items():
@@ -195,7 +195,7 @@ def _numbers(messages: Sequence[Recorded], source: str) -> dict[str, Spread]:
     return {path: made for path, made in spreads.items() if made is not None}
 
 
-def _texts(messages: Sequence[Recorded]) -> dict[str, Counter[str]]:
+def _texts(messages: Sequence[RecordedSample]) -> dict[str, Counter[str]]:
     texts: dict[str, Counter[str]] = defaultdict(Counter)
     for message in messages:
         for path, value in message.fields.items():

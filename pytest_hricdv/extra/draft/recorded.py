@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.code_model import (
+    CodeLine,
     CodeModel,
     FieldValue,
-    Location,
     Message,
     MessageField,
     Problem,
@@ -113,7 +113,7 @@ def _with_texts(part: MessageField, topic: ObservedTopic, source: str) -> Messag
     if part.kind != "str" or part.by_type or not _are_choices(texts):
         return part
     there = {value.text for value in part.values}
-    added = [FieldValue(text, Location(f"observed {_times(count)} in {source}", 0), is_observed=True)
+    added = [FieldValue(text, CodeLine(f"observed {_times(count)} in {source}", 0), is_observed=True)
              for text, count in texts.most_common() if text.strip() and text not in there]  # fmt: skip
     return replace(part, values=(*part.values, *added))
 
@@ -127,7 +127,7 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def _differences(messages: Sequence[Message], seen: Observation) -> Iterator[tuple[str, Location | None]]:
+def _differences(messages: Sequence[Message], seen: Observation) -> Iterator[tuple[str, CodeLine | None]]:
     """What only the code has, and what only the recordings have."""
     for message in messages:
         topic = seen.topics.get(key_of(message.topic))
@@ -146,7 +146,7 @@ def _differences(messages: Sequence[Message], seen: Observation) -> Iterator[tup
             yield f"{seen.source}: has {count} of {topic.name}, which the code neither publishes nor receives", None
 
 
-def _field_differences(message: Message, topic: ObservedTopic, source: str) -> Iterator[tuple[str, Location | None]]:
+def _field_differences(message: Message, topic: ObservedTopic, source: str) -> Iterator[tuple[str, CodeLine | None]]:
     for part in message.fields if topic.numbers or topic.texts else ():
         name, texts = f"{message.name}.{part.name}", topic.texts.get(part.name, Counter())
         if part.kind and part.name not in topic.numbers and not texts:

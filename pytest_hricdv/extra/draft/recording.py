@@ -30,7 +30,7 @@ MAX_QUARTILE_RATIO = 1.5
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedSample:
     """A message: when (s), on which topic, and its fields; these are empty where nobody asked for them."""
 
     time_s: float
@@ -52,7 +52,7 @@ class Recording:
 
     name: str
     topics: Mapping[str, str] = field(default_factory=dict)
-    parts: tuple[tuple[Recorded, ...], ...] = ()
+    parts: tuple[tuple[RecordedSample, ...], ...] = ()
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -106,7 +106,7 @@ class _Reading:
         self._wanted, self._decoder, self._name = wanted, decoder, name
         self.types: dict[str, str] = {}
         """Topic -> type, of the messages up to now."""
-        self._written: list[Recorded] = []
+        self._written: list[RecordedSample] = []
         self._clock: list[tuple[float, float]] = []
         self._unreadable: dict[str, tuple[int, str]] = {}
         self._is_ros = False
@@ -132,7 +132,7 @@ class _Reading:
             except UnreadableError as error:
                 count, text = self._unreadable.get(message.topic, (0, str(error)))
                 self._unreadable[message.topic] = (count + 1, text)
-        self._written.append(Recorded(time_s, message.topic, fields))
+        self._written.append(RecordedSample(time_s, message.topic, fields))
 
     def problems(self) -> Iterator[str]:
         """What could not be read."""
@@ -140,7 +140,7 @@ class _Reading:
             messages = "message" if count == 1 else "messages"
             yield f"{self._name}: {topic}: {text}; of {count} {messages} only the times are used"
 
-    def parts(self) -> tuple[tuple[tuple[Recorded, ...], ...], list[str], list[str]]:
+    def parts(self) -> tuple[tuple[tuple[RecordedSample, ...], ...], list[str], list[str]]:
         """The messages in the order of time, part by part; jumps of the clock, and what is to be known of it."""
         messages, notes = self._written, []
         if self._clock:
@@ -151,7 +151,7 @@ class _Reading:
         parts, jumps = _split(messages, self._name)
         return tuple(parts), _cut(jumps), notes
 
-    def _by_clock(self) -> list[Recorded]:
+    def _by_clock(self) -> list[RecordedSample]:
         """The messages with the times that the clock of the simulation had then, between its messages linearly."""
         written, shown = zip(*self._clock, strict=True)
         made = []
@@ -163,13 +163,13 @@ class _Reading:
                 width_s = written[at] - written[at - 1]
                 share = min(max((message.time_s - written[at - 1]) / width_s, 0.0), 1.0) if width_s > 0 else 0.0
                 time_s = shown[at - 1] + share * (shown[at] - shown[at - 1])
-            made.append(Recorded(time_s, message.topic, message.fields))
+            made.append(RecordedSample(time_s, message.topic, message.fields))
         return made
 
 
-def _split(messages: Sequence[Recorded], name: str) -> tuple[list[tuple[Recorded, ...]], list[str]]:
+def _split(messages: Sequence[RecordedSample], name: str) -> tuple[list[tuple[RecordedSample, ...]], list[str]]:
     """The parts between jumps of the clock, each in the order of time; and the jumps, a sentence each."""
-    parts: list[list[Recorded]] = []
+    parts: list[list[RecordedSample]] = []
     jumps: list[str] = []
     last_s = 0.0
     for number, message in enumerate(messages, 1):

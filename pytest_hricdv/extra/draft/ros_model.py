@@ -11,7 +11,7 @@ EndpointKind = Literal["publisher", "subscription", "service", "client", "action
 
 
 @dataclass(frozen=True, order=True)
-class Location:
+class CodeLine:
     """A line of the code: its file, relative to the folder that the package is in, and the line from 1.
 
     Line 0 is none: what was observed has only words for where, instead of a file.
@@ -41,7 +41,7 @@ class StartedNode:
 
     package: str
     executable: str
-    location: Location
+    location: CodeLine
     name: str = ""
     namespace: str = ""
     remappings: tuple[tuple[str, str], ...] = ()
@@ -89,7 +89,7 @@ class Endpoint:
     type: str
     node: str
     callback: str
-    location: Location
+    location: CodeLine
     written: str = ""
     namespace: str = ""
 
@@ -111,7 +111,7 @@ class RosParameter:
     name: str
     default: str
     owner: str
-    location: Location
+    location: CodeLine
 
 
 @dataclass(frozen=True)
@@ -124,13 +124,13 @@ class RosNodes:
         parameters: that nodes declare, with the source text of their defaults.
     """
 
-    nodes: tuple[tuple[str, Location], ...] = ()
+    nodes: tuple[tuple[str, CodeLine], ...] = ()
     endpoints: tuple[Endpoint, ...] = ()
     parameters: tuple[RosParameter, ...] = ()
 
     def of(self, *kinds: EndpointKind) -> tuple[Endpoint, ...]:
         """The endpoints of these kinds, each name and type once."""
-        first: dict[tuple[str, str, str, Location | None], Endpoint] = {}
+        first: dict[tuple[str, str, str, CodeLine | None], Endpoint] = {}
         for endpoint in self.endpoints:
             if endpoint.kind in kinds:
                 location = None if endpoint.is_complete else endpoint.location

@@ -82,10 +82,10 @@ class Shrinker:
                 budget.spend()
                 self._learn_reason()
         except KeyboardInterrupt:
-            return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "interrupted"))
+            return self._record(Shrunk(self.case.concrete, budget.used, budget.age_s, "interrupted"))
         if self._best is None:
             return self._record(
-                Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "done"), ELSEWHERE + question_of_drawn_seed()
+                Shrunk(self.case.concrete, budget.used, budget.age_s, "done"), ELSEWHERE + question_of_drawn_seed()
             )
         return self._record(shrink(self.case.concrete, self.case.ranges, self._fails, budget))
 

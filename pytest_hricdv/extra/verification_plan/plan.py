@@ -10,7 +10,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
-from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.record import Count, Names, Percent, PlainRecord
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.results.section import Section
@@ -127,7 +127,7 @@ class _PlanReader:
         for key in table.keys() - tables.keys():
             if key not in allowed:
                 owner = "a goal" if is_goal else "a section, whose goals are its tables"
-                raise self._error(name, f"{quoted(key)} is no key of {owner}{nearest(key, allowed)}")
+                raise self._error(name, f"{quote(key)} is no key of {owner}{nearest(key, allowed)}")
         texts = {key: self._text(name, key, table) for key in _TEXTS if key in table}
         part = PlanItem(
             name=name,
@@ -172,7 +172,7 @@ class _PlanReader:
             raise self._error(name, f'{key} is {names!r}; expected a list of texts, such as ["R1"]')
         for item in names if allowed is not None else ():
             if item not in (allowed or ()):
-                raise self._error(name, f"{key}: there is no {quoted(item)}{nearest(item, allowed or ())}")
+                raise self._error(name, f"{key}: there is no {quote(item)}{nearest(item, allowed or ())}")
         return tuple(names)
 
     def _shares(self, name: str, key: str, table: Mapping[str, Any], allowed: Collection[str]) -> dict[str, float]:
@@ -181,7 +181,7 @@ class _PlanReader:
             raise self._error(name, f"{key} is {percents!r}; expected names with per cent, such as {{ NAME = 80 }}")
         for item in percents:
             if item not in allowed:
-                raise self._error(name, f"{key}: there is no {quoted(item)}{nearest(item, allowed)}")
+                raise self._error(name, f"{key}: there is no {quote(item)}{nearest(item, allowed)}")
         return {item: self._percent(name, item, percents) or 0.0 for item in percents}
 
     def _percent(self, name: str, key: str, table: Mapping[str, Any]) -> float | None:

@@ -9,7 +9,7 @@ import pytest
 from msgspec import convert
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.merging import associated
+from pytest_hricdv.extra.diagnosis.merging import associate
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.results.model import Report, TestResult
@@ -33,7 +33,7 @@ def campaign(runs: int, every: int) -> Report:
 
 
 def test_each_cause_has_its_share_of_runs_with_an_interval() -> None:
-    report = associated(campaign(200, 10), is_of_all_runs=True)
+    report = associate(campaign(200, 10), is_of_all_runs=True)
     (cause,) = CAUSES.of(report)
     assert cause.probability is not None
     assert (cause.probability.failing, cause.probability.runs) == (20, 200)
@@ -44,23 +44,23 @@ def test_each_cause_has_its_share_of_runs_with_an_interval() -> None:
 
 
 def test_a_location_is_likely_only_where_runs_that_pass_were_compared_and_its_score_is_high() -> None:
-    (cause,) = CAUSES.of(associated(campaign(20, 2), is_of_all_runs=True))
+    (cause,) = CAUSES.of(associate(campaign(20, 2), is_of_all_runs=True))
     assert {location.likely for location in cause.locations} == {True}
-    (cause,) = CAUSES.of(associated(campaign(200, 10), is_of_all_runs=True))
+    (cause,) = CAUSES.of(associate(campaign(200, 10), is_of_all_runs=True))
     assert {location.likely for location in cause.locations} == {False}, "as many passing tests execute each line"
-    (cause,) = CAUSES.of(associated(campaign(5, 1), is_of_all_runs=True))
+    (cause,) = CAUSES.of(associate(campaign(5, 1), is_of_all_runs=True))
     assert cause.locations[0].score == 1.0
     assert {location.likely for location in cause.locations} == {False}, "no test passed"
 
 
 def test_of_runs_that_are_not_all_listed_nobody_knows_the_share() -> None:
-    (cause,) = CAUSES.of(associated(campaign(20, 10), is_of_all_runs=False))
+    (cause,) = CAUSES.of(associate(campaign(20, 10), is_of_all_runs=False))
     assert cause.probability is None
 
 
 def test_where_nothing_fails_there_is_no_cause() -> None:
     report = replace(campaign(3, 1), tests=tuple(run_of(number, failing=False) for number in range(3)))
-    assert CAUSES.of(associated(report, is_of_all_runs=True)) == ()
+    assert CAUSES.of(associate(report, is_of_all_runs=True)) == ()
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.merging import associated
+from pytest_hricdv.extra.diagnosis.merging import associate
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Diagnosis, SuspiciousPlace
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.merging import merge
@@ -18,7 +18,7 @@ def part(number: int) -> Report:
     numbers = range(20 * number, 20 * (number + 1))
     tests = tuple(replace(run_of(test, test % 5 == 0), code=None) for test in numbers)
     report = replace(sample.report(tests=0), tests=tests, known_violations={}, known_when={}, strict=False)
-    report = associated(report, is_of_all_runs=False)
+    report = associate(report, is_of_all_runs=False)
     place = SuspiciousPlace(file="controller/states.py", line=number + 1, function="discard", score=1.0, likely=True)
     report = CAUSES.put(report, tuple(replace(cause, locations=(place,)) for cause in CAUSES.of(report)))
     return DIAGNOSIS.put(report, Diagnosis(runs=number + 1, budget=9, end_reason="done"))

@@ -36,7 +36,7 @@ def traced(tmp_path: Path) -> Callable[[float], ViolationTrace]:
     path = tmp_path / "code.py"
     file = SourceFile("code.py", path, (1, 2, 3, 4, 5, 6, 7, 9), (), (), CODE)
     tracing, clock, home = Tracer(CodeMap((), (file,), "")), Clock(), greenlet.getcurrent()
-    tracing.begun(clock)  # type: ignore[arg-type]
+    tracing.begin(clock)  # type: ignore[arg-type]
 
     def wait() -> None:
         home.switch()

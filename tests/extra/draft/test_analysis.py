@@ -47,7 +47,7 @@ def test_messages_have_their_direction_their_fields_and_their_values(tmp_path: P
     model = read(tmp_path, robots.MATCH)
     directions = {message.name: message.direction for message in model.messages}
     assert directions == {"Command": "received", "Taken": "received", "ModeChanged": "published"}
-    command = model.received[0]
+    command = model.inputs[0]
     assert [value.text for value in command.fields[0].values] == ["fetch", "abort"]
     assert command.fields[0].by_type
     assert str(command.location) == "robot_code.py:16"
@@ -183,12 +183,12 @@ def test_the_entry_and_its_ports_are_found(tmp_path: Path) -> None:
 
 def test_fields_have_the_texts_and_numbers_that_the_code_compares(tmp_path: Path) -> None:
     model = read(tmp_path, HALL)
-    (goal,) = model.received
+    (goal,) = model.inputs
     where, level, near = goal.fields
     assert [value.text for value in where.values] == ["hall", "desk"]
     assert level.compared == (0.5,)
     assert near.neutral == "Pose(x=0.0, seen=(10.0,) * 36)"
-    (done,) = model.published
+    (done,) = model.outputs
     assert [value.text for value in done.fields[0].values] == ["here"]
 
 
@@ -216,6 +216,6 @@ def test_values_of_the_home_care_robot_are_found() -> None:
     model = analyse("carebot", ROOT / "examples" / "home_care")
     values = {f"{m.topic}.{f.name}": {v.text for v in f.values} for m in model.messages for f in m.fields}
     assert values["order.kind"] == {"fridge", "sink", "feed", "clean", "ended"}
-    assert {message.name for message in model.published} == {
+    assert {message.name for message in model.outputs} == {
         "State", "Accepted", "Refused", "Completed", "Idle", "Docked", "Food",
     }  # fmt: skip

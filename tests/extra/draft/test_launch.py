@@ -13,7 +13,7 @@ from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.launch_analysis import analyse_launch, read_launch_file
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
-from pytest_hricdv.extra.draft.ros_model import LaunchedNodes, Location, StartedNode
+from pytest_hricdv.extra.draft.ros_model import CodeLine, LaunchedNodes, StartedNode
 from tests.extra.draft import ros_robots
 from tests.extra.draft.test_ros_draft import INTERFACES
 
@@ -69,7 +69,7 @@ def package(tmp_path: Path) -> Path:
 def started(package: Path) -> LaunchedNodes:
     """What its launch file starts, as the launch system says it."""
     file = package / "launch" / "home.launch.py"
-    location = Location(file.name, 0)
+    location = CodeLine(file.name, 0)
     arm = StartedNode("home_robot", "arm", location, "left_arm", "/left", (("arm/moving", "/moving"),))
     asker = StartedNode("home_robot", "asker", location, namespace="/left")
     return LaunchedNodes(file, {"side": "left"}, (arm, asker, StartedNode("rviz2", "rviz2", location)))
@@ -86,7 +86,7 @@ def test_nodes_of_a_launch_file_are_one_system(package: Path) -> None:
     draft, texts = drafted(package, started(package))
     lines = texts["conftest.py"]
     ast.parse(lines)
-    assert {message.topic for message in draft.code.received} == {"somebody_near", "left_button"}
+    assert {message.topic for message in draft.code.inputs} == {"somebody_near", "left_button"}
     assert '    "/moving": "std_msgs/msg/Bool",' in lines
     assert '    "/left/left_arm/done": "std_msgs/msg/Empty",' in lines
     assert 'HEARD: tuple[str, ...] = ("/somebody_near", "/left/button")' in lines

@@ -93,7 +93,7 @@ def test_numbers_and_times_are_those_of_the_recording(tmp_path: Path) -> None:
 
 def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -> None:
     model, texts = drafted(tmp_path, orders(12))
-    drink = model.received[0].fields[0]
+    drink = model.inputs[0].fields[0]
     assert [str(value.location) for value in drink.values][2:] == ["observed once in day.mcap"]
     assert '"order.drink": Field(values=("tea", "coffee", "milk", "something else"))' in texts["conftest.py"]
     assert "Order.drink: never observed in day.mcap: 'coffee'" in problems(model)

@@ -128,7 +128,7 @@ def test_values_parameters_and_names_have_their_places(workspace: Path) -> None:
 
 def test_fields_are_those_of_the_interface_files(workspace: Path) -> None:
     draft, texts = drafted(workspace, "src/home_robot/home_robot/scanner.py")
-    parts = {part.name: (part.kind, part.type) for part in draft.code.received[0].fields}
+    parts = {part.name: (part.kind, part.type) for part in draft.code.inputs[0].fields}
     assert parts == {
         "limits.low": ("float", "float"),
         "limits.high": ("float", "float"),
@@ -194,7 +194,7 @@ def test_a_package_of_messages_beside_a_node_is_no_code_under_test(tmp_path: Pat
     assert draft.code.modules == ("patrol",)
     assert draft.ros is not None
     assert draft.ros.interfaces == (str(tmp_path / "src" / "bar_msgs"),)
-    assert [part.name for part in draft.code.received[0].fields] == ["drink"]
+    assert [part.name for part in draft.code.inputs[0].fields] == ["drink"]
 
 
 @pytest.mark.skipif(find_spec("rosidl_adapter") is None, reason="needs rosidl_adapter")

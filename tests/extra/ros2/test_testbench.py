@@ -15,7 +15,7 @@ from pytest_hricdv.extra.ros2.graph import note
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.run import Run, TestbenchError
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench, VirtualTime
-from pytest_hricdv.testbench_faults import checked
+from pytest_hricdv.testbench_faults import check_testbench
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def testbench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cell_msgs: None) 
 
 
 def test_it_has_the_names_of_the_graph(testbench: Testbench) -> None:
-    assert checked(testbench, "here").vocabulary().kind("scan.origin.x") is float
+    assert check_testbench(testbench, "here").vocabulary().kind("scan.origin.x") is float
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_it_has_the_names_of_the_graph(testbench: Testbench) -> None:
 )
 def test_a_mistake_is_said(changes: dict[str, Any], message: str, testbench: Testbench) -> None:
     with pytest.raises(TestbenchError) as caught:
-        checked(replace(testbench, **changes), "here")
+        check_testbench(replace(testbench, **changes), "here")
     assert str(caught.value) == message
 
 

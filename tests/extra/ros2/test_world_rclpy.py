@@ -18,7 +18,7 @@ from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.ros2 import Navigation, PlanarBase
 from pytest_hricdv.run import Run
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench, VirtualTime
-from pytest_hricdv.testbench_faults import checked
+from pytest_hricdv.testbench_faults import check_testbench
 
 pytestmark = [
     pytest.mark.slow,
@@ -133,7 +133,9 @@ def play(
         time=VirtualTime(allowed_endings=("idle", "limit", "early")),
         ros2=replace(Ros2(interfaces=INTERFACES), **declared),
     )
-    return execute(RunSettings(checked(testbench, "here")), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
+    return execute(
+        RunSettings(check_testbench(testbench, "here")), ConcreteTest(id="t", suite="by-hand", seed=0, actions=())
+    )
 
 
 def test_an_action_client_of_rclpy_is_served_by_a_fake(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 
 from pytest_hricdv.extra.draft.code.constants import is_enum, members
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
 from pytest_hricdv.extra.draft.code_model import Imports
 
 _PLAIN = {"bool": "False", "int": "0", "float": "0.0", "str": '""', "bytes": 'b""', "None": "None"}
@@ -29,7 +29,7 @@ def form_of(sources: Sources, scope: Scope) -> str:
     node = scope.node
     assert isinstance(node, ast.ClassDef)
     for decorator in node.decorator_list:
-        name = imported_name(scope.module, decorator.func if isinstance(decorator, ast.Call) else decorator)
+        name = resolve_import(scope.module, decorator.func if isinstance(decorator, ast.Call) else decorator)
         if name.rpartition(".")[2] == "dataclass":
             return "dataclass"
         if name in ("attr.s", "attrs.define", "attrs.frozen", "attr.define", "attr.frozen", "attr.attrs"):
@@ -85,20 +85,20 @@ def neutral_value(sources: Sources, module: Module, annotation: ast.expr | None,
         return left or neutral_value(sources, module, annotation.right, depth + 1)
     if isinstance(annotation, ast.Subscript):
         return _of_subscript(sources, module, annotation, depth)
-    name = dotted_name(annotation).rpartition(".")[2]
+    name = name_with_dots(annotation).rpartition(".")[2]
     if name in _PLAIN or name in _EMPTY:
         return _PLAIN.get(name) or _EMPTY[name], ()
     own = sources.class_of(module, annotation)
     if own is not None:
         return _instance(sources, own, depth)
-    defined = sources.definition(module, dotted_name(annotation)) if name else None
+    defined = sources.definition(module, name_with_dots(annotation)) if name else None
     if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign):
         return neutral_value(sources, defined[0], defined[1].value, depth + 1)
     return ("()", ()) if name == "tuple" else None
 
 
 def _of_subscript(sources: Sources, module: Module, annotation: ast.Subscript, depth: int) -> Neutral | None:
-    name = dotted_name(annotation.value).rpartition(".")[2]
+    name = name_with_dots(annotation.value).rpartition(".")[2]
     parts = annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
     if name == "Optional":
         return "None", ()
@@ -108,11 +108,11 @@ def _of_subscript(sources: Sources, module: Module, annotation: ast.Subscript, d
         return ast.unparse(parts[0]), ()
     if name in ("tuple", "Tuple"):
         if len(parts) == 2 and isinstance(parts[1], ast.Constant) and parts[1].value is Ellipsis:
-            return (f"({FAR},) * {ARRAY_LENGTH}" if dotted_name(parts[0]) == "float" else "()"), ()
+            return (f"({FAR},) * {ARRAY_LENGTH}" if name_with_dots(parts[0]) == "float" else "()"), ()
         values = [neutral_value(sources, module, part, depth + 1) or ("None", ()) for part in parts]
         text = "(" + ", ".join(text for text, _ in values) + ",)"
         return text, tuple(need for _, imports in values for need in imports)
-    if name in ("list", "List", "Sequence") and dotted_name(parts[0]) == "float":
+    if name in ("list", "List", "Sequence") and name_with_dots(parts[0]) == "float":
         return f"[{FAR}] * {ARRAY_LENGTH}", ()
     return (_EMPTY[name], ()) if name in _EMPTY else None
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
 
 MAX_DEPTH = 30
 """Names that lead to names: deeper ones are cyclic."""
@@ -92,7 +92,7 @@ def evaluate(sources: Sources, module: Module, node: ast.AST | None, depth: int 
         try:
             return inner(child)
         except UnknownConstantError:
-            return Reference(dotted_name(child))
+            return Reference(name_with_dots(child))
 
     match node:
         case ast.Constant():
@@ -146,7 +146,7 @@ def _combine(op: ast.operator, left: Any, right: Any) -> Any:
 
 
 def _value_of_call(sources: Sources, module: Module, node: ast.Call, inner: Any) -> Any:
-    name = imported_name(module, node.func)
+    name = resolve_import(module, node.func)
     if name in _COLLECTIONS and len(node.args) == 1:
         value = inner(node.args[0])
         return value if isinstance(value, dict) else tuple(value)
@@ -155,7 +155,7 @@ def _value_of_call(sources: Sources, module: Module, node: ast.Call, inner: Any)
     owner = sources.class_of(module, node.func)
     if owner is None:
         raise UnknownConstantError
-    return Reference(dotted_name(node.func) + "()")
+    return Reference(name_with_dots(node.func) + "()")
 
 
 def _value_of_name(sources: Sources, module: Module, node: ast.Name | ast.Attribute, depth: int) -> Any:
@@ -164,7 +164,7 @@ def _value_of_name(sources: Sources, module: Module, node: ast.Name | ast.Attrib
         if isinstance(base, Member):
             return base.value if node.attr == "value" else base.name
         raise UnknownConstantError
-    name = dotted_name(node)
+    name = name_with_dots(node)
     last = name.rpartition(".")[2]
     owner = sources.class_of(module, node.value) if isinstance(node, ast.Attribute) else None
     if owner is not None and is_enum(sources, owner):
@@ -183,6 +183,6 @@ def _value_of_name(sources: Sources, module: Module, node: ast.Name | ast.Attrib
         if isinstance(target, ast.Name) and target.id == last:
             return evaluate(sources, where, value, depth + 1)
         names = [part.id for part in target.elts if isinstance(part, ast.Name)] if isinstance(target, ast.Tuple) else []
-        if last in names and isinstance(value, ast.Call) and imported_name(where, value.func) == "range":
+        if last in names and isinstance(value, ast.Call) and resolve_import(where, value.func) == "range":
             return names.index(last)
     raise UnknownConstantError

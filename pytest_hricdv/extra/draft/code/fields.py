@@ -10,8 +10,8 @@ from pytest_hricdv.extra.draft.code.classes import neutral_value, own_bases, par
 from pytest_hricdv.extra.draft.code.constants import Member, UnknownConstantError, evaluate, is_enum, members
 from pytest_hricdv.extra.draft.code.flow import Flow, Origin, last_name, parameter_names, texts
 from pytest_hricdv.extra.draft.code.naming import unit_of
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name
-from pytest_hricdv.extra.draft.code_model import FieldValue, Location, MessageField
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots
+from pytest_hricdv.extra.draft.code_model import CodeLine, FieldValue, MessageField
 
 KINDS = {"bool": "bool", "int": "float", "float": "float", "str": "str"}
 MAX_NAMES = 2
@@ -65,7 +65,7 @@ class FieldReader:
             defined = self._sources.definition(module, annotation.id)
             if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign) and defined[1].value:
                 annotation = defined[1].value
-        if isinstance(annotation, ast.Subscript) and dotted_name(annotation.value).rpartition(".")[2] == "Literal":
+        if isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value).rpartition(".")[2] == "Literal":
             return annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
         return None
 
@@ -93,7 +93,7 @@ class FieldReader:
             numbers = [number for other in others for number in self._numbers(other)]
             return replace(part, compared=tuple(dict.fromkeys(numbers)))
         made_of = list(self._arguments(scope, part.name))
-        values: dict[str, Location] = {}
+        values: dict[str, CodeLine] = {}
         for other in (*made_of, *others):
             for text, location in texts(self._flow.constants(*other)).items():
                 values.setdefault(text, location)
@@ -124,7 +124,7 @@ class FieldReader:
     def _others(self, scope: Scope, name: str) -> Iterator[Origin]:
         """What a field is compared with, or looked up in, where a message can be of this class."""
         for module, at, node in self._flow.nodes:
-            if isinstance(node, ast.Attribute) and node.attr == name and dotted_name(node.value) != "self":
+            if isinstance(node, ast.Attribute) and node.attr == name and name_with_dots(node.value) != "self":
                 owner = self._flow.owner_of(node.value, module, at)
                 if owner is None or owner is scope.node:
                     yield from self._comparisons(node, module, at, 0)

@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import Any
 
 from pytest_hricdv.extra.draft.code.constants import Member, UnknownConstantError, assignments, evaluate
-from pytest_hricdv.extra.draft.code.sources import Function, Module, Scope, Sources, dotted_name
-from pytest_hricdv.extra.draft.code_model import Location
+from pytest_hricdv.extra.draft.code.sources import Function, Module, Scope, Sources, name_with_dots
+from pytest_hricdv.extra.draft.code_model import CodeLine
 
 MAX_STEPS = 4
 """From an expression back to a constant: a local name, a parameter and its argument, an attribute, a return value."""
@@ -27,7 +27,7 @@ _SAME = ("strip", "lstrip", "rstrip", "decode", "encode")
 
 
 @dataclass(frozen=True)
-class Call:
+class CallSite:
     """A call in a function (None: at the top of a module)."""
 
     module: Module
@@ -60,12 +60,12 @@ class Flow:
         return {id(child): node for _, _, node in self.nodes for child in ast.iter_child_nodes(node)}
 
     @cached_property
-    def calls(self) -> dict[str, list[Call]]:
+    def calls(self) -> dict[str, list[CallSite]]:
         """All calls, by the last part of what is called."""
-        by_name: dict[str, list[Call]] = defaultdict(list)
+        by_name: dict[str, list[CallSite]] = defaultdict(list)
         for module, scope, node in self.nodes:
             if isinstance(node, ast.Call):
-                by_name[last_name(node.func)].append(Call(module, scope, node))
+                by_name[last_name(node.func)].append(CallSite(module, scope, node))
         return by_name
 
     @cached_property
@@ -83,7 +83,7 @@ class Flow:
         for _, scope, node in self.nodes:
             if scope is not None and scope.owner is not None:
                 for target, value in assignments(node):
-                    if isinstance(target, ast.Attribute) and dotted_name(target.value) == "self":
+                    if isinstance(target, ast.Attribute) and name_with_dots(target.value) == "self":
                         assigned[id(scope.owner), target.attr].append((scope, value))
         return assigned
 
@@ -91,7 +91,7 @@ class Flow:
         self, expression: ast.expr, module: Module, scope: Scope | None, steps: int = 0
     ) -> ast.ClassDef | None:
         """The class of `self`, of a new instance, or of an annotated parameter or attribute; None: not known."""
-        if dotted_name(expression) == "self" and scope is not None:
+        if name_with_dots(expression) == "self" and scope is not None:
             return scope.owner
         if isinstance(expression, ast.Call):
             own = self.sources.class_of(module, expression.func)
@@ -108,9 +108,9 @@ class Flow:
             return own.node if own is not None and isinstance(own.node, ast.ClassDef) else None
         return None
 
-    def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[tuple[Any, Location]]:
+    def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[tuple[Any, CodeLine]]:
         """The constants that an expression can be, as far as they are known, each with its location."""
-        known: list[tuple[Any, Location]] = []
+        known: list[tuple[Any, CodeLine]] = []
         for node, where, at in self.expressions(expression, module, scope):
             if not self._is_local(node, at):
                 try:
@@ -215,7 +215,7 @@ class Flow:
 
     def _callee(self, called: ast.expr, scope: Scope | None) -> Scope | None:
         """The function of the code that is called by its name, or as a method of `self`; None: it is not known."""
-        name = dotted_name(called)
+        name = name_with_dots(called)
         owner = scope.owner if scope is not None and name.startswith("self.") and name.count(".") == 1 else None
         if "." in name and owner is None:
             return None
@@ -223,9 +223,9 @@ class Flow:
         return methods[0] if len(methods) == 1 else None
 
 
-def texts(constants: list[tuple[Any, Location]]) -> dict[str, Location]:
+def texts(constants: list[tuple[Any, CodeLine]]) -> dict[str, CodeLine]:
     """Those that are texts or members of enumerations, as the record calls them; also those of tuples and dicts."""
-    found: dict[str, Location] = {}
+    found: dict[str, CodeLine] = {}
     for value, location in constants:
         for part in value if isinstance(value, tuple | dict) else (value,):
             text = part.text if isinstance(part, Member) else part

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Sources
-from pytest_hricdv.extra.draft.code_model import Location, Problem
+from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 
 NOT_CODE = ("test", "tests", "conftest", "setup", "docs")
 """Modules of these names, and those that begin with `test_`, are not the code under test."""
@@ -97,11 +97,11 @@ def _parse(files: Sequence[tuple[str, Path]], root: Path, problems: list[Problem
             text = path.read_bytes()
             tree = ast.parse(text)
         except SyntaxError as error:
-            location = Location(relative, error.lineno or 1)
+            location = CodeLine(relative, error.lineno or 1)
             problems.append(Problem("syntax", f"{error.msg}: the file is left out; fix it, and draft again", location))
             continue
         except (OSError, ValueError) as error:
-            problems.append(Problem("syntax", f"cannot be read: {error}", Location(relative, 1)))
+            problems.append(Problem("syntax", f"cannot be read: {error}", CodeLine(relative, 1)))
             continue
         imports, stars = _imports(tree, name, path.name == "__init__.py")
         yield Module(name, relative, tree, imports, stars)
@@ -129,9 +129,9 @@ def _imports(tree: ast.Module, name: str, is_package: bool) -> tuple[dict[str, s
     return imports, tuple(stars)
 
 
-def _follow(modules: dict[str, Module], root: Path, problems: list[Problem]) -> tuple[tuple[str, Location], ...]:
+def _follow(modules: dict[str, Module], root: Path, problems: list[Problem]) -> tuple[tuple[str, CodeLine], ...]:
     """Add the neighbouring modules that the code imports; returns what it imports from elsewhere."""
-    outside: dict[str, Location] = {}
+    outside: dict[str, CodeLine] = {}
     waiting = list(modules.values())
     while waiting:
         module = waiting.pop(0)

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pytest_hricdv.extra.draft.code.classes import form_of, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.fields import FieldReader
-from pytest_hricdv.extra.draft.code.flow import Call, Flow, annotation_of, last_name, parameter_names
+from pytest_hricdv.extra.draft.code.flow import CallSite, Flow, annotation_of, last_name, parameter_names
 from pytest_hricdv.extra.draft.code.naming import snake
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name
-from pytest_hricdv.extra.draft.code_model import Direction, Location, Message
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots
+from pytest_hricdv.extra.draft.code_model import CodeLine, Direction, Message
 
 PUBLISHES = ("publish", "put", "put_nowait", "send", "emit")
 """Calls that hand a message on: of a bus, and of queues."""
@@ -28,9 +28,9 @@ _QUEUES = ("Queue", "SimpleQueue", "PriorityQueue", "Subscription")
 class _Uses:
     """Where a class is published and received; `tested` is where the code asks whether something is an instance."""
 
-    published: list[Location] = field(default_factory=list)
-    received: list[Location] = field(default_factory=list)
-    tested: list[Location] = field(default_factory=list)
+    published: list[CodeLine] = field(default_factory=list)
+    received: list[CodeLine] = field(default_factory=list)
+    tested: list[CodeLine] = field(default_factory=list)
     channels: list[str] = field(default_factory=list)
 
 
@@ -48,7 +48,7 @@ class MessageFinder:
         internal = self._internal_queues()
         for module, scope, node in self._flow.nodes:
             if isinstance(node, ast.Call):
-                self._read_call(Call(module, scope, node), internal)
+                self._read_call(CallSite(module, scope, node), internal)
             elif isinstance(node, ast.MatchClass):
                 self._read_test(module, node.cls)
             elif isinstance(node, ast.AnnAssign | ast.arg) and node.annotation is not None:
@@ -56,14 +56,14 @@ class MessageFinder:
         messages = [self._message(key, uses) for key, uses in self._uses.items()]
         return tuple(sorted((made for made in messages if made is not None), key=lambda message: message.location))
 
-    def _note(self, scope: Scope, side: str, location: Location, channel: str = "") -> None:
+    def _note(self, scope: Scope, side: str, location: CodeLine, channel: str = "") -> None:
         self._scopes[id(scope.node)] = scope
         uses = self._uses[id(scope.node)]
         getattr(uses, side).append(location)
         if channel and channel not in uses.channels:
             uses.channels.append(channel)
 
-    def _read_call(self, call: Call, internal: set[str]) -> None:
+    def _read_call(self, call: CallSite, internal: set[str]) -> None:
         name, node = last_name(call.node.func).strip("_"), call.node
         location, receiver = call.module.location(node), _receiver(node)
         arguments = [*node.args, *(keyword.value for keyword in node.keywords)]
@@ -81,7 +81,7 @@ class MessageFinder:
                     if own is not None and form_of(self._sources, own):
                         self._note(own, "received", location)
 
-    def _is_port_call(self, call: Call) -> bool:
+    def _is_port_call(self, call: CallSite) -> bool:
         """Whether a parameter, or an attribute that holds one, is itself called: `self._publish(Done())`."""
         for node, _, at in self._flow.expressions(call.node.func, call.module, call.scope):
             is_function = at is not None and not isinstance(at.node, ast.ClassDef)
@@ -96,7 +96,7 @@ class MessageFinder:
             if own is not None and form_of(self._sources, own) not in ("", "enum"):
                 self._note(own, "tested", module.location(part))
 
-    def _is_taken(self, value: ast.expr, call: Call) -> bool:
+    def _is_taken(self, value: ast.expr, call: CallSite) -> bool:
         return any(isinstance(node, ast.Call) and last_name(node.func) in TAKES
                    for node, _, _ in self._flow.expressions(value, call.module, call.scope))  # fmt: skip
 
@@ -105,9 +105,9 @@ class MessageFinder:
         annotation = parse_annotation(node.annotation)
         if not isinstance(annotation, ast.Subscript) or isinstance(annotation.slice, ast.Tuple):
             return
-        name = node.arg if isinstance(node, ast.arg) else dotted_name(node.target).rpartition(".")[2]
+        name = node.arg if isinstance(node, ast.arg) else name_with_dots(node.target).rpartition(".")[2]
         key = name.strip("_")
-        if dotted_name(annotation.value).rpartition(".")[2] in _QUEUES and key not in internal:
+        if name_with_dots(annotation.value).rpartition(".")[2] in _QUEUES and key not in internal:
             puts, gets = self._sides(key)
             for own in self._in_annotation(annotation.slice, module):
                 if gets:
@@ -115,7 +115,7 @@ class MessageFinder:
                 if puts:
                     self._note(own, "published", puts[0], key)
 
-    def _sides(self, queue: str) -> tuple[list[Location], list[Location]]:
+    def _sides(self, queue: str) -> tuple[list[CodeLine], list[CodeLine]]:
         """Where the code puts into a queue of this name, and where it takes from it."""
         puts, gets = [], []
         for module, _, node in self._flow.nodes:
@@ -160,12 +160,12 @@ class MessageFinder:
         parts: list[ast.expr] = []
         if isinstance(annotation, ast.BinOp):
             parts = [annotation.left, annotation.right]
-        elif isinstance(annotation, ast.Subscript) and dotted_name(annotation.value).endswith(("Union", "Optional")):
+        elif isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value).endswith(("Union", "Optional")):
             parts = annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
         own = self._sources.class_of(module, annotation)
         if own is not None and form_of(self._sources, own):
             yield own
-        name = dotted_name(annotation)
+        name = name_with_dots(annotation)
         defined = self._sources.definition(module, name) if name and own is None else None
         if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign):
             yield from self._in_annotation(defined[1].value, defined[0], depth + 1)
@@ -201,4 +201,4 @@ def _receiver(node: ast.Call) -> str:
 
 
 def _name_of(queue: ast.expr) -> str:
-    return dotted_name(queue).rpartition(".")[2].strip("_")
+    return name_with_dots(queue).rpartition(".")[2].strip("_")

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.draft.code.flow import (
     parameters_of,
 )
 from pytest_hricdv.extra.draft.code.naming import unit_of
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots
 from pytest_hricdv.extra.draft.code_model import Operation, Port
 
 _QUEUE = {"get", "put", "get_nowait", "put_nowait", "empty", "qsize", "task_done", "join", "full"}
@@ -107,7 +107,7 @@ class PortReader:
                 made = replace(operation, is_method=not is_property, arguments=len(parameter_names(statement)) - 1,
                                is_async=operation.is_async or isinstance(statement, ast.AsyncFunctionDef))  # fmt: skip
                 return self._with_return(made, own, statement.returns, statement)
-            if isinstance(statement, ast.AnnAssign) and dotted_name(statement.target) == operation.name:
+            if isinstance(statement, ast.AnnAssign) and name_with_dots(statement.target) == operation.name:
                 return self._with_return(replace(operation, is_method=False), own, statement.annotation, statement)
         return operation
 
@@ -129,9 +129,11 @@ class PortReader:
                     yield Operation("__call__", True, scope.module.location(node))
                 yield from self._handovers(node, scope, name, handovers)
             for target, value in assignments(node) if scope.owner is not None else ():
-                is_kept = isinstance(value, ast.Name) and value.id == name and dotted_name(target).startswith("self.")
+                is_kept = (
+                    isinstance(value, ast.Name) and value.id == name and name_with_dots(target).startswith("self.")
+                )
                 if is_kept and scope.owner is not None:
-                    yield from self._of_attribute(scope.owner, dotted_name(target)[5:], handovers + 1)
+                    yield from self._of_attribute(scope.owner, name_with_dots(target)[5:], handovers + 1)
 
     def _of_attribute(self, owner: ast.ClassDef, attribute: str, handovers: int) -> Iterator[Operation]:
         """What is done with an attribute of a class."""

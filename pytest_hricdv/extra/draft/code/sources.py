@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.extra.draft.code_model import Location, Problem
+from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -28,9 +28,9 @@ class Module:
     imports: dict[str, str] = field(repr=False, hash=False, compare=False)
     star_imports: tuple[str, ...] = ()
 
-    def location(self, node: ast.AST) -> Location:
+    def location(self, node: ast.AST) -> CodeLine:
         """Where a node of its tree is."""
-        return Location(self.file, getattr(node, "lineno", 1))
+        return CodeLine(self.file, getattr(node, "lineno", 1))
 
     @cached_property
     def scope(self) -> dict[str, ast.stmt]:
@@ -51,7 +51,7 @@ class Scope:
     owner: ast.ClassDef | None = None
 
     @property
-    def location(self) -> Location:
+    def location(self) -> CodeLine:
         """Where it is defined."""
         return self.module.location(self.node)
 
@@ -64,7 +64,7 @@ class Sources:
     root: Path
     modules: tuple[Module, ...]
     problems: tuple[Problem, ...] = ()
-    outside: tuple[tuple[str, Location], ...] = ()
+    outside: tuple[tuple[str, CodeLine], ...] = ()
     """Dotted names that are imported and are not of the code, each with its first location."""
 
     @cached_property
@@ -107,7 +107,7 @@ class Sources:
 
     def class_of(self, module: Module, expression: ast.expr | None) -> Scope | None:
         """The class of the code that an expression names."""
-        name = dotted_name(expression)
+        name = name_with_dots(expression)
         defined = self.definition(module, name) if name else None
         if defined is not None and isinstance(defined[1], ast.ClassDef):
             return Scope(defined[0], defined[1])
@@ -134,7 +134,7 @@ class Sources:
         names: list[str] = []
         for base in scope.node.bases:
             own = self.class_of(scope.module, _generic(base))
-            names.append(imported_name(scope.module, _generic(base)))
+            names.append(resolve_import(scope.module, _generic(base)))
             if own is not None and own.node is not scope.node:
                 names += self.bases(own)
         return tuple(names)
@@ -152,21 +152,21 @@ def _generic(base: ast.expr) -> ast.expr:
     return base.value if isinstance(base, ast.Subscript) else base
 
 
-def dotted_name(expression: ast.AST | None) -> str:
+def name_with_dots(expression: ast.AST | None) -> str:
     """`a.b.c` of a name or attribute; empty for anything else."""
     if isinstance(expression, ast.Name):
         return expression.id
     if isinstance(expression, ast.Attribute):
-        value = dotted_name(expression.value)
+        value = name_with_dots(expression.value)
         return f"{value}.{expression.attr}" if value else ""
     if isinstance(expression, ast.Constant) and isinstance(expression.value, str):
         return expression.value if all(part.isidentifier() for part in expression.value.split(".")) else ""
     return ""
 
 
-def imported_name(module: Module, expression: ast.AST | None) -> str:
+def resolve_import(module: Module, expression: ast.AST | None) -> str:
     """The same with the name under which something was imported replaced: `sleep` -> `time.sleep`."""
-    head, dot, rest = dotted_name(expression).partition(".")
+    head, dot, rest = name_with_dots(expression).partition(".")
     return module.imports.get(head, head) + dot + rest
 
 

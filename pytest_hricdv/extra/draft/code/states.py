@@ -18,8 +18,8 @@ from pytest_hricdv.extra.draft.code.constants import (
     members,
 )
 from pytest_hricdv.extra.draft.code.flow import Flow
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name, imported_name
-from pytest_hricdv.extra.draft.code_model import Location, State, StateMachine, Transition
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
+from pytest_hricdv.extra.draft.code_model import CodeLine, State, StateMachine, Transition
 
 MACHINE_ARGUMENTS = ("model", "states", "initial", "transitions")
 """Positional parameters of `transitions.Machine`, in their order."""
@@ -33,19 +33,19 @@ class _Builder:
 
     name: str
     kind: str
-    location: Location
+    location: CodeLine
     states: dict[str, State] = field(default_factory=dict)
     transitions: list[Transition] = field(default_factory=list)
     held_in: str = ""
 
-    def add_state(self, name: str, location: Location, initial: bool = False, final: bool = False) -> None:
+    def add_state(self, name: str, location: CodeLine, initial: bool = False, final: bool = False) -> None:
         """Add a state, or what is new about one."""
         before = self.states.get(name)
         if before is not None:
             initial, final, location = initial or before.initial, final or before.final, before.location
         self.states[name] = State(name, location, initial, final)
 
-    def add_transition(self, source: str, target: str, location: Location, event: str = "") -> None:
+    def add_transition(self, source: str, target: str, location: CodeLine, event: str = "") -> None:
         """Add a transition, once."""
         if all((source, target) != (other.source, other.target) for other in self.transitions):
             self.transitions.append(Transition(source, target, location, event))
@@ -77,9 +77,11 @@ class StateMachines:
         for module, scope, node in self._flow.nodes:
             if not isinstance(node, ast.Call):
                 continue
-            origin = imported_name(module, node.func)
+            origin = resolve_import(module, node.func)
             owner = scope.owner if scope is not None else None
-            is_base = (owner is not None and dotted_name(node.func).rpartition(".")[2] == "__init__") or _is_super(node)
+            is_base = (owner is not None and name_with_dots(node.func).rpartition(".")[2] == "__init__") or _is_super(
+                node
+            )
             if origin.startswith("transitions.") and origin.rpartition(".")[2].endswith("Machine"):
                 yield self._read(module, scope, node, owner)
             elif is_base and owner is not None:
@@ -90,7 +92,7 @@ class StateMachines:
     def _read(self, module: Module, scope: Scope | None, node: ast.Call, owner: ast.ClassDef | None) -> StateMachine:
         arguments = _arguments(node, MACHINE_ARGUMENTS)
         builder = _Builder(owner.name if owner else "machine", "transitions", module.location(node))
-        is_own = dotted_name(arguments.get("model")) in ("self", "") and owner is not None
+        is_own = name_with_dots(arguments.get("model")) in ("self", "") and owner is not None
         if is_own and owner is not None:
             attribute = self._text(arguments.get("model_attribute"), module, scope) or "state"
             builder.held_in = f"{owner.name}.{attribute}"
@@ -108,7 +110,7 @@ class StateMachines:
         self._calls_on(builder, module, scope, owner)
         return builder.build()
 
-    def _add_states(self, builder: _Builder, value: Any, location: Location) -> None:
+    def _add_states(self, builder: _Builder, value: Any, location: CodeLine) -> None:
         rows = value if isinstance(value, tuple) else (value,)
         if isinstance(value, Reference):
             rows = tuple(member for scope in self._sources.classes if scope.node.name == value.name
@@ -120,7 +122,7 @@ class StateMachines:
             elif isinstance(row, str | Member):
                 builder.add_state(_state(row), location)
 
-    def _add_row(self, builder: _Builder, row: Any, location: Location) -> None:
+    def _add_row(self, builder: _Builder, row: Any, location: CodeLine) -> None:
         content = row
         if isinstance(content, tuple) and len(content) >= 3:
             content = dict(zip(TRANSITION_ARGUMENTS, content, strict=False))
@@ -167,7 +169,7 @@ class StateMachines:
         for statement in scope.node.body:
             if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name):
                 name, value = statement.targets[0].id, statement.value
-                origin = imported_name(scope.module, value.func) if isinstance(value, ast.Call) else ""
+                origin = resolve_import(scope.module, value.func) if isinstance(value, ast.Call) else ""
                 if isinstance(value, ast.Call) and origin.startswith("statemachine.") and origin.endswith(".State"):
                     flags = {k.arg: getattr(k.value, "value", None) for k in value.keywords}
                     location = scope.module.location(statement)
@@ -190,8 +192,8 @@ class StateMachines:
         flags = {keyword.arg: keyword.value for keyword in call.keywords}
         if own is not None and is_enum(self._sources, own):
             for member, statement in members(self._sources, own):
-                initial = dotted_name(flags.get("initial")).endswith("." + member.name)
-                finals = [dotted_name(node) for node in ast.walk(flags["final"])] if "final" in flags else []
+                initial = name_with_dots(flags.get("initial")).endswith("." + member.name)
+                finals = [name_with_dots(node) for node in ast.walk(flags["final"])] if "final" in flags else []
                 final = any(name.endswith("." + member.name) for name in finals)
                 builder.add_state(member.name, own.module.location(statement), initial, final)
 
@@ -221,17 +223,17 @@ def _moves(value: ast.expr, states: list[str]) -> Iterator[tuple[str, str]]:
         yield from _moves(value.right, states)
     elif isinstance(value, ast.Call) and isinstance(value.func, ast.Attribute):
         owner, called = value.func.value, value.func.attr
-        own = dotted_name(owner).rpartition(".")[2]
-        others = [dotted_name(argument).rpartition(".")[2] for argument in value.args]
+        own = name_with_dots(owner).rpartition(".")[2]
+        others = [name_with_dots(argument).rpartition(".")[2] for argument in value.args]
         if called == "to":
             yield from ((own, other) for other in others)
         elif called == "from_":
             yield from ((other, own) for other in others)
         elif called == "itself":
-            state = dotted_name(owner).split(".")[-2:]
+            state = name_with_dots(owner).split(".")[-2:]
             yield (state[0], state[0])
         elif called == "any":
-            target = dotted_name(owner).split(".")[0]
+            target = name_with_dots(owner).split(".")[0]
             yield from ((state, target) for state in states if state != target)
     elif isinstance(value, ast.Call):
         for argument in value.args:
@@ -240,7 +242,7 @@ def _moves(value: ast.expr, states: list[str]) -> Iterator[tuple[str, str]]:
 
 def _arguments(node: ast.Call, names: tuple[str, ...]) -> dict[str, ast.expr]:
     arguments = dict(zip(names, node.args, strict=False))
-    if isinstance(node.func, ast.Attribute) and dotted_name(node.func).endswith("Machine.__init__"):
+    if isinstance(node.func, ast.Attribute) and name_with_dots(node.func).endswith("Machine.__init__"):
         arguments = dict(zip(names, node.args[1:], strict=False))
     return arguments | {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg}
 
@@ -250,7 +252,7 @@ def _is_super(node: ast.Call) -> bool:
         isinstance(node.func, ast.Attribute)
         and node.func.attr == "__init__"
         and isinstance(node.func.value, ast.Call)
-        and dotted_name(node.func.value.func) == "super"
+        and name_with_dots(node.func.value.func) == "super"
     )
 
 
@@ -276,9 +278,9 @@ def _table_machines(sources: Sources) -> Iterator[StateMachine]:
                 content = evaluate(sources, module, value)
             except UnknownConstantError:
                 continue
-            rows = _rows(content, _TABLES.search(dotted_name(name)) is not None)
+            rows = _rows(content, _TABLES.search(name_with_dots(name)) is not None)
             if len({source for source, _, _ in rows}) > 1:
-                builder = _Builder(dotted_name(name), "table", module.location(value))
+                builder = _Builder(name_with_dots(name), "table", module.location(value))
                 locations = {node.value: module.location(node) for node in reversed(list(ast.walk(value)))
                              if isinstance(node, ast.Constant) and isinstance(node.value, str)}  # fmt: skip
                 for source, target, event in rows:

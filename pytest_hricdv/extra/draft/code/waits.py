@@ -10,8 +10,8 @@ from importlib.machinery import PathFinder
 from pytest_hricdv.extra.draft.code.constants import UnknownConstantError, evaluate
 from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.naming import unit_of
-from pytest_hricdv.extra.draft.code.sources import Module, Sources, dotted_name, imported_name
-from pytest_hricdv.extra.draft.code_model import Constant, Entry, Parameter, Problem, Wait
+from pytest_hricdv.extra.draft.code.sources import Module, Sources, name_with_dots, resolve_import
+from pytest_hricdv.extra.draft.code_model import CodeConstant, Entry, Parameter, Problem, Wait
 
 VIRTUAL = {"time": "time", "datetime": "time", "sched": "time", "threading": "threading", "queue": "threading",
            "concurrent": "threading", "asyncio": "asyncio"}  # fmt: skip
@@ -29,11 +29,11 @@ def waits(flow: Flow) -> Iterator[Wait]:
     for module, scope, node in flow.nodes:
         if not isinstance(node, ast.Call):
             continue
-        call = imported_name(module, node.func)
+        call = resolve_import(module, node.func)
         if _is_wait(call, node, module):
             bound = _time_out(node, call)
             seconds = max(flow.numbers(bound, module, scope), default=None)
-            yield Wait(dotted_name(node.func) or "?", module.location(node), seconds, bound is not None)
+            yield Wait(name_with_dots(node.func) or "?", module.location(node), seconds, bound is not None)
 
 
 def _is_wait(call: str, node: ast.Call, module: Module) -> bool:
@@ -62,7 +62,7 @@ def _time_out(node: ast.Call, call: str) -> ast.expr | None:
     return node.args[0] if node.args else None
 
 
-def constants(sources: Sources) -> Iterator[Constant]:
+def constants(sources: Sources) -> Iterator[CodeConstant]:
     """Numbers of modules and classes whose names have a unit."""
     for module in sources.modules:
         for body in (module.tree.body, *(n.body for n in ast.walk(module.tree) if isinstance(n, ast.ClassDef))):
@@ -71,7 +71,7 @@ def constants(sources: Sources) -> Iterator[Constant]:
                     yield from _constants_of(sources, module, statement)
 
 
-def _constants_of(sources: Sources, module: Module, statement: ast.Assign | ast.AnnAssign) -> Iterator[Constant]:
+def _constants_of(sources: Sources, module: Module, statement: ast.Assign | ast.AnnAssign) -> Iterator[CodeConstant]:
     for target in statement.targets if isinstance(statement, ast.Assign) else [statement.target]:
         names = target.elts if isinstance(target, ast.Tuple) else [target]
         is_pair = isinstance(target, ast.Tuple) and isinstance(statement.value, ast.Tuple)
@@ -84,7 +84,7 @@ def _constants_of(sources: Sources, module: Module, statement: ast.Assign | ast.
             except UnknownConstantError:
                 continue
             if isinstance(number, int | float) and not isinstance(number, bool):
-                yield Constant(name.id, float(number), unit_of(name.id), module.location(statement))
+                yield CodeConstant(name.id, float(number), unit_of(name.id), module.location(statement))
 
 
 def parameters(sources: Sources, entry: Entry | None) -> Iterator[Parameter]:
@@ -114,7 +114,7 @@ def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
             text = f"`{top}` is not installed here: the draft replaces it by a stand-in; better install it"
             yield Problem("missing module", text, location)
     for module, _, node in flow.nodes:
-        call = imported_name(module, node.func) if isinstance(node, ast.Call) else imported_name(module, node)
+        call = resolve_import(module, node.func) if isinstance(node, ast.Call) else resolve_import(module, node)
         if (isinstance(node, ast.Call) and call == "input") or (
             isinstance(node, ast.Attribute) and call == "sys.stdin"
         ):

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from pytest_hricdv.extra.draft.code.naming import camel
 from pytest_hricdv.extra.draft.code_model import (
+    CodeLine,
     CodeModel,
     Entry,
-    Location,
     Message,
     Operation,
     Port,
@@ -53,7 +53,7 @@ class FieldSignal:
     kind: str
     topic: str
     field: str
-    location: Location
+    location: CodeLine
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Draft:
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
         """What a person can say."""
-        return tuple(variants_of(message, self.has_others) for message in self.code.received)
+        return tuple(variants_of(message, self.has_others) for message in self.code.inputs)
 
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:
@@ -135,7 +135,7 @@ class Draft:
         )
 
     @property
-    def called(self) -> dict[str, tuple[str, ...]]:
+    def device_calls(self) -> dict[str, tuple[str, ...]]:
         """Port -> the methods that the code calls on the device, without those that read a sensor."""
         sensors = {(sensor.port, sensor.operation.name) for sensor in self.sensors}
         calls = {
@@ -150,10 +150,10 @@ class Draft:
         return {port: tuple(dict.fromkeys(names)) for port, names in calls.items() if names}
 
     @property
-    def called_classes(self) -> dict[str, str]:
+    def classes_of_calls(self) -> dict[str, str]:
         """Port -> the name of the message that its stand-in sends when it is called."""
         taken = {message.name for message in self.code.messages}
-        names = {port: f"{camel(port.strip('_'))}Called" for port in self.called}
+        names = {port: f"{camel(port.strip('_'))}Called" for port in self.device_calls}
         return {port: f"{name}OfDevice" if name in taken else name for port, name in names.items()}
 
     @cached_property
@@ -161,7 +161,7 @@ class Draft:
         """One for each field that the robot publishes."""
         return tuple(
             FieldSignal(f"said_{message.topic}_{part.name}", part.kind, message.topic, part.name, part.location)
-            for message in self.code.published
+            for message in self.code.outputs
             for part in message.fields
             if part.kind
         )
@@ -175,13 +175,13 @@ class Draft:
     def answers(self) -> tuple[Message, ...]:
         """What the robot tells people: all but its states, unless it publishes nothing else."""
         states = self.code.state.partition(".")[0]
-        others = tuple(message for message in self.code.published if message.topic != states)
-        return others or self.code.published
+        others = tuple(message for message in self.code.outputs if message.topic != states)
+        return others or self.code.outputs
 
     @property
     def tells_presence(self) -> bool:
         """Whether signals tell that the person is there, for a requirement where there is no other."""
-        return self.has_dropped_all or not self.code.published or not self.inputs
+        return self.has_dropped_all or not self.code.outputs or not self.inputs
 
     @property
     def is_alone(self) -> bool:
@@ -194,13 +194,13 @@ class Draft:
         return tuple(state.name for state in self.code.machine.states) if self.code.machine is not None else ()
 
     @property
-    def transitions(self) -> tuple[tuple[str, str, Location], ...]:
+    def transitions(self) -> tuple[tuple[str, str, CodeLine], ...]:
         """From state to state, without those that lead nowhere else."""
         moves = self.code.machine.transitions if self.code.machine is not None else ()
         return tuple((move.source, move.target, move.location) for move in moves if move.source != move.target)
 
     @property
-    def late_s(self) -> tuple[float, Location | None]:
+    def late_s(self) -> tuple[float, CodeLine | None]:
         """The longest time-out of the code, with its location; None for the default."""
         waits = [(wait.seconds, wait.location) for wait in self.code.waits if wait.bounded and wait.seconds]
         waits += [(c.value, c.location) for c in self.code.constants if c.unit == "s"]
@@ -219,7 +219,7 @@ class Draft:
         return self.entry is not None and self.entry.is_async
 
     @property
-    def missing(self) -> tuple[str, ...]:
+    def absent_modules(self) -> tuple[str, ...]:
         """Modules that get a stand-in."""
         return tuple(
             problem.text.split("`")[1]

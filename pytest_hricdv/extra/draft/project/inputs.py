@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from pytest_hricdv.extra.draft.code.naming import word
-from pytest_hricdv.extra.draft.code_model import Location, Message, MessageField
+from pytest_hricdv.extra.draft.code_model import CodeLine, Message, MessageField
 
 MAX_VARIANTS = 12
 """Combinations of values of a message that are drafted: three switches, or four texts with a number that is low, usual
@@ -31,7 +31,7 @@ class Variant:
 
     name: str
     values: tuple[tuple[str, str], ...]
-    location: Location
+    location: CodeLine
     ranges: tuple[tuple[str, str], ...] = ()
     is_usual: bool = True
 
@@ -56,7 +56,7 @@ def is_open(part: MessageField) -> bool:
     return part.kind == "str" and bool(part.values) and not part.by_type
 
 
-def _number_ranges(part: MessageField) -> list[tuple[str, str, str, Location]]:
+def _number_ranges(part: MessageField) -> list[tuple[str, str, str, CodeLine]]:
     """Ranges of a number around those that the code compares it with; what is usual first."""
     low, high = min(part.compared), max(part.compared)
     width = max(abs(low), abs(high), 3.0 if part.type == "int" else 0.0) or 1.0
@@ -66,7 +66,7 @@ def _number_ranges(part: MessageField) -> list[tuple[str, str, str, Location]]:
             for level, a, b in ranges]  # fmt: skip
 
 
-_Choice = tuple[str, str, str, Location]
+_Choice = tuple[str, str, str, CodeLine]
 """Word, field, source text of a value or range, and its location."""
 
 

@@ -27,8 +27,8 @@ def ports(draft: Draft) -> str:
     roles = {port.role for port in draft.ports}
     bus = bus_class(draft)
     is_unknown = any(_is_unknown(operation) for port in draft.devices for operation in port.operations)
-    parts = [ANYTHING] if draft.missing or is_unknown else []
-    parts += [MISSING] if draft.missing else []
+    parts = [ANYTHING] if draft.absent_modules or is_unknown else []
+    parts += [MISSING] if draft.absent_modules else []
     if "queue" in roles or bus in ("async", "sync"):
         parts.append(ASYNC_QUEUES if draft.is_async else SYNC_QUEUES)
     if roles & {"queue", "publish"}:
@@ -59,10 +59,10 @@ def device_class(port: Port) -> str:
 def _device(draft: Draft, port: Port) -> str:
     """The stand-in of a port."""
     lines = []
-    if port.name in draft.called:
-        calls = ", ".join(f'"{call}"' for call in draft.called[port.name])
+    if port.name in draft.device_calls:
+        calls = ", ".join(f'"{call}"' for call in draft.device_calls[port.name])
         doc = f'    """The robot has called `{port.name}`: its stand-in sends this."""'
-        name = draft.called_classes[port.name]
+        name = draft.classes_of_calls[port.name]
         lines += ["", "", "@dataclass(frozen=True)", f"class {name}:", doc, "", f"    what: Literal[{calls}]"]
     lines += [
         "",
@@ -104,9 +104,9 @@ def _method(draft: Draft, port: Port, operation: Operation) -> list[str]:
     if draft.takes_time and not operation.is_async:
         lines.append("        self._world.sleep(STEP_S)")
     call = operation.name.strip("_")
-    if call in draft.called.get(port.name, ()):
+    if call in draft.device_calls.get(port.name, ()):
         lines.append(f'        self._world.record("{port.name}_did", "{call}")')
-        lines.append(f'        self._world.called("{port.name}", {draft.called_classes[port.name]}("{call}"))')
+        lines.append(f'        self._world.called("{port.name}", {draft.classes_of_calls[port.name]}("{call}"))')
     return [*lines, *_return_lines(draft, port, operation)]
 
 
@@ -137,7 +137,7 @@ def _head(draft: Draft, body: str) -> str:
     lines += [f"from collections.abc import {', '.join(names)}"] if names else []
     lines += ["from dataclasses import dataclass"] if "@dataclass(" in body else []
     lines += ["from functools import partial"] if "partial(" in body else []
-    if draft.missing:
+    if draft.absent_modules:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec"]
     types = [name for name in ("FunctionType", "ModuleType") if re.search(rf"\b{name}\b", body)]
     lines += [f"from types import {', '.join(types)}"] if types else []
@@ -148,8 +148,10 @@ def _head(draft: Draft, body: str) -> str:
     if re.search(r"\bWorld\b", body):
         own += ["", "from world import World"] if own else ["from world import World"]
     lines += [*([""] if own else []), *own]
-    if draft.missing:
-        missing = ", ".join(f'"{name}"' for name in dict.fromkeys(name.partition(".")[0] for name in draft.missing))
+    if draft.absent_modules:
+        missing = ", ".join(
+            f'"{name}"' for name in dict.fromkeys(name.partition(".")[0] for name in draft.absent_modules)
+        )
         lines += ["", f"MISSING = ({missing},)"]
     constants = {
         "REST_OF_RUN_S": "10_000.0  # longer than any run",
@@ -206,11 +208,11 @@ def world(draft: Draft) -> str:
         "",
         "from __future__ import annotations",
         "",
-        *(["from typing import Any", ""] if draft.called else []),
-        f"from pytest_hricdv.runtime import {'Bus, ' if draft.called else ''}Kernel, Recorder",
+        *(["from typing import Any", ""] if draft.device_calls else []),
+        f"from pytest_hricdv.runtime import {'Bus, ' if draft.device_calls else ''}Kernel, Recorder",
         *(
             ["", "REPEATS_S = 1.0  # a call that comes again within this time is told once; TODO"]
-            if draft.called
+            if draft.device_calls
             else []
         ),
         "",
@@ -223,11 +225,17 @@ def world(draft: Draft) -> str:
     lines += [f'    "{signal.name}": {_INITIAL[signal.kind]},  # {signal.location}' for signal in draft.signals]
     if draft.tells_presence:
         lines += ['    "person_is_there": True,', '    "robot_works": True,']
-    lines += [f'    "{port.name}_did": "",  # {port.location}' for port in draft.devices if port.name in draft.called]
+    lines += [
+        f'    "{port.name}_did": "",  # {port.location}' for port in draft.devices if port.name in draft.device_calls
+    ]
     lines += ["}", "", "SIGNALS: dict[str, type[bool | float | str]] = {"]
     lines += ["    name: type(value) for name, value in (*INITIAL.items(), *SENSES.items())", "}"]
-    text = _WORLD.replace("{called}", _CALLED if draft.called else "").replace(
-        "{bus}", ", bus: Bus" if draft.called else ""
+    text = _WORLD.replace("{called}", _CALLED if draft.device_calls else "").replace(
+        "{bus}", ", bus: Bus" if draft.device_calls else ""
     )
-    calls = "        self._bus = bus\n        self._calls: dict[str, tuple[Any, float]] = {}\n" if draft.called else ""
+    calls = (
+        "        self._bus = bus\n        self._calls: dict[str, tuple[Any, float]] = {}\n"
+        if draft.device_calls
+        else ""
+    )
     return "\n".join(lines) + "\n" + text.replace("{calls}", calls)

@@ -62,13 +62,13 @@ def _requirements(draft: Draft) -> Iterator[DraftedRequirement]:
 def _candidates(draft: Draft) -> Iterator[DraftedRequirement]:
     yield from _answers(draft)
     yield from _states(draft)
-    if draft.code.published:
+    if draft.code.outputs:
         yield _cause(draft) if draft.inputs else _sign_of_life(draft)
     # Where the first runs refuted all that was asked, nobody knows whether the code may end before the person leaves.
     if draft.inputs and draft.answers:
         yield _count(draft)
     yield from _transitions(draft)
-    for message in draft.code.published:
+    for message in draft.code.outputs:
         yield _repetition(message)
     if draft.tells_presence:
         yield from _presence(draft)

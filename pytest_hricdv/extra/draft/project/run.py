@@ -64,9 +64,9 @@ def run_lines(draft: Draft) -> list[str]:
     lines = [
         "def run(run: Run) -> Outcome:",
         '    """One test: a person, the robot\'s code, and the world, in virtual time."""',
-        *import_lines(draft, [*message_imports([*draft.answers, *draft.code.published]), ("world", "World")]),
+        *import_lines(draft, [*message_imports([*draft.answers, *draft.code.outputs]), ("world", "World")]),
         "",
-        f"    world = World(run.kernel, run.recorder{', run.bus' if draft.called else ''})",
+        f"    world = World(run.kernel, run.recorder{', run.bus' if draft.device_calls else ''})",
         '    manner = ["in_time"]' if draft.states and draft.inputs else "",
         "    hits: list[tuple[str, str]] = []" if draft.states and draft.inputs else "",
         "",
@@ -102,8 +102,8 @@ CLEARED = ["                for answer in answers:", "                    answer
 def _person(draft: Draft) -> list[str]:
     answers = ", ".join(message.name for message in draft.answers)
     answers += "," if len(draft.answers) == 1 else ""
-    heard = ", ".join(message.name for message in draft.code.published)
-    heard += "," if len(draft.code.published) == 1 else ""
+    heard = ", ".join(message.name for message in draft.code.outputs)
+    heard += "," if len(draft.code.outputs) == 1 else ""
     lines = [
         "    def person() -> None:",
         f'        bus = run.bus.port("{draft.person}")',
@@ -184,7 +184,7 @@ def _notes(draft: Draft) -> list[str]:
         lines += [f'                if (topic, field) == ("{state_topic}", "{state_field}") and value in STATES:',
                   "                    hits.append((value, manner[0]))"]  # fmt: skip
     lines += ["", "    for kind, topic, fields in ("]
-    for message in draft.code.published:
+    for message in draft.code.outputs:
         if message.topic in fields:
             lines.append(f'        ({message.name}, "{message.topic}", {tuple_text(fields[message.topic])}),')
     lines += ["    ):", '        heard = run.bus.port("observer").subscribe(kind)',

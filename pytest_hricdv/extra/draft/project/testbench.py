@@ -135,7 +135,7 @@ def constants(draft: Draft) -> list[str]:
 
 
 def _stand_in(draft: Draft) -> list[str]:
-    if not draft.missing:
+    if not draft.absent_modules:
         return []
     return ["    from ports import stand_in_for_missing_modules", "", "    stand_in_for_missing_modules()"]
 
@@ -202,7 +202,7 @@ def _testbench(draft: Draft) -> list[str]:
     units = {f"{m.topic}.{p.name}": p.unit for m in draft.messages for p in m.fields if p.unit}
     signals = [(s.name, p.unit) for s in draft.signals for m in draft.messages if m.topic == s.topic
                for p in m.fields if p.name == s.field and p.unit]  # fmt: skip
-    called = [*draft.called_classes.values()]
+    called = [*draft.classes_of_calls.values()]
     needs = [*message_imports(draft.messages), *(("ports", name) for name in called), ("world", "SIGNALS")]
     names = ", ".join((*(message.name for message in draft.messages), *called))
     lines = [

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.extra.draft.code.naming import unit_of
-from pytest_hricdv.extra.draft.code_model import Location, MessageField
+from pytest_hricdv.extra.draft.code_model import CodeLine, MessageField
 
 MAX_NUMBERS = 6
 """Numbers of a message that are drawn, as many as a pose has; the others have their defaults."""
@@ -46,7 +46,7 @@ def is_installed(package: str) -> bool:
     return spec is not None and spec.origin is not None
 
 
-def fields(kind: str, part: int, packages: Mapping[str, Path], location: Location) -> tuple[MessageField, ...] | None:
+def fields(kind: str, part: int, packages: Mapping[str, Path], location: CodeLine) -> tuple[MessageField, ...] | None:
     """What can be set of a message, or of the first or a later part of a service or an action.
 
     Args:
@@ -87,7 +87,7 @@ def _definition(kind: str, number: int, packages: Mapping[str, Path]) -> _Fields
 
 
 def _fields(
-    definition: _Fields, prefix: str, depth: int, packages: Mapping[str, Path], location: Location
+    definition: _Fields, prefix: str, depth: int, packages: Mapping[str, Path], location: CodeLine
 ) -> Iterator[MessageField]:
     for own_name, (sort, content) in definition:
         name = f"{prefix}{own_name}"
@@ -103,7 +103,7 @@ def _fields(
             yield field
 
 
-def _field(sort: str, content: Any, name: str, location: Location) -> MessageField | None:
+def _field(sort: str, content: Any, name: str, location: CodeLine) -> MessageField | None:
     """A field; of arrays, only those of floating numbers without a fixed length, which have one value together."""
     unit = _unit(name.rpartition(".")[2])
     if sort != "BASE":

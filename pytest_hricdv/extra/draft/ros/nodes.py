@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from pytest_hricdv.extra.draft.code.flow import Call, Flow
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name, imported_name
-from pytest_hricdv.extra.draft.ros_model import Endpoint, EndpointKind, Location, RosNodes, RosParameter
+from pytest_hricdv.extra.draft.code.flow import CallSite, Flow
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
+from pytest_hricdv.extra.draft.ros_model import CodeLine, Endpoint, EndpointKind, RosNodes, RosParameter
 
 _PARAMETERS: dict[str, tuple[EndpointKind, int, tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {
     "create_publisher": ("publisher", 0, ("msg_type",), ("topic",), ()),
@@ -61,7 +61,7 @@ def ros_parameters(flow: Flow) -> Iterator[RosParameter]:
 
 
 def _parameter(
-    flow: Flow, call: Call, name: ast.expr | None, default: ast.expr | None, space: str
+    flow: Flow, call: CallSite, name: ast.expr | None, default: ast.expr | None, space: str
 ) -> Iterator[RosParameter]:
     owner = call.scope.owner.name if call.scope is not None and call.scope.owner is not None else ""
     location = call.module.location(name or call.node)
@@ -74,23 +74,23 @@ def _parameter(
         yield RosParameter(full, text, owner, location)
 
 
-def _texts(flow: Flow, call: Call, expression: ast.expr | None) -> list[str]:
+def _texts(flow: Flow, call: CallSite, expression: ast.expr | None) -> list[str]:
     """The texts that an expression can be."""
     return [value for value in _values(flow, call, expression) if isinstance(value, str)]
 
 
-def _values(flow: Flow, call: Call, expression: ast.expr | None) -> list[object]:
+def _values(flow: Flow, call: CallSite, expression: ast.expr | None) -> list[object]:
     """The constants that an expression can be; of a parameter that it declares or reads, its default."""
     values: list[object] = []
     for node, module, scope in flow.expressions(expression, call.module, call.scope):
         if isinstance(node, ast.expr):
             values += flow.values(node, module, scope)
         value = node.value if isinstance(node, ast.Attribute) and node.attr == "value" else node
-        called = dotted_name(value.func).rpartition(".")[2] if isinstance(value, ast.Call) else ""
+        called = name_with_dots(value.func).rpartition(".")[2] if isinstance(value, ast.Call) else ""
         if isinstance(value, ast.Call) and called == "declare_parameter":
             values += flow.values(_argument(value, 1, "value"), module, scope)
         for inner in ast.walk(node) if not called or called == "get_parameter" else ():
-            if isinstance(inner, ast.Call) and dotted_name(inner.func).endswith(".get_parameter"):
+            if isinstance(inner, ast.Call) and name_with_dots(inner.func).endswith(".get_parameter"):
                 values += _default(flow, flow.values(_argument(inner, 0, "name"), module, scope))
     return [value for number, value in enumerate(values) if value not in values[:number]]
 
@@ -118,7 +118,7 @@ class _NodeReader:
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow
 
-    def nodes(self) -> Iterator[tuple[str, Location]]:
+    def nodes(self) -> Iterator[tuple[str, CodeLine]]:
         """Classes of nodes, but those that only others are derived from, and nodes that functions make."""
         classes = [scope for scope in self._sources.classes if self._is_node(scope)]
         bases = {base.rpartition(".")[2] for scope in classes for base in self._sources.bases(scope)}
@@ -137,9 +137,9 @@ class _NodeReader:
                 for endpoint in self._of_call(called, call)]  # fmt: skip
         yield from sorted(read, key=lambda endpoint: endpoint.location)
 
-    def _of_call(self, called: str, call: Call) -> Iterator[Endpoint]:
+    def _of_call(self, called: str, call: CallSite) -> Iterator[Endpoint]:
         kind, first, type_names, names, callbacks = _PARAMETERS[called]
-        if first and not imported_name(call.module, call.node.func).startswith("rclpy."):
+        if first and not resolve_import(call.module, call.node.func).startswith("rclpy."):
             return
         types = self._types(call, _argument(call.node, first, type_names[0]))
         name = _argument(call.node, first + 1, names[0])
@@ -153,15 +153,15 @@ class _NodeReader:
         for text in _texts(self._flow, call, name) or [""]:
             yield replace(endpoint, name=_expand(text, owner), written=text)
 
-    def _types(self, call: Call, expression: ast.expr | None) -> list[str]:
+    def _types(self, call: CallSite, expression: ast.expr | None) -> list[str]:
         types: dict[str, None] = {}
         for node, module, _ in self._flow.expressions(expression, call.module, call.scope):
-            parts = imported_name(module, node).split(".")
+            parts = resolve_import(module, node).split(".")
             if len(parts) == 3 and parts[1] in FOLDERS:
                 types["/".join(parts)] = None
         return list(types)
 
-    def _owner(self, call: Call, handed: ast.expr | None) -> _NodeName:
+    def _owner(self, call: CallSite, handed: ast.expr | None) -> _NodeName:
         """The node on which something is created: `self`, or a variable that holds one."""
         receiver = handed
         if receiver is None and isinstance(call.node.func, ast.Attribute):
@@ -172,7 +172,7 @@ class _NodeReader:
         for node, module, scope in self._flow.expressions(receiver, call.module, call.scope):
             if isinstance(node, ast.Call):
                 if self._makes_node(module, node):
-                    return self._owner_of(Call(module, scope, node), node)
+                    return self._owner_of(CallSite(module, scope, node), node)
                 made = self._sources.class_of(module, node.func)
                 if made is not None and isinstance(made.node, ast.ClassDef) and self._is_node(made):
                     return self._class_owner(made.module, made.node)
@@ -204,13 +204,13 @@ class _NodeReader:
                     return owner
         return _NodeName()
 
-    def _owner_of(self, call: Call, node: ast.Call, number: int = 0) -> _NodeName:
+    def _owner_of(self, call: CallSite, node: ast.Call, number: int = 0) -> _NodeName:
         names = _texts(self._flow, call, _argument(node, number, "node_name"))
         spaces = _texts(self._flow, call, _argument(node, 99, "namespace"))
         return _NodeName(names[0] if len(names) == 1 else "", spaces[0] if len(spaces) == 1 else "")
 
     def _makes_node(self, module: Module, node: ast.Call) -> bool:
-        return imported_name(module, node.func) in NODES
+        return resolve_import(module, node.func) in NODES
 
     def _is_node(self, scope: Scope) -> bool:
         return any(base in NODES for base in self._sources.bases(scope))
