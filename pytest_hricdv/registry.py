@@ -40,6 +40,7 @@ FEATURES = MappingProxyType(
         "cluster": ("feature",),
         "diagnosis": ("feature", "records", "merging", "view", "commands"),
         "audit": ("feature", "records"),  # before what follows failures up: some are none
+        "unused": ("feature",),
         "search": ("feature", "records", "view"),
         "trend": ("feature",),
         "film": ("feature", "records"),

@@ -102,6 +102,8 @@ class Run:
     """Those of the testbench."""
     middleware: Middleware | None = field(default=None, repr=False)
     """What `ros2` starts nodes with, where the testbench declares a ROS 2 system."""
+    before_end: Callable[[], None] | None = field(default=None, init=False, repr=False)
+    """Called once the run is over, while its nodes are still where they wait."""
     waiting: Callable[[], None] | None = field(default=None, init=False, repr=False)
     """How the person waits, if `set_idle_handler` was called."""
     _disturbed: Any = field(default=None, init=False, repr=False)
@@ -367,6 +369,8 @@ class Run:
                 # Before the nodes end: it looks at where they wait.
                 if self.middleware is not None:
                     self.middleware.notice_stuck_nodes(self.kernel, is_idle=why == "idle")
+                if self.before_end is not None:
+                    self.before_end()
                 self.kernel.close()
         return why
 

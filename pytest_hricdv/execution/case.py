@@ -18,6 +18,7 @@ from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution import faults
 from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_features
 from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.execution.influence import Influence
 from pytest_hricdv.execution.outcome import Judgement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import actors_of
@@ -112,6 +113,8 @@ class CaseResult:
     """What is wrong with how the run ended, a sentence each (see `pytest_hricdv.execution.faults`)."""
     bin_faults: tuple[str, ...] = ()
     """What is wrong with the bins that the run hit, a sentence each."""
+    unreached_waits: str = ""
+    """When the code waited, where nothing that people, sensors or the world did reached it (see `Influence.waits`)."""
     has_measured_node: bool = True
     """Whether the testbench's `run` wrapped a node with `run.measured`: otherwise nothing of the code was measured."""
     error: NodeError | None = None
@@ -213,6 +216,8 @@ def execute(
         bystanders={bystander.name: bystander for bystander in testbench.people.bystanders},
         may_go_round=bool({"limit", "cycle"}.intersection(testbench.time.allowed_endings)),
     )
+    influence = Influence(kernel, run.bus, code.has, testbench.code)
+    run.before_end = influence.finish
     kernel.virtual = frozenset(testbench.time.apis)
     modules = VirtualModules(testbench.code)
     run.middleware = next(filter(None, (feature.middleware(testbench) for feature in execution_features())), None)
@@ -253,6 +258,7 @@ def execute(
         verdicts=verdicts,
         code=covered if code.has_run else None,
         has_measured_node=code.has_run,
+        unreached_waits=influence.waits if code.has_run else "",
         cross=cross,
         action_times_s=tuple(run.action_times_s),
         begun=tuple(run.begun),

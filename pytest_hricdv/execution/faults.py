@@ -71,7 +71,11 @@ class CodeUnderTest:
 
     def is_running(self) -> bool:
         """Whether the caller is one of its nodes."""
-        return self._kernel.own_node() in self._nodes
+        return self.has(self._kernel.own_node())
+
+    def has(self, node: Node | None) -> bool:
+        """Whether a node is one of its; None for none."""
+        return node in self._nodes
 
     def is_other_running(self) -> bool:
         """Whether the caller is a node that is none of its, such as a person; the kernel and the world are no nodes."""

@@ -35,11 +35,17 @@ class Subscription(Generic[M]):
         self._kind = kind
         self._queue: deque[M] = deque()
         self._waiting: Node | None = None
+        self.has_outside = False
+        """It had a message that is not of the code under test."""
 
     def poll(self) -> M | None:
         """The oldest message not yet taken, or None; never blocks. `Kernel.count_poll` detects endless polling."""
         self._bus.kernel.count_poll()
-        return self._queue.popleft() if self._queue else None
+        if not self._queue:
+            return None
+        if self.has_outside and self._bus.notice_taking is not None:
+            self._bus.notice_taking()
+        return self._queue.popleft()
 
     def wait(self, timeout_s: float) -> M | None:
         """Block until there is a message, at most `timeout_s`; None on time-out."""
@@ -109,6 +115,8 @@ class Bus:
         self._by_code = by_code
         self.senders: dict[str, bool] = {}
         """Who has sent a message -> whether it is the code under test."""
+        self.notice_taking: Callable[[], None] | None = None
+        """Called when a message is taken from a queue that had one which is not of the code under test."""
         self._faults: dict[str, deque[MessageFault]] = {}
         self._fields = {kind: fields_of(kind) or () for kind in kinds}
         self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
@@ -147,7 +155,8 @@ class Bus:
         kind = self._require_declared(type(message))
         fields = self._fields_to_record(message)
         self.kernel.last_messages[sender] = message
-        self.carry(sender, topic_of(kind), fields, partial(self._deliver, message), partial(self.has_subscribers, kind))
+        deliver = partial(self._deliver, sender, message)
+        self.carry(sender, topic_of(kind), fields, deliver, partial(self.has_subscribers, kind))
 
     def carry(
         self,
@@ -247,8 +256,10 @@ class Bus:
     def _record_disturbance(self, event: str, message: MessageInTransit) -> None:
         self.recorder.disturbance(self.kernel.now_s, message.sender, event, message.fields)
 
-    def _deliver(self, message: object) -> None:
+    def _deliver(self, sender: str, message: object) -> None:
+        is_outside = not self.senders[sender]
         for subscription in tuple(self._subscriptions[type(message)]):
+            subscription.has_outside |= is_outside
             subscription.deliver(message)
 
     def unsubscribe(self, kind: type[Any], subscription: Subscription[Any]) -> None:

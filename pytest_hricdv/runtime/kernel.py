@@ -54,6 +54,7 @@ class Node:
     def __init__(self, kernel: Kernel, name: str, body: Callable[[], None]) -> None:
         self.kernel = kernel
         self.name = name
+        self.body = body
         self.ended = False
         self.leaving: list[Callable[[], Callable[[], None]]] = []
         """Called when it blocks; each returns what is called when it goes on. For what Python keeps once a thread."""
@@ -126,6 +127,10 @@ class Kernel:
         """What threads that are no nodes did and no run may have, a sentence each."""
         self.refusals: list[KernelError] = []
         """Errors that were raised in nodes because they wait in real time, whether or not the code caught them."""
+        self.notice_wake: Callable[[Node], None] | None = None
+        """Called with each node that is woken."""
+        self.notice_wait: Callable[[Node, float | None], None] | None = None
+        """Called with each node that begins to wait, and how long at most (s)."""
         self._look: Callable[[], None] = lambda: None
         self._look_us: float = math.inf
         self._look_period_us = 0.0
@@ -188,6 +193,8 @@ class Kernel:
             # A wait of less than a microsecond takes one, otherwise a loop that waits for a time would never end.
             self._timeouts.add(self.now_us + max(round(timeout_s * US_PER_S), int(timeout_s > 0)), node)
         assert self._hub is not None
+        if self.notice_wait is not None:
+            self.notice_wait(node, timeout_s)
         node.blocked = True
         node.blocked_s = self.now_s
         # Left from the first to the last and entered in the opposite order, as context managers are.
@@ -206,6 +213,8 @@ class Kernel:
         """
         if node.ended:
             return
+        if self.notice_wake is not None:
+            self.notice_wake(node)
         node.woken = True
         self._make_runnable(node)
 
