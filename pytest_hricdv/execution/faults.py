@@ -114,7 +114,7 @@ def of_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) -> 
     if ending.how == "limit" and "limit" not in allowed:
         yield f'the run ended at its time limit of {ending.time_s:g} s; {allow}("limit",))'
     if ending.cycle is not None:
-        yield f'the run goes round: {ending.cycle}; {allow}("cycle",))'
+        yield f'livelock: {ending.cycle}; {allow}("cycle",))'
     if ending.how == "idle" and "idle" not in allowed:
         yield f'the run ended at {ending.time_s:.3f} s because nothing was left to do; {allow}("idle",))'
 

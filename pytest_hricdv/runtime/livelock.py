@@ -1,9 +1,9 @@
-"""Whether a run goes round: the same messages again and again, and nothing new in a long time.
+"""Detects livelocks: the same messages again and again, and nothing new for a long time.
 
-Code that announces again, senses again, or leaves a subscription open keeps a run going to its limit, which may be far.
-What is *new* is a message, or two in a row of one sender, that was not there before, whatever numbers it carries; an
-action; a value of a text signal; a numeric signal beyond the range that it had. So a robot that crosses a room, or a
-battery that gets empty, is no repetition, and neither is one that waits for a time that comes.
+Code that repeats an announcement or a reading keeps a run going to its time limit, which may be far away. *New* is a
+message, or a pair of successive messages of one sender, that did not occur before, whatever its numbers; an action; a
+value of a text signal; a numeric signal outside its previous range. A robot that crosses a room, a battery that runs
+down, or a wait for a certain time is therefore no livelock.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from pytest_hricdv.runtime.kernel import Kernel
 from pytest_hricdv.runtime.record import RecordedMessage, Recorder
 
 LOOKS_EACH_S = 10.0
-"""Period of the checks (s of simulated time): they take a hundredth of the time of a run."""
+"""Period of the checks (s of simulated time), which take 1 % of the time of a run."""
 
 NOTHING_NEW_S = 180.0
-"""A run is a livelock if nothing was new for this time (s of simulated time): people and robots of the two testbenches
-here wait up to 150 s."""
+"""A run is a livelock if nothing was new for this time (s of simulated time); people and robots of the repository's two
+testbenches wait up to 150 s."""
 
 REPEATS = 5
-"""A cycle has been there so often (chosen)."""
+"""A cycle has occurred at least this often (chosen)."""
 
 _RANGE = 0.1
-"""A number is new if it leaves the range of a signal by this share of it (chosen): noise does so less and less."""
+"""A number is new if it exceeds the range of its signal by this share (chosen); noise does so less and less."""
 
 _DIGITS = re.compile(r"(?<![A-Za-z_\d])\d+")  # not of names, as `Timeout1`
 
@@ -42,10 +42,10 @@ class Cycle:
     """What a run repeats.
 
     Args:
-        since_s: nothing was new after that (s of simulated time).
-        times: how often it was there since.
-        period_s: how long it takes (s).
-        messages: of one time round, those that follow each other with the same words once.
+        since_s: nothing was new after this time (s of simulated time).
+        times: how often the cycle has occurred since.
+        period_s: its length (s).
+        messages: of one cycle; successive ones with the same words are listed once.
     """
 
     since_s: float
@@ -61,7 +61,7 @@ class Cycle:
 
 
 class Repetition:
-    """Follows a run, without a share in it: what it needs is in the record.
+    """Watches a run by its record, without influence on it.
 
     Args:
         kernel: of the run.

@@ -29,16 +29,16 @@ from pytest_hricdv.testbench import Testbench, TestbenchError
 from pytest_hricdv.testbench_faults import check_testbench, describe_keywords
 
 ATTRIBUTE = "hricdv"
-"""Of pytest's report of a test's call: the result, as JSON."""
+"""The attribute of pytest's report of a call that holds the result, as JSON."""
 
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
 REPLAYS = "hricdv_replays"
 WORKER_HASH_SEED = "hricdv_hash_seed"
-"""In what a worker says at its end."""
+"""A key of what a worker sends at its end; those above are keys of what it receives."""
 DONE = "hricdv_done"
 ALONE = "hricdv_alone"
-"""Of a process that was started for some tests: it starts no other one for each of them."""
+"""A key for a process started for certain tests: it runs them itself instead of starting more processes."""
 _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
 
 

@@ -1,4 +1,4 @@
-"""Who works: the project and the versions that a process found. Runs of other projects are no part of a report."""
+"""The identity of a process that runs tests: its project files and versions. A report has runs of one project only."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pytest_hricdv._base.hash_seed import own_hash_seed
 
 
 class Identity(msgspec.Struct, frozen=True):
-    """What a process says of itself before its first run.
+    """What a process reports about itself before its first run.
 
     Args:
-        project: the project's files, name -> hash: where they are others, its runs are not those that are asked for.
-        versions: of what is installed, of the machine, and Python's hash seed: these may differ, and are kept beside
+        project: name -> hash of the project's files. Runs of a process with other files are rejected.
+        versions: of installed packages and the machine, and Python's hash seed. They may differ, and are stored with
             each run.
     """
 
@@ -27,11 +27,11 @@ class Identity(msgspec.Struct, frozen=True):
 
 
 def identity(root: Path, code: Mapping[str, str]) -> Identity:
-    """Of this process.
+    """The identity of this process.
 
     Args:
         root: the project's folder.
-        code: files of the code under test, which may be elsewhere: name -> hash.
+        code: name -> hash of the files of the code under test, which may be elsewhere.
     """
     of_code = {name: text[:16] for name, text in code.items()}
     here = {"machine": f"{platform.system()} {platform.machine()}", "python": platform.python_version()}
@@ -40,6 +40,6 @@ def identity(root: Path, code: Mapping[str, str]) -> Identity:
 
 
 def plugin_versions() -> dict[str, str]:
-    """The versions that both ends of a cluster need to have in common: what is sent is understood by the same only."""
+    """The versions that both ends of a cluster must have in common to understand each other."""
     python = ".".join(platform.python_version_tuple()[:2])
     return {"python": python, **{name: version(name) for name in ("pytest-hricdv", "distributed", "msgspec")}}

@@ -1,4 +1,4 @@
-"""The process that runs tests for a cluster, one after the other, and answers each result as soon as it is known."""
+"""A process that runs tests for a cluster, one after the other, and sends each result as soon as it is known."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from pytest_hricdv.session.serving import END, UNWARNED, in_session, introduce, 
 
 @dataclass(frozen=True)
 class SessionArguments:
-    """The first line that is sent: the arguments of pytest."""
+    """The first line that the process receives: the arguments of pytest."""
 
     arguments: tuple[str, ...]
 
 
 class RunRequest(msgspec.Struct, frozen=True):
-    """A run to do: its key, suite, pytest item and abstract test, and the seed that its suite was generated from."""
+    """A run to execute: its key, suite, pytest item and abstract test, and the seed of the suite."""
 
     key: tuple[int, int]
     suite: str
@@ -45,14 +45,14 @@ class RunRequest(msgspec.Struct, frozen=True):
 
 
 class RunBatch(msgspec.Struct, frozen=True):
-    """A further line: runs to do, in order; `records`: reply with their records, too."""
+    """Any later line: runs to execute, in order; with `records`, replies include the records of runs."""
 
     requests: tuple[RunRequest, ...]
     records: bool = False
 
 
 class RunReply(msgspec.Struct, frozen=True):
-    """What became of a run.
+    """The result of a run.
 
     Args:
         result: as a report has it.

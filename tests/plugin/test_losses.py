@@ -298,7 +298,7 @@ def test_a_run_that_goes_round_is_ended_and_says_what_it_repeats(
     result.assert_outcomes(failed=4)
     result.stdout.fnmatch_lines(
         [
-            "the run goes round: nothing new since * s, and * times, every 3 s: guide: *, guide: *; "
+            "livelock: nothing new since * s, and * times, every 3 s: guide: *, guide: *; "
             'if it may, declare VirtualTime(allowed_endings=("cycle",))'
         ]
     )

@@ -3,10 +3,10 @@
     python -m pytest_hricdv.campaign run --suite=rl --concretizations=41 --state=campaign.db
     python -m pytest_hricdv.campaign report --state=campaign.db
 
-A campaign may be ended at any time, by Ctrl-C, by kill -9 or by a power failure: the same command goes on with it.
-Without --cluster it runs on this machine, one worker for each core. With --cluster=tls://HOST:8786 it runs on the
-workers of a scheduler of Dask (dask scheduler --protocol=tls; dask worker tls://HOST:8786 --nthreads=1), which have the
-project at the same path, or are sent it (--send-code). The documentation says how to make credentials.
+A campaign can be stopped at any time, even by kill -9 or a power failure; the same command resumes it. By default, it
+runs on this machine, with one worker for each core. With --cluster=tls://HOST:8786 it runs on the workers of a Dask
+scheduler (dask scheduler --protocol=tls; dask worker tls://HOST:8786 --nthreads=1). They have the project at the same
+path, or receive it (--send-code). The documentation explains how to make credentials.
 """
 
 from __future__ import annotations

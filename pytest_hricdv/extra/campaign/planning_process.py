@@ -1,4 +1,4 @@
-"""The process that plans a campaign: it lets pytest collect the tests, and answers what it found."""
+"""The process that plans a campaign: it has pytest collect the tests, and sends them back."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _WITHOUT = ("--collect-only", "-q", "-n0", *UNWARNED)
 
 @dataclass(frozen=True)
 class PlanningJob:
-    """The line that is sent: the arguments of pytest."""
+    """The line that the process receives: the arguments of pytest."""
 
     arguments: tuple[str, ...]
 
 
 class _Planner:
-    """A plugin of pytest that answers what was collected."""
+    """A pytest plugin that sends back the collected tests."""
 
     def __init__(self, job: PlanningJob, write: Callable[[bytes], None]) -> None:
         self._job = job
@@ -37,7 +37,7 @@ class _Planner:
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_finish(self, session: pytest.Session) -> None:
-        """Tells the tests, and all that does not depend on their results."""
+        """Sends the tests, and everything that does not depend on their results."""
         manager = session.config.pluginmanager
         aggregation = manager.get_plugin("hricdv-aggregation")
         reporting = manager.get_plugin("hricdv-reporting")

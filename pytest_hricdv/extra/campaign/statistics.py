@@ -1,4 +1,4 @@
-"""Sums over all runs of a campaign, and the runs that are worth keeping. Read row by row: millions need little room."""
+"""Statistics over all runs of a campaign, and the runs worth keeping; rows are read one by one to save memory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FAILED, PASSED, NC = "Failed", "Passed", "NC"
 
 @dataclass
 class _TestSums:
-    """An abstract test, while its runs are read."""
+    """The sums of one abstract test."""
 
     outcomes: Counter[str] = field(default_factory=Counter)
     verdicts: dict[str, Counter[str]] = field(default_factory=dict)
@@ -25,7 +25,7 @@ class _TestSums:
 
 
 class Statistics:
-    """Takes in rows, by test and concretization.
+    """Accumulates rows, which come sorted by test and concretization.
 
     Args:
         requirements: in the order of the rows' verdicts.

@@ -1,8 +1,8 @@
-"""The store of a campaign: a file of SQLite with a row a run, written the moment the run arrives.
+"""The store of a campaign: an SQLite file with one row for each run, written as soon as the run arrives.
 
-With a write-ahead log, so that `status` and `report` read while a campaign writes; it wants a file system with locks
-and shared memory, as that of the machine where the campaign is started. A session's journal is text instead, for the
-reasons that are given there; it has tests in the hundreds, and nobody asks it for shares of seeds.
+A write-ahead log lets `status` and `report` read while a campaign writes. It needs a file system with locks and shared
+memory, such as a local one. The journal of a session is a text file instead, for the reasons given there: it has
+hundreds of tests, and no queries.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SCHEMA = "hricdv-campaign/4"
 
 @dataclass(frozen=True)
 class Repeat:
-    """A run that was done again, on another worker: what it gave there, and where the two records part."""
+    """A run that another worker repeated: its record hash there, and the first difference of the two records."""
 
     key: RunKey
     sha256: str
@@ -43,7 +43,7 @@ class Repeat:
 
 @dataclass(frozen=True)
 class Counts:
-    """How far a campaign is: its runs by outcome, and what they simulated (s); how many were repeated, and differ."""
+    """The progress of a campaign: runs by outcome, their times (s), and how many were repeated and differ."""
 
     outcomes: Mapping[str, int]
     sim_s: float

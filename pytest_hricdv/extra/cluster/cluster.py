@@ -1,4 +1,4 @@
-"""The session's side of a cluster: questions go out, answers come back, whatever happens to workers in between."""
+"""The session's side of a cluster: sends questions to workers and collects answers, even if workers are lost."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from distributed import Future
 
 AHEAD = 3
-"""So many questions a thread are handed out: one that is asked, one that is there already, and one on its way. So none
-waits, and few are lost with a worker."""
+"""Questions sent ahead to each thread: one in work, one waiting, one on its way. No thread idles, and few are lost with
+a worker."""
 
 # Chosen: a job scheduler starts workers within a minute or not soon; a process of this machine imports Dask in seconds,
 # and in 20 s where 25 others want the same two cores.
 WAIT_FOR_WORKERS_S, WAIT_FOR_LOCAL_S = 60.0, 30.0
 
 TICK_S = 0.5
-"""What happens without an answer, as a worker that comes or goes, is looked at so often (s)."""
+"""Period (s) of checks for events without an answer, such as a worker that joins or leaves."""
 
 
 @dataclass
 class Cluster:
-    """Workers that answer questions. Made by `connect`.
+    """The workers that answer questions. `connect` makes it.
 
     Args:
         address: of the cluster.

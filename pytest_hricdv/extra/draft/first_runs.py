@@ -1,6 +1,6 @@
-"""First runs of a draft, in a process and a folder of their own: what holds is required, the rest is a question.
+"""The first runs of a draft, in their own process and folder.
 
-Runs may end as they did here, and in no other way.
+Suggested requirements that hold there are kept, and endings that occur there are allowed; the rest become questions.
 """
 
 from __future__ import annotations
@@ -23,48 +23,47 @@ from pytest_hricdv.extra.draft.project.files import write
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
 
 LIMIT_S = 90.0
-"""Processor time of the first runs of a suite; then they are ended. It is not the time of the clock, so that a busy
-machine drafts the same."""
+"""Limit of processor time for the first runs of a suite, instead of wall time: a busy machine makes the same draft."""
 
 LONGEST_S = 600.0
-"""Limit by the clock, where nothing tells the processor time, or nothing is computed."""
+"""Limit of wall time, for when processor time is unknown or nothing is computed."""
 
 POLL_S = 0.5
-"""How often the processor time is read."""
+"""Period at which the processor time is read."""
 
 ENDING_S = 30.0
-"""Time for its report that a session gets that was told to end."""
+"""Time that a terminated session gets to write its report."""
 
 FIRST_TESTS = 8
-"""Tests of the very first runs: one has each start and most manners."""
+"""Tests of the first suite, with each start belief and most other beliefs."""
 
 SUITES = ("rl", "closure")
 """The suites that have to pass."""
 
 _WAIVED = re.compile(r"(\S+\.py:\d+): ran, though it is waived")
-"""What a session says where the code has a wrong waiver."""
+"""The message for a wrong waiver in the code."""
 
 _ALLOW = re.compile(r'allowed_endings=\("(\w+)",\)')
-"""What a failure says that the testbench would have to allow."""
+"""The ending that the testbench would have to allow, in the message of a failure."""
 
 
 @dataclass(frozen=True)
 class FirstRuns:
-    """What came of the first runs.
+    """The result of the first runs.
 
     Args:
-        tests: how many there were.
-        passed: of them.
-        failed: the requirements that failed in some, by their ids.
-        never: those that none triggered.
-        error: what the code raised or the testbench lacks, in a sentence; empty where all runs went through.
-        raised_at: the line of the code that raised; None where it did not.
-        is_ended: whether the runs took too long: the draft has as many tests as there were.
-        unrepeatable: why a test came otherwise alone, in a fresh process; empty where those that ran again did not.
-        leaks: whether that is what a test left to another one.
-        raised: how many tests ended with an error.
-        ends: of `allowed_endings`, what the testbench does not allow, and ended a run.
-        no_waivers: where they executed what the code waives as unreachable, `file:line`; empty where they did not.
+        tests: number of tests.
+        passed: number of tests that passed.
+        failed: ids of requirements that failed in some test.
+        never: ids of requirements that no test triggered.
+        error: what the code raised or the testbench lacks, in a sentence; empty if all runs completed.
+        raised_at: the line of the code that raised; None if none did.
+        is_ended: whether the runs took too long; the draft then has as many tests as had run.
+        unrepeatable: why a test behaved differently when rerun alone in a fresh process; empty if none did.
+        leaks: whether the reason is state that a test left behind.
+        raised: number of tests that ended with an error.
+        ends: endings that occurred and that the testbench does not allow (`allowed_endings`).
+        no_waivers: lines executed although the code waives them as unreachable, as `file:line`.
     """
 
     tests: int
