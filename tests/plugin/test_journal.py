@@ -26,7 +26,6 @@ ORDERLY = {
     "SIGTERM": '__import__("os").kill(__import__("os").getpid(), 15)',
     "SIGINT": '__import__("os").kill(__import__("os").getpid(), 2)',
     "many SIGINT": '__import__("interrupting").begin()',
-    "pytest.exit": '__import__("pytest").exit("enough", returncode=0)',
 }
 
 

@@ -33,7 +33,7 @@ def test_an_exception_in_the_code_under_test_fails_its_test_only(
             '>       raise ConnectionError("lamp unplugged")',
             "E       ConnectionError: lamp unplugged",
             "E       the code under test raised ConnectionError: lamp unplugged in node guide at *.* s",
-            "E       others:  3 not checked",
+            "E       others:  2 not checked, 1 pending at the end",
             "E       what the human did until then (abstract test by-hand-hall-curt-*",
             "E         * s  set_lamp level = 10",
             "E       run it again:",
@@ -155,7 +155,8 @@ def test_misuse_of_the_runtime_is_told_at_the_users_own_line(
 @pytest.mark.slow
 @in_each_mode
 def test_a_skipped_test_was_not_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    write_dimmed(lamps, '__import__("pytest").skip("no lamp today")')
+    own = "    if 'hall-curt' in repr(hri_case):\n        __import__('pytest').skip('no lamp today')\n"
+    change(lamps.path, "test_lamps.py", "def test_lamps(hri_case):\n", f"def test_lamps(hri_case):\n{own}")
     result = lamps.runpytest_inprocess(SUITE, *options)
     assert result.ret == 0
     result.assert_outcomes(passed=2, xfailed=1, skipped=1)

@@ -1,4 +1,4 @@
-"""Code that no testbench lists waits in real time: an error with its line, at once, and never a test that passed."""
+"""Code that a testbench hands over waits in real time: an error with its line, at once, and no test that passed."""
 
 from __future__ import annotations
 
@@ -66,11 +66,15 @@ WAYS = {
 LEAVING = ("socket", "process", "loop")
 
 
-def resting(lamps: pytest.Pytester, head: str, body: str, call: str = "resting.rest()") -> None:
-    """The guide calls a module that is not of its code, which waits."""
-    (lamps.path / "resting.py").write_text(f"{head}\n\n\ndef rest():\n    {body}\n", encoding="utf-8")
-    project.change(lamps.path, "lamps/guide.py", SLEEP, f"        {call}\n")
-    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import resting\nGLARE = 80.0")
+def resting(lamps: pytest.Pytester, head: str, body: str, parameters: str = "") -> None:
+    """The guide calls a function that the testbench hands over, of a module that its code does not name."""
+    text = f"{head}\n\n\ndef rest({parameters}):\n    {body}\n"
+    (lamps.path / "resting.py").write_text(text, encoding="utf-8")
+    project.change(lamps.path, "lamps/guide.py", SLEEP, f"        HOOKS[0]({parameters})\n")
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "HOOKS = []\nGLARE = 80.0")
+    conftest = lamps.path / "conftest.py"
+    text = conftest.read_text(encoding="utf-8")
+    conftest.write_text(f"{text}\nimport lamps.guide, resting\nlamps.guide.HOOKS.append(resting.rest)\n", "utf-8")
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -85,6 +89,15 @@ def test_a_node_that_waits_outside_of_its_code_is_an_error_with_the_line(lamps: 
     assert f"{lamps.path / 'resting.py'}:" in said
     assert "node guide waits in real time" in said
     assert advice in said
+
+
+def test_a_module_that_the_code_names_is_refused_what_the_code_is_refused(lamps: pytest.Pytester) -> None:
+    (lamps.path / "resting.py").write_text("import queue\n\n\ndef rest():\n    queue.Queue().get()\n", "utf-8")
+    project.change(lamps.path, "lamps/guide.py", SLEEP, "        resting.rest()\n")
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import resting\nGLARE = 80.0")
+    result = lamps.runpytest_inprocess(*RUN)
+    result.assert_outcomes(failed=2, deselected=1)
+    result.stdout.fnmatch_lines(['*resting.py:5: * in node guide is real time*: give the testbench *("threading",)*'])
 
 
 def test_an_event_loop_outside_of_the_code_waits_in_virtual_time(lamps: pytest.Pytester) -> None:
@@ -154,7 +167,7 @@ def test_a_run_that_simulates_nothing_never_passes(lamps: pytest.Pytester, body:
 
 def test_a_thread_that_is_no_node_and_sleeps_is_a_fault(lamps: pytest.Pytester) -> None:
     resting(lamps, "import threading, time", "threading.Thread(target=time.sleep, args=(0.01,), name='ticker').start()")
-    project.change(lamps.path, "lamps/guide.py", "        resting.rest()\n", f"        resting.rest()\n{SLEEP}")
+    project.change(lamps.path, "lamps/guide.py", "        HOOKS[0]()\n", f"        HOOKS[0]()\n{SLEEP}")
     result = lamps.runpytest_subprocess(*RUN, "-W", "ignore")  # in this process our own pytest would hear of it
     result.assert_outcomes(failed=2, deselected=1)
     result.stdout.fnmatch_lines(["*thread ticker, which node guide started at *resting.py:5, waits in real time*"])
@@ -162,9 +175,9 @@ def test_a_thread_that_is_no_node_and_sleeps_is_a_fault(lamps: pytest.Pytester) 
 
 def test_a_thread_that_is_no_node_and_publishes_is_a_fault(lamps: pytest.Pytester) -> None:
     body = "one = threading.Thread(target=bus.publish, args=(message,), name='other'); one.start(); one.join()"
-    (lamps.path / "resting.py").write_text(f"import threading\n\ndef rest(bus, message):\n    {body}\n", "utf-8")
-    project.change(lamps.path, "lamps/guide.py", SLEEP, f"{SLEEP}        resting.rest(bus, Switched(level))\n")
-    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import resting\nGLARE = 80.0")
+    resting(lamps, "import threading", body, "bus, message")
+    called = "        HOOKS[0](bus, message)\n"
+    project.change(lamps.path, "lamps/guide.py", called, f"{SLEEP}        HOOKS[0](bus, Switched(level))\n")
     result = lamps.runpytest_subprocess(*RUN, "-W", "ignore")  # in this process our own pytest would hear of it
     result.assert_outcomes(failed=2, deselected=1)
     result.stdout.fnmatch_lines(["*guide published switched at * from thread other, which is none of the run*"])
@@ -193,7 +206,9 @@ def test_after_a_run_pythons_own_ways_to_wait_are_as_they_were(lamps: pytest.Pyt
 
 def test_what_runs_after_a_node_that_was_left_where_it_is_is_measured(lamps: pytest.Pytester) -> None:
     head, body, _ = WAYS["who catches all"]
-    resting(lamps, head, body, "resting.rest() if level == 100.0 else clock.sleep(SWITCHING_S)")
+    resting(lamps, head, body)
+    called = "        HOOKS[0]() if level == 100.0 else clock.sleep(SWITCHING_S)\n"
+    project.change(lamps.path, "lamps/guide.py", "        HOOKS[0]()\n", called)
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-p", "no:cacheprovider", "-p", "no:xdist")
     tests = project.report(lamps.path)["tests"]
     assert {test["outcome"] for test in tests} == {"passed", "failed"}

@@ -283,7 +283,7 @@ def _of_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable
 
 
 _WAITING: dict[str, ModuleType] = {}
-_SCANNED: set[str] = set()
+_SCANNED: weakref.WeakSet[ModuleType] = weakref.WeakSet()
 _OURS = "pytest_hricdv"
 _CLOCKS: dict[int, object] = {
     id(real): vars(virtual)[name]
@@ -302,12 +302,10 @@ _READING: list[tuple[ModuleType, str]] = []
 
 def _modules_that_wait() -> list[ModuleType]:
     """The modules that have what waits under any name. Each module is looked at once: they import at their head."""
-    for name in sys.modules.keys() - _SCANNED:
-        module = sys.modules[name]
-        _SCANNED.add(name)
-        is_others = isinstance(module, ModuleType) and name.partition(".")[0] not in TOOLS
-        if not is_others:
+    for name, module in [*sys.modules.items()]:
+        if not isinstance(module, ModuleType) or module in _SCANNED or name.partition(".")[0] in TOOLS:
             continue
+        _SCANNED.add(module)
         values = [*vars(module).items()]
         if not _WAITS.isdisjoint(id(value) for _, value in values):
             _WAITING[name] = module
