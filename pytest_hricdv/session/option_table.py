@@ -84,7 +84,7 @@ GATES = (
         f"one a line, 'R3: reason', or {WHEN}: does not fail the run",
         key="hri_known_violations",
     ),
-    Flag("strict", "let known violations fail, too"),
+    Flag("strict", "fail on known violations, too"),
     Flag(
         "fail-on-nc",
         "with --hri-tests, too, fail when no test triggered a requirement (verdict NC in all tests); a whole suite "
@@ -105,9 +105,9 @@ GATES = (
         "baseline",
         "FILE",
         "compare with this file: new failures, lost coverage and lost triggers fail the run; tests that behave "
-        "otherwise are listed",
+        "differently are listed",
     ),
-    Flag("update-baseline", "write the file of --hri-baseline anew", key=False),
+    Flag("update-baseline", "write the file of --hri-baseline again", key=False),
     Flag("fail-on-change", "fail when a test behaves differently from the baseline, even where nothing got worse"),
 )
 

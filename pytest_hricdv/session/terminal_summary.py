@@ -1,4 +1,4 @@
-"""What the terminal shows at the end: what tests fail for, one example in full, the section of results.
+"""What the terminal shows at the end: why tests fail, one example in full, the section of results.
 
 pytest shows each failure in full, fifty lines of each, and again in its short summary. Here causes come first, each
 with a line for each of its tests, and of violations only examples are shown in full, unless `-v` asks for all. Reports
@@ -155,7 +155,7 @@ class ShownFailures:
         columns = _columns()
         failing = self._failing = FailingTests.of(report, columns)
         if failing.tests and (failing.causes is not None or len(failing.tests) > 1):
-            reporter.write_sep("=", "what tests fail for" if failing.causes is not None else "failing tests")
+            reporter.write_sep("=", "why tests fail" if failing.causes is not None else "failing tests")
             write_lines(reporter, failing.lines(columns, all_rows=is_verbose))
 
     def _leave_out(self, reporter: pytest.TerminalReporter) -> None:

@@ -10,7 +10,7 @@ from pytest_hricdv.session.terminal_summary import example_lines
 from tests.plugin.project import A_WORKER, change, report
 
 SUITE = ("--hri-suite=bright.txt", "--hri-strict")
-TITLE = "what tests fail for"
+TITLE = "why tests fail"
 
 
 @pytest.fixture

@@ -121,9 +121,11 @@ class NeighborSearch:
             return None
 
     def _words(self, passing: Tried) -> str:
-        """What the variation has otherwise; of a value, from which one on."""
+        """What the variation changes; for a value, from which value on the test passes."""
         variation, result = passing
-        unchecked = "" if passing is not self._unchecked else f"; {', '.join(self.wanted)} not checked then"
+        verb = "is" if len(self.wanted) == 1 else "are"
+        reason = f", but only because {', '.join(self.wanted)} {verb} not checked then"
+        unchecked = reason if passing is self._unchecked else ""
         if variation.kind != "value":
             return f"{variation.words}{unchecked}"
         (variation, result), fails = self._threshold(passing)

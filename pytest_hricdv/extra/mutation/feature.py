@@ -36,7 +36,7 @@ class MutationFeature(Feature[MutationOptions]):
         ),
         Value("mutate-tests", "N", "try a fault on at most N tests of each suite, or on all (default 10)"),
         Value("mutate-faults", "N", "try only N of the faults, drawn with the seed (default: all)"),
-        Value("mutate-seconds", "S", "begin with no further fault after S seconds (default: no limit)"),
+        Value("mutate-seconds", "S", "start no new fault after S seconds (default: no limit)"),
         Flag("mutate-matrix", "try a fault on further tests after one has noticed it: which tests notice which faults"),
     )
 

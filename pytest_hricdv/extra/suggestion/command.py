@@ -49,7 +49,7 @@ def add_command(
         metavar="N",
         help=f"further tests (default {default.further})",
     )
-    add("--seconds", type=_number, metavar="S", help="begin with no further fault after S seconds (default: no limit)")
+    add("--seconds", type=_number, metavar="S", help="start no new fault after S seconds (default: no limit)")
     add("--anew", action="store_true", help="as though there were no requirements yet: to compare them with yours")
     add("pytest", nargs="*", metavar="ARGUMENT", help="further arguments of pytest, after --, as -- -n 2")
 

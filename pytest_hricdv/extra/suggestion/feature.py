@@ -36,7 +36,7 @@ class SuggestionFeature(Feature[SuggestionOptions]):
             "before a suggestion is shown, try to refute it with N further tests (default "
             f"{SuggestionOptions.further})",
         ),
-        Value("suggest-seconds", "S", "begin with no further fault after S seconds (default: no limit)"),
+        Value("suggest-seconds", "S", "start no new fault after S seconds (default: no limit)"),
         Flag("suggest-anew", "suggest as though there were no requirements yet: to compare them with yours"),
     )
 
