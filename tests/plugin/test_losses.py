@@ -155,15 +155,14 @@ def test_misuse_of_the_runtime_is_told_at_the_users_own_line(
 @pytest.mark.slow
 @in_each_mode
 def test_a_skipped_test_was_not_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    own = "    if 'hall-curt' in repr(hri_case):\n        __import__('pytest').skip('no lamp today')\n"
+    own = "    if 'curt' in repr(hri_case):\n        __import__('pytest').skip('no lamp today')\n"
     change(lamps.path, "test_lamps.py", "def test_lamps(hri_case):\n", f"def test_lamps(hri_case):\n{own}")
     result = lamps.runpytest_inprocess(SUITE, *options)
     assert result.ret == 0
-    result.assert_outcomes(passed=2, xfailed=1, skipped=1)
+    result.assert_outcomes(passed=1, xfailed=1, skipped=2)
     written = report(lamps.path)
-    assert (written["selected"], written["reported"], written["not_run"]) == (4, 3, 1)
-    (skipped,) = [test for test in written["tests"] if test["outcome"] == "not-run"]
-    assert "no lamp today" in skipped["failure"]
+    assert (written["selected"], written["reported"], written["not_run"]) == (4, 2, 2)
+    assert all("no lamp today" in test["failure"] for test in written["tests"] if test["outcome"] == "not-run")
 
 
 def test_a_test_whose_fixture_fails_was_not_run(lamps: pytest.Pytester) -> None:
