@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.bystander import Bystander
+from pytest_hricdv.declarations.ros2 import MissingExecutableError
 from pytest_hricdv.disturbance import Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
@@ -37,6 +38,10 @@ class TestbenchError(InputError):
     """The testbench is missing, or lacks a part; the text says which and what it is for."""
 
     __test__ = False
+
+
+class UnstartableError(TestbenchError):
+    """The testbench's run cannot start, in no test of the session: what it needs is not there."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +138,8 @@ class Run:
             raise TestbenchError("run.ros2: the testbench declares no ROS 2 system; give it ros2=Ros2(...)")
         try:
             return self.middleware.start(self.kernel, self.bus, self.measured, nodes, self.test.seed)
+        except MissingExecutableError as error:
+            raise UnstartableError(f"run.ros2: {error}") from None
         except InputError as error:
             raise TestbenchError(f"run.ros2: {error}") from None
 

@@ -21,6 +21,10 @@ class LaunchError(InputError):
     """A node cannot be started; the text says which, what was expected, and what to do."""
 
 
+class MissingExecutableError(LaunchError):
+    """A package or an executable is not there: no test of the session can start the node."""
+
+
 @dataclass(frozen=True)
 class Ros2:
     """The ROS 2 system of a testbench. Types are named as ROS names them: "sensor_msgs/msg/LaserScan".
@@ -74,6 +78,8 @@ class RosNode:
         remappings: pairs of names, from and to.
         parameters: mappings of names to values, or paths of YAML files; later ones win.
         arguments: further ones of its command line.
+        workspace: folders with sources of packages, in addition to the one where pytest is started and what is
+            installed. A package needs no build.
 
     Raises:
         LaunchError: neither an executable nor an entry, or both.
@@ -87,6 +93,7 @@ class RosNode:
     remappings: Sequence[tuple[str, str]] = ()
     parameters: Sequence[Mapping[str, Any] | str | Path] = ()
     arguments: Sequence[str] = ()
+    workspace: Sequence[str | Path] = ()
 
     def __post_init__(self) -> None:
         if bool(self.entry) == bool(self.executable) or bool(self.package) != bool(self.executable):

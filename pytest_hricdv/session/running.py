@@ -21,6 +21,7 @@ from pytest_hricdv.report.log_lines import LogLine, RunLog
 from pytest_hricdv.results.codec import encode_bounded
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import build_result
+from pytest_hricdv.run import UnstartableError
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.runtime.termination import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
@@ -175,6 +176,7 @@ class TestRunner:
             return run
         except (Exception, SystemExit) as error:
             refuse_failed_import(error, item)
+            refuse_missing_part(error, item)
             # The exception of the author's code, with its line, says more than that a node failed.
             cause = error.__cause__ if isinstance(error, KernelError) else None
             failure = error if cause is None or word_of(cause) else cause
@@ -282,6 +284,13 @@ def refuse_failed_import(error: BaseException, item: pytest.Item) -> None:
     )
     item.session.shouldfail = message.partition("\n")[0]
     FAIL(message, pytrace=False)
+
+
+def refuse_missing_part(error: BaseException, item: pytest.Item) -> None:
+    """Ends the session, with one message, where the code that the testbench's run starts is not there."""
+    if isinstance(error, UnstartableError):
+        item.session.shouldfail = str(error)
+        FAIL(f"{error}. No further test is run.", pytrace=False)
 
 
 def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:

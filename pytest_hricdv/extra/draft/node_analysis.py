@@ -10,6 +10,7 @@ from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.loading import top_level_without
 from pytest_hricdv.extra.draft.code.sources import DraftError, Sources
+from pytest_hricdv.extra.draft.code.waits import guarded_imports
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
     Direction,
@@ -67,12 +68,13 @@ def analyse_node(executable: Executable, started: StartedNode | None = None) -> 
 
 def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Problem, ...]]:
     """What is declared and provided; and what is missing."""
+    guarded = guarded_imports(executable.sources)
     needed = {dotted.partition(".")[0]: location for dotted, location in reversed(executable.sources.outside)
               if len(dotted.split(".")) > 1 and dotted.split(".")[1] in FOLDERS}  # fmt: skip
     provided = [name for name in sorted(needed) if not is_installed(name) and name in executable.packages]
     problems = [_without_stand_in(p) for p in model.problems
                 if p.kind != "missing module" or p.text.split("`")[1] not in {*provided, *needed, OWN}]  # fmt: skip
-    absent = {name for name in needed if not is_installed(name) and name not in provided}
+    absent = {name for name in needed if not (is_installed(name) or name in provided or name in guarded)}
     for name in sorted(absent):
         text = (
             f"the messages of `{name}` are neither installed here nor in the workspace: the node cannot start, and "

@@ -16,9 +16,23 @@ from typing import Any
 
 from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.declarations.ros2 import IGNORED, Launch, LaunchError, Process, Ros2Error, RosNode
+from pytest_hricdv.declarations.ros2 import (
+    IGNORED,
+    Launch,
+    LaunchError,
+    MissingExecutableError,
+    Process,
+    Ros2Error,
+    RosNode,
+)
 from pytest_hricdv.extra.ros2.arguments import command_line
-from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, find_executable, is_binary
+from pytest_hricdv.extra.ros2.packages import (
+    SourcePackage,
+    console_scripts,
+    find_executable,
+    is_binary,
+    packages_in,
+)
 from pytest_hricdv.runtime.source_location import error_line
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -104,7 +118,7 @@ class Executables:
         scripts = console_scripts(package, self.sources)
         if executable in (scripts or {}):
             assert scripts is not None
-            self._add_to_path(package)
+            add_to_path(package, self.sources)
             return scripts[executable]
         raise self._executable_error(package, executable, scripts)
 
@@ -127,14 +141,6 @@ class Executables:
         if replaced is None:
             raise self._refusal(f"composable node {name}", name, "is a class of C++, loaded into a container")
         return replaced
-
-    def _add_to_path(self, package: str) -> None:
-        """Let modules of a source be found, unless they are on the path already."""
-        if package in self.sources:
-            folder = self.sources[package].folder
-            root = folder / "src" if not (folder / package).is_dir() and (folder / "src").is_dir() else folder
-            if str(root) not in sys.path:
-                sys.path.append(str(root))
 
     def _executable_error(self, package: str, executable: str, scripts: Mapping[str, str] | None) -> LaunchError:
         name, source = f"{package}/{executable}", self.sources.get(package)
@@ -161,31 +167,53 @@ class Executables:
         )
 
 
+def add_to_path(package: str, sources: Mapping[str, SourcePackage]) -> None:
+    """Let modules of a source be found, unless they are on the path already."""
+    if package in sources:
+        folder = sources[package].folder
+        root = folder / "src" if not (folder / package).is_dir() and (folder / "src").is_dir() else folder
+        if str(root) not in sys.path:
+            sys.path.append(str(root))
+
+
 def entry_point(node: RosNode) -> str:
     """Where the code of a node is, "package.module:name".
 
+    An installed package precedes one of the workspace; modules of the latter can be imported afterwards.
+
     Raises:
-        LaunchError: there is no such package or executable, or it is not written in Python.
+        MissingExecutableError: there is no such package or executable, or it is not written in Python.
     """
     if node.entry:
         return node.entry
     entries = console_scripts(node.package, {}) or {}
     if node.executable not in entries:
-        raise _not_a_script(node, list(entries))
+        sources = packages_in(node.workspace)
+        entries = console_scripts(node.package, sources) or entries
+        if node.executable not in entries:
+            raise _not_a_script(node, list(entries), sources)
+        add_to_path(node.package, sources)
     return entries[node.executable]
 
 
-def _not_a_script(node: RosNode, scripts: Sequence[str]) -> LaunchError:
+def _not_a_script(node: RosNode, scripts: Sequence[str], sources: Mapping[str, SourcePackage]) -> LaunchError:
     if program := _describe_program(node.package, node.executable):
-        return LaunchError(
+        return MissingExecutableError(
             f'{node}: {program}; name a function of Python as entry="package.module:main", or simulate what it does, '
             "with run.ros2(...).node(...)"
         )
-    problem = f"package {node.package!r} is not installed, or has no console scripts"
     if scripts:
         problem = _describe_scripts(node.package, node.executable, scripts)
-    return LaunchError(
-        f'{node}: {problem}. Source the workspace\'s setup file, or name the function as entry="package.module:main"'
+    elif node.package in sources:
+        problem = f"package {node.package!r}, in {sources[node.package].folder}, declares no console scripts"
+    else:
+        problem = (
+            f"package {node.package!r} is neither installed nor below {Path().absolute()}"
+            f"{nearest(node.package, list(sources))}"
+        )
+    return MissingExecutableError(
+        f"{node}: {problem}. Name the folder with its sources, RosNode(..., workspace=[...]), source the workspace's "
+        'setup file, or name the function as entry="package.module:main"'
     )
 
 

@@ -7,6 +7,7 @@ Only what starts processes of the operating system is replaced; see `launch_proc
 from __future__ import annotations
 
 import asyncio
+import importlib.machinery
 import importlib.util
 import logging
 import os
@@ -24,7 +25,7 @@ from typing import Any
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.declarations.ros2 import Launch, LaunchError
+from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError
 from pytest_hricdv.extra.ros2.executables import Executables, RefusedError
 from pytest_hricdv.extra.ros2.launch_processes import Processes, Transport, protocol_of
 from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, find_share, packages_around
@@ -83,11 +84,12 @@ def find(launch: Launch) -> LaunchFile:
     """
     for name in ("launch", "launch_ros"):
         if importlib.util.find_spec(name) is None:
-            raise LaunchError(
+            raise MissingExecutableError(
                 f"{launch}: the package {name!r} of ROS 2, which reads launch files, cannot be imported; source a "
                 f"distribution, or install it from its sources: pip install "
                 f'"{name} @ git+https://github.com/ros2/{name}@kilted#subdirectory={name}"'
             )
+        _require_launch_system(launch, name)
     workspace = [Path(folder) for folder in launch.workspace]
     missing = next((folder for folder in workspace if not folder.is_dir()), None)
     if missing is not None:
@@ -101,10 +103,27 @@ def find(launch: Launch) -> LaunchFile:
     return LaunchFile(launch, _in_package(launch, sources), sources)
 
 
+_PARTS = {"launch": "launch_service", "launch_ros": "actions"}
+"""A module that the package of this name has if it is that of ROS 2."""
+
+
+def _require_launch_system(launch: Launch, name: str) -> None:
+    """Refuse another package of the same name: PyPI has a `launch` that is not of ROS 2."""
+    spec = importlib.util.find_spec(name)
+    folders = [] if spec is None else list(spec.submodule_search_locations or [])
+    if importlib.machinery.PathFinder.find_spec(f"{name}.{_PARTS[name]}", folders) is None:
+        where = spec.origin if spec is not None and spec.origin else ", ".join(folders)
+        raise MissingExecutableError(
+            f"{launch}: the package {name!r} in {where} is not that of ROS 2, but another one of this name, such as "
+            f"PyPI has; remove it, pip uninstall {name}, and source a distribution, or install ROS 2's: pip install "
+            f'"{name} @ git+https://github.com/ros2/{name}@kilted#subdirectory={name}"'
+        )
+
+
 def _in_package(launch: Launch, sources: Mapping[str, SourcePackage]) -> Path:
     share = sources[launch.package].folder if launch.package in sources else find_share(launch.package)
     if share is None:
-        raise LaunchError(
+        raise MissingExecutableError(
             f"{launch}: there is no package {launch.package!r}, neither installed nor below {Path().absolute()}"
             f"{nearest(launch.package, list(sources))}; name the folder with its sources: Launch(..., workspace=[...])"
         )

@@ -71,9 +71,12 @@ def replace_extension() -> None:
         KernelError: `rclpy` has its real extension already.
     """
     if isinstance(sys.modules.get(NAME), ModuleType) and vars(sys.modules[NAME]).get("__file__"):
+        importers = _importers()
         raise KernelError(
-            "rclpy was imported before its extension could be replaced: import nothing of it before the testbench is "
-            "loaded, or run the tests in a process of their own"
+            f"rclpy is loaded with its real middleware, {vars(sys.modules[NAME])['__file__']}"
+            f"{', for ' if importers else ''}{', '.join(importers[:_MAX_IMPORTERS])}: it has to be imported after the "
+            "testbench is loaded. In a conftest, import it in the functions that use it; switch a plugin off that "
+            "imports it: `pytest -p no:PLUGIN`, such as `-p no:launch_testing_ros`"
         )
     if NAME not in sys.modules:
         sys.modules[NAME] = extension()
@@ -81,6 +84,28 @@ def replace_extension() -> None:
         vars(supports)["import_type_support"] = lambda package: _TypeSupport()
         sys.modules[_TYPE_SUPPORTS] = supports
         replace_tf2()
+
+
+_MAX_IMPORTERS = 3
+"""Of the modules that a message lists."""
+
+
+def _importers() -> list[str]:
+    """Files that have names of `rclpy`, other than its own: those of the project and of plugins first."""
+    files = []
+    for name, module in list(sys.modules.items()):
+        file = vars(module).get("__file__") if isinstance(module, ModuleType) else None
+        if not file or name.partition(".")[0] in ("rclpy", "pytest_hricdv"):
+            continue
+        values = list(vars(module).values())
+        owners = [value.__name__ if isinstance(value, ModuleType) else _module_of(value) for value in values]
+        if any(isinstance(owner, str) and f"{owner}.".startswith("rclpy.") for owner in owners):
+            files.append(str(file))
+    return sorted(dict.fromkeys(files), key=lambda file: "site-packages" in file)
+
+
+def _module_of(value: object) -> object:
+    return getattr(value, "__module__", "") if isinstance(value, type) or inspect.isfunction(value) else ""
 
 
 @contextmanager

@@ -19,6 +19,8 @@ from importlib import metadata
 from pathlib import Path
 from xml.etree import ElementTree
 
+from pytest_hricdv.declarations.ros2 import LaunchError
+
 _MANIFEST = "package.xml"
 _NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "site-packages", "__pycache__"})
 """Folders of a workspace in which colcon and Python keep what they have made."""
@@ -56,6 +58,19 @@ def packages_around(file: Path, workspace: Iterable[Path] = ()) -> dict[str, Sou
         for package in sources_in(root.absolute()):
             packages.setdefault(package.name, package)
     return packages
+
+
+def packages_in(workspace: Iterable[str | Path]) -> dict[str, SourcePackage]:
+    """Packages whose sources are in these folders, or near the one in which pytest is started.
+
+    Raises:
+        LaunchError: one of the folders is not there.
+    """
+    folders = [Path(folder) for folder in workspace]
+    missing = next((folder for folder in folders if not folder.is_dir()), None)
+    if missing is not None:
+        raise LaunchError(f"workspace: {missing.absolute()} is no folder")
+    return packages_around(Path("pytest.ini"), [*folders, Path()])
 
 
 def _neighbourhood(package: Path) -> list[Path]:

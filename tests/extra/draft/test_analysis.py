@@ -203,11 +203,24 @@ def test_what_the_code_leaves_open_is_a_question_with_its_location(tmp_path: Pat
     }
 
 
-@pytest.mark.parametrize("guard", [False, True])
+@pytest.mark.parametrize(
+    ("source", "guard"),
+    [
+        ("import nowhere_lib\n", False),
+        ("try:\n    import nowhere_lib\nexcept KeyError:\n    pass\n", False),
+        ("if True:\n    import nowhere_lib\n", False),
+        *(
+            (f"try:\n    from nowhere_lib.part import it\nexcept {caught}:\n    it = None\n", True)
+            for caught in ("ImportError", "(ModuleNotFoundError, OSError)", "Exception as error")
+        ),
+        ("try:\n    import nowhere_lib\nexcept:\n    pass\n", True),
+        ("import contextlib\nwith contextlib.suppress(ImportError):\n    import nowhere_lib\n", True),
+        ("import typing\nif typing.TYPE_CHECKING:\n    import nowhere_lib\n", True),
+    ],
+)
 def test_a_module_that_is_not_installed_gets_a_stand_in_unless_its_import_is_guarded(
-    guard: bool, tmp_path: Path
+    source: str, guard: bool, tmp_path: Path
 ) -> None:
-    source = "import nowhere_lib\n" if not guard else "try:\n    import nowhere_lib\nexcept ImportError:\n    pass\n"
     problems = read(tmp_path, source + robots.MATCH).problems
     assert [problem.kind for problem in problems] == ([] if guard else ["missing module"])
 

@@ -16,17 +16,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.declarations.ros2 import LaunchError, Ros2, Ros2Error, RosNode
+from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError, Ros2, Ros2Error, RosNode
 from pytest_hricdv.extra.ros2 import executables, system
 from pytest_hricdv.extra.ros2.arguments import command_line, parse
 from pytest_hricdv.extra.ros2.executables import load
-from pytest_hricdv.extra.ros2.overlay import OrderedSet
+from pytest_hricdv.extra.ros2.execution import named_nodes
+from pytest_hricdv.extra.ros2.launch_files import find
+from pytest_hricdv.extra.ros2.overlay import OrderedSet, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.system import prepare
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.run import Run, TestbenchError
-from pytest_hricdv.runtime import Bus, Kernel, Recorder
+from pytest_hricdv.runtime import Bus, Kernel, KernelError, Recorder
 from pytest_hricdv.runtime.virtual import VirtualModules
 
 ARM = RosNode(
@@ -129,8 +131,77 @@ def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, mon
         load(RosNode(entry="cell_robot.wrong:main"))
     with pytest.raises(LaunchError, match=r"there is no module 'cell_robot\.graspr'; is its folder on the path"):
         load(RosNode(entry="cell_robot.graspr:main"))
-    with pytest.raises(LaunchError, match="package 'no_robot' is not installed, or has no console scripts"):
+    with pytest.raises(LaunchError, match="package 'no_robot' is neither installed nor below"):
         load(RosNode(package="no_robot", executable="arm"))
+
+
+def _write_source(folder: Path, executable: str = "grasper") -> None:
+    """A package `source_robot` that is not built."""
+    package = folder / "src" / "source_robot"
+    (package / "source_robot").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>source_robot</name></package>")
+    entries = f'entry_points={{"console_scripts": ["{executable} = source_robot.grasper:main"]}}'
+    (package / "setup.py").write_text(f"from setuptools import setup\nsetup({entries})\n")
+    (package / "source_robot" / "__init__.py").touch()
+    (package / "source_robot" / "grasper.py").write_text("def main():\n    return 'grasped'\n")
+
+
+@pytest.mark.parametrize(("where", "workspace"), [(".", ()), ("src/source_robot", ()), ("other", ("../src",))])
+def test_a_node_of_a_workspace_needs_no_build(
+    where: str, workspace: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _write_source(tmp_path)
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / where)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for name in ("source_robot", "source_robot.grasper"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    assert load(RosNode(package="source_robot", executable="grasper", workspace=workspace))() == "grasped"
+    with pytest.raises(MissingExecutableError, match="no executable 'gasper'; it has grasper; nearest: grasper"):
+        load(RosNode(package="source_robot", executable="gasper", workspace=workspace))
+    with pytest.raises(MissingExecutableError, match="nearest: source_robot"):
+        load(RosNode(package="source_robt", executable="grasper", workspace=workspace))
+    with pytest.raises(LaunchError, match="is no folder"):
+        load(RosNode(package="no_robot", executable="grasper", workspace=["not_there"]))
+
+
+def _run_certain(run: Any) -> None:
+    started = run.ros2(RosNode(package="arm", executable="left"), *[1])
+    if run:
+        run.ros2(RosNode(package="arm", executable="conditional"))
+    run.go(RosNode(package="arm", executable="sure", workspace=["src"]), started)
+    name = "arm"
+    run.ros2(RosNode(package=name, executable="computed"), RosNode(entry="arm.left:main"))
+
+
+def test_nodes_that_each_test_starts_are_known_before_the_first_one() -> None:
+    assert list(named_nodes(_run_certain)) == [
+        RosNode(package="arm", executable="left"),
+        RosNode(package="arm", executable="sure", workspace=["src"]),
+    ]
+    assert list(named_nodes(partial(_run_certain))) == list(named_nodes(len)) == []
+
+
+def test_who_has_loaded_the_real_rclpy_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real, plugin, node = (ModuleType(name) for name in ("rclpy._rclpy_pybind11", "launch_tests", "node_of_rclpy"))
+    vars(real)["__file__"], vars(plugin)["__file__"] = "/opt/_rclpy_pybind11.so", "/opt/launch_tests.py"
+    vars(node)["__name__"] = "rclpy.node"
+    vars(plugin)["node"] = node
+    monkeypatch.setitem(sys.modules, "rclpy._rclpy_pybind11", real)
+    monkeypatch.setitem(sys.modules, "launch_tests", plugin)
+    with pytest.raises(KernelError, match=r"real middleware, /opt/.*\.so, for .*/opt/launch_tests\.py.*-p no:PLUGIN"):
+        replace_extension()
+
+
+def test_another_launch_than_that_of_ros_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("launch", "launch_ros"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").touch()
+        for loaded in [module for module in sys.modules if module.partition(".")[0] == name]:
+            monkeypatch.delitem(sys.modules, loaded)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(MissingExecutableError, match=r"'launch' in .*launch/__init__\.py is not that of ROS 2"):
+        find(Launch("cell.launch.py"))
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,7 @@ def parameters(sources: Sources, entry: Entry | None) -> Iterator[Parameter]:
 def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
     """Files that cannot be read, modules that are not installed, and the first place where a terminal is read."""
     yield from sources.problems
-    guarded = {name for module in sources.modules for name in _imports_with_fallback(module)}
+    guarded = guarded_imports(sources)
     seen: set[str] = set()
     for dotted, location in sources.outside:
         top = dotted.partition(".")[0]
@@ -125,12 +125,31 @@ def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
             return
 
 
+def guarded_imports(sources: Sources) -> set[str]:
+    """Top-level names that the code imports and runs without: see `_imports_with_fallback`."""
+    return {name for module in sources.modules for name in _imports_with_fallback(module)}
+
+
+_CATCHING = ("ImportError", "ModuleNotFoundError", "Exception", "BaseException")
+
+
+def _is_guard(node: ast.AST) -> bool:
+    """Whether a statement goes on where an import in it fails, or is for type checkers only."""
+    caught: list[ast.expr | None] = []
+    if isinstance(node, ast.Try):
+        caught = [handler.type for handler in node.handlers]
+    elif isinstance(node, ast.With):
+        calls = [item.context_expr for item in node.items if isinstance(item.context_expr, ast.Call)]
+        caught = [arg for call in calls if name_with_dots(call.func).endswith("suppress") for arg in call.args]
+    elif isinstance(node, ast.If):
+        return name_with_dots(node.test).endswith("TYPE_CHECKING")
+    return any(kind is None or any(name in ast.unparse(kind) for name in _CATCHING) for kind in caught)
+
+
 def _imports_with_fallback(module: Module) -> Iterator[str]:
-    """What a module imports within `try: ... except ImportError`: it runs without."""
+    """What a module imports within `try: ... except ImportError` and the like: it runs without."""
     for node in ast.walk(module.tree):
-        if isinstance(node, ast.Try) and any(
-            "Error" in ast.unparse(h.type or ast.Constant("Error")) for h in node.handlers
-        ):
+        if isinstance(node, ast.Try | ast.With | ast.If) and _is_guard(node):
             for statement in (part for body in node.body for part in ast.walk(body)):
                 if isinstance(statement, ast.Import):
                     yield from (alias.name.partition(".")[0] for alias in statement.names)
