@@ -21,6 +21,7 @@ from pytest_hricdv.bdi.language.terms import (
     Structure,
     Term,
     Variable,
+    source,
     term_order,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
@@ -168,6 +169,7 @@ def _plan(invocation: Invocation, term: Term) -> Plan:
 def _add_plan(invocation: Invocation) -> Outcome:
     agent = invocation.agent
     value = invocation.value(0)
+    origin = _source_of_plans(invocation)
     first = len(invocation.args) == 3 and str(invocation.value(2)) == "begin"
     for term in value.items if isinstance(value, ListTerm) else (value,):
         spend(1 + len(agent.library.plans))
@@ -178,20 +180,35 @@ def _add_plan(invocation: Invocation) -> Outcome:
             raise BdiError(f"{invocation.call.location}: in the plan that is added here: {error}") from None
         if not plan.has_label:
             plan = replace(plan, label=f"_added{len(agent.library.plans) + 1}")
-        agent.library = agent.library.with_plan(plan, at_the_beginning=first)
+        agent.library = agent.library.with_plan(plan, origin, at_the_beginning=first)
         agent.run.progress += 1
     return True
 
 
 @internal_action("remove_plan", 1, 2, inspects=True)
 def _remove_plan(invocation: Invocation) -> Outcome:
+    """The plans are labels, or plans that have one; a plan with several sources loses the one given, else ``self``."""
     agent = invocation.agent
     value = invocation.value(0)
-    for label in value.items if isinstance(value, ListTerm) else (value,):
+    origin = _source_of_plans(invocation)
+    for term in value.items if isinstance(value, ListTerm) else (value,):
         spend(1 + len(agent.library.plans))
-        agent.library = agent.library.without(str(label))
+        agent.library = agent.library.without(_label(term), origin)
         agent.run.progress += 1
     return True
+
+
+def _source_of_plans(invocation: Invocation) -> Structure:
+    return source(invocation.text(1) if len(invocation.args) > 1 else "self")
+
+
+def _label(term: Term) -> str:
+    """The label that a term names: an atom, with annotations or without, a text, or a plan that has one."""
+    if isinstance(term, PlanTerm) and isinstance(term.plan, Plan):
+        return term.plan.label
+    if isinstance(term, Structure):
+        return str(term.without_annotations())
+    return term.value if isinstance(term, String) else str(term)
 
 
 @internal_action("relevant_plan", 2, inspects=True)
@@ -237,7 +254,7 @@ def _is_for(plan: Plan, trigger: PlanTrigger) -> bool:
 
 @internal_action("plan_label", 2, inspects=True)
 def _plan_label(invocation: Invocation) -> Outcome:
-    label = str(invocation.value(1))
+    label = _label(invocation.value(1))
     for plan in invocation.agent.library.plans:
         if plan.label == label:
             return invocation.unify(0, PlanTerm(plan))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
 from pytest_hricdv.bdi.language.syntax import (
@@ -17,7 +18,16 @@ from pytest_hricdv.bdi.language.syntax import (
     Plan,
     PlanTrigger,
 )
-from pytest_hricdv.bdi.language.terms import Key, QualifiedLiteral, Structure, Variable, is_evaluable, is_ground
+from pytest_hricdv.bdi.language.terms import (
+    SOURCE_SELF,
+    Key,
+    QualifiedLiteral,
+    Structure,
+    Term,
+    Variable,
+    is_evaluable,
+    is_ground,
+)
 from pytest_hricdv.bdi.logic.conditions import Condition, condition_of
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
@@ -78,13 +88,40 @@ class PlanLibrary:
         key = plan.trigger.key
         return self.private and key is not None and not self.relevant(f"-{key[0][1:]}", key[1])
 
-    def with_plan(self, plan: Plan, at_the_beginning: bool = False) -> PlanLibrary:
-        """A library with one more plan, tried last unless requested otherwise."""
+    def with_plan(self, plan: Plan, origin: Structure, at_the_beginning: bool = False) -> PlanLibrary:
+        """A library with one more plan, tried last unless requested otherwise; one it has gets one more source."""
+        for index, own in enumerate(self.plans):
+            if (own.trigger, own.context, own.body) == (plan.trigger, plan.context, plan.body):
+                if origin in _with_source(own):
+                    return self
+                own = replace(own, annots=_in_order((*_with_source(own), origin)))
+                return PlanLibrary((*self.plans[:index], own, *self.plans[index + 1 :]), self.private)
+        own_annots = tuple(annot for annot in plan.annots if annot not in _sources(plan))
+        plan = replace(plan, annots=_in_order((*own_annots, origin)))
         return PlanLibrary((plan, *self.plans) if at_the_beginning else (*self.plans, plan), self.private)
 
-    def without(self, label: str) -> PlanLibrary:
-        """A library without the plan of that label."""
-        return PlanLibrary(tuple(plan for plan in self.plans if plan.label != label), self.private)
+    def without(self, label: str, origin: Structure) -> PlanLibrary:
+        """A library in which the plan of that label has one source less, or is not, if that was its only one."""
+        plans = []
+        for plan in self.plans:
+            if plan.label != label or origin not in _with_source(plan):
+                plans.append(plan)
+            elif len(_sources(plan)) > 1:
+                plans.append(replace(plan, annots=tuple(annot for annot in plan.annots if annot != origin)))
+        return PlanLibrary(tuple(plans), self.private)
+
+
+def _in_order(annots: tuple[Term, ...]) -> tuple[Term, ...]:
+    return Structure("annotated").with_annotations(annots).annots
+
+
+def _sources(plan: Plan) -> list[Term]:
+    return [annot for annot in plan.annots if isinstance(annot, Structure) and annot.key == SOURCE_SELF.key]
+
+
+def _with_source(plan: Plan) -> tuple[Term, ...]:
+    """The annotations of a plan; plans of the agent's own program are from itself without one."""
+    return plan.annots if _sources(plan) else (*plan.annots, SOURCE_SELF)
 
 
 class PlanOptions(dict[Key, tuple[Option, ...]]):

@@ -37,5 +37,5 @@
 +!kqml_received(Sender, tellHow, Plan, _)
    <- .add_plan(Plan, Sender).
 
-+!kqml_received(_, untellHow, Label, _)
-   <- .remove_plan(Label).
++!kqml_received(Sender, untellHow, Label, _)
+   <- .remove_plan(Label, Sender).
