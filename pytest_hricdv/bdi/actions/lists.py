@@ -16,6 +16,7 @@ from pytest_hricdv.bdi.language.terms import (
     String,
     Structure,
     Term,
+    render,
     size_of,
     sort_terms,
     term_order,
@@ -56,7 +57,7 @@ def _concat(invocation: Invocation) -> Outcome:
     if isinstance(values[0], ListTerm):
         items = tuple(item for index in range(len(values)) for item in invocation.items(index))
         return invocation.unify(len(values), ListTerm(items))
-    texts = [value.value if isinstance(value, String) else str(value) for value in values]
+    texts = [render(value) for value in values]
     check_text(sum(map(len, texts)))
     text = "".join(texts)
     return invocation.unify(len(values), String(text))

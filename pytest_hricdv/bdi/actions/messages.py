@@ -11,7 +11,8 @@ from pytest_hricdv.bdi.agent.intentions import PendingQuestion, SpeechAct
 from pytest_hricdv.bdi.agent.messages import send, text_of
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_term
-from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, Variable
+from pytest_hricdv.bdi.language.syntax import And, Comparison, Not, Or
+from pytest_hricdv.bdi.language.terms import FormulaTerm, ListTerm, Number, String, Structure, Term, Variable, render
 
 _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 
@@ -69,15 +70,16 @@ def _text(invocation: Invocation, start: int = 0) -> str:
 
 
 def _argument_text(invocation: Invocation, index: int) -> str:
-    value, written = invocation.value(index), invocation.args[index]
+    written: object = invocation.args[index]
+    if isinstance(written, (And, Or, Not, Comparison)):
+        return str(invocation.agent.value(FormulaTerm(written, invocation.call.location), invocation.bindings))
+    value = invocation.value(index)
     # A variable that stands for another one without a value is known by its own name.
     return _plain_text(written if isinstance(value, Variable) and isinstance(written, Variable) else value)
 
 
 def _plain_text(value: Term) -> str:
-    if isinstance(value, String):
-        return value.value
-    return f"{value}<no-value>" if isinstance(value, Variable) else str(value)
+    return f"{value}<no-value>" if isinstance(value, Variable) else render(value)
 
 
 @internal_action("print", 0, MANY)

@@ -7,6 +7,7 @@ groundness and text are computed once. They are copied and pickled without these
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -354,6 +355,17 @@ Term = (
     | CollectionTerm
 )
 """A term of AgentSpeak."""
+
+_ESCAPE = re.compile(r'\\(["\\ntr])')
+_ESCAPED = {"n": "\n", "t": "\t", "r": "\r"}
+
+
+def render(term: Term) -> str:
+    """A term as Jason prints it: a text without quotes, and those in a term without escapes."""
+    if isinstance(term, String):
+        return term.value
+    text = str(term)
+    return _ESCAPE.sub(lambda match: _ESCAPED.get(match[1], match[1]), text) if "\\" in text else text
 
 
 def size_of(term: object) -> int:
