@@ -13,7 +13,7 @@ from pytest_hricdv.bdi.actions.registry import (
     is_function,
 )
 from pytest_hricdv.bdi.agent.agent_state import Outcome
-from pytest_hricdv.bdi.agent.messages import text_of
+from pytest_hricdv.bdi.agent.messages import is_source, text_of, with_source
 from pytest_hricdv.bdi.language.collection import MapTerm, QueueTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import check_text, spend
@@ -28,7 +28,6 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
     is_ground,
-    source,
 )
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
 from pytest_hricdv.bdi.logic.unify import undo
@@ -116,13 +115,7 @@ def _add_annot(invocation: Invocation) -> Outcome:
 def _add_nested_source(invocation: Invocation) -> Outcome:
     """The sources so far become those of the new one: of ``a[source(b)]`` and c, ``a[source(c)[source(b)]]``."""
     term, agent = invocation.value(0), text_of(invocation.value(1))
-
-    def nest(literal: Structure) -> Structure:
-        sources = tuple(annot for annot in literal.annots if _is_source(annot))
-        others = tuple(annot for annot in literal.annots if not _is_source(annot))
-        return literal.with_annotations((*others, source(agent).with_annotations(sources)), literal.annots_tail)
-
-    return invocation.unify(2, _annotate(term, nest))
+    return invocation.unify(2, _annotate(term, lambda literal: with_source(literal, agent)))
 
 
 @internal_action("remove_source_annot", 2)
@@ -131,14 +124,10 @@ def _remove_source_annot(invocation: Invocation) -> Outcome:
 
     def strip(literal: Structure) -> Structure:
         return literal.with_annotations(
-            tuple(annot for annot in literal.annots if not _is_source(annot)), literal.annots_tail
+            tuple(annot for annot in literal.annots if not is_source(annot)), literal.annots_tail
         )
 
     return invocation.unify(1, _annotate(invocation.value(0), strip))
-
-
-def _is_source(annot: Term) -> bool:
-    return isinstance(annot, Structure) and annot.functor == "source" and len(annot.args) == 1
 
 
 @internal_action("internal_action", 1)

@@ -37,12 +37,12 @@ def _wait(invocation: Invocation) -> Outcome:
     value = invocation.value(0) if _is_value(awaited) else awaited
     wait = PendingWait(intention, run.ticks)
     if isinstance(value, Number):
-        if value <= 0:
+        if -1 < value <= 0:
             # As an action that is done at once: it goes on behind the others, and behind a plan selected meanwhile.
             agent.feedback.append((intention, True))
             invocation.held = True
             return True
-        wait.deadline = run.deadline(value)
+        wait.deadline = _deadline(invocation, value)
     elif isinstance(value, (String, PlanTerm)):
         wait.trigger = _trigger(invocation, value)
     else:
@@ -53,7 +53,7 @@ def _wait(invocation: Invocation) -> Outcome:
         wait.condition = awaited
     # After a number of milliseconds, as in Jason, there is nothing to be said, and the rest is not looked at.
     if len(invocation.args) > 1 and not isinstance(value, Number):
-        wait.deadline = run.deadline(invocation.number(1))
+        wait.deadline = _deadline(invocation, invocation.number(1))
     if len(invocation.args) > 2 and not isinstance(value, Number):
         wait.elapsed = invocation.args[2]
     if wait.deadline is not None:
@@ -62,6 +62,15 @@ def _wait(invocation: Invocation) -> Outcome:
     agent.awaits_goals |= wait.trigger is not None and wait.trigger.sign == GOAL_STATE
     invocation.held = True
     return True
+
+
+def _deadline(invocation: Invocation, milliseconds: float) -> float | None:
+    """When a time is over; a negative one never is, as in Jason."""
+    run = invocation.agent.run
+    if milliseconds > -1:
+        return run.deadline(milliseconds)
+    run.warn(f"{invocation.agent.name}: {invocation.call.location}: {invocation.call}: a negative time never ends")
+    return None
 
 
 @internal_action("at", 2)

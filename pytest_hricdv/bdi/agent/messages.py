@@ -13,6 +13,7 @@ from pytest_hricdv.bdi.agent.failures import fail
 from pytest_hricdv.bdi.agent.intentions import PendingQuestion, SpeechAct
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.terms import (
+    SOURCE_SELF,
     ListTerm,
     Number,
     String,
@@ -38,8 +39,18 @@ def add_source(content: Term, sender: str) -> Term:
 
 
 def with_source(literal: Structure, sender: str) -> Structure:
-    """A literal as it is received from an agent."""
-    return literal.with_annotations((*literal.annots, source(sender)))
+    """A literal as it is received from an agent: of ``a[source(b)]`` and c, ``a[source(c)[source(b)]]``."""
+    sources = tuple(annot for annot in literal.annots if is_source(annot))
+    if not sources:
+        return literal.with_annotations((*literal.annots, source(sender)))
+    others = tuple(annot for annot in literal.annots if annot not in sources)
+    nested = source(sender).with_annotations(sources)
+    return literal.with_annotations((*others, nested), literal.annots_tail)
+
+
+def is_source(annot: Term) -> bool:
+    """Whether an annotation is a source."""
+    return isinstance(annot, Structure) and annot.key == SOURCE_SELF.key
 
 
 _ground_with_source = lru_cache(maxsize=4096)(with_source)
