@@ -127,8 +127,8 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
 def rebuild_report(folder: Path) -> tuple[Report, str]:
     """Write the report of what the journal in a report folder has; returns it, and what is wrong with it.
 
-    It has neither gates nor what follows the tests (a search, mutants): these need the whole session. Parts add
-    what the journal has kept of their work.
+    It has neither gates nor what follows the tests (the audit, a search, mutants): these need the whole session, and
+    its problems name what is missing. Features add what the journal has kept of their work.
 
     Raises:
         ReportError: there is no journal, its session is running, ended with a report, or had begun no test; or the
@@ -227,7 +227,7 @@ def _gate(options: argparse.Namespace) -> int:
 def _rebuild(options: argparse.Namespace) -> int:
     report, problem = rebuild_report(options.folder)
     print(f"{options.folder}: rebuilt with the {report.reported} of {report.selected} tests that have a result")
-    failed = [problem] if problem else []
+    failed = [*([problem] if problem else []), *report.problems]
     if report.not_run:
         failed.append(f"{report.not_run} of {report.selected} tests have no result: totals are lower bounds")
     failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.fails]

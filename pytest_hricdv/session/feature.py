@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +38,7 @@ class FeatureSession:
         problems: what went wrong, a sentence each; they fail the session.
         warnings: what is said without failing it, a sentence each.
         sections: key -> value, of the report that is being made.
+        done: names of the features whose follow-up is done.
     """
 
     context: RunContext
@@ -49,6 +50,7 @@ class FeatureSession:
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     sections: dict[str, Any] = field(default_factory=dict)
+    done: set[str] = field(default_factory=set)
 
     @property
     def options(self) -> Options:
@@ -122,6 +124,10 @@ class Feature(FeatureOptions[Settings]):
     def after_isolated_test(self, context: RunContext, result: TestResult) -> None:
         """Where tests run, after each one whose run, with all of the above, was in a process of its own."""
 
+    def follow_up(self, context: RunContext) -> str:
+        """What it does after the last test, as a report names it that lacks it; empty where it does nothing then."""
+        return ""
+
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """After the last test: the results, with what the feature adds.
 
@@ -137,6 +143,22 @@ class Feature(FeatureOptions[Settings]):
     def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """The report, after it was judged."""
         return report
+
+
+def not_done(context: RunContext, done: Collection[str] = ()) -> tuple[str, ...]:
+    """A sentence on what follows the tests and is not done; none where all is.
+
+    Args:
+        context: of the session.
+        done: names of features.
+    """
+    names = [name for feature in features() if feature.name not in done and (name := feature.follow_up(context))]
+    if not names:
+        return ()
+    return (
+        f"the session did not come to its end, so its report lacks: {', '.join(names)}; the same command with "
+        "--hri-resume adds what is missing",
+    )
 
 
 def features() -> tuple[Feature[Any], ...]:

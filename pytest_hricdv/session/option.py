@@ -190,12 +190,14 @@ class FeatureOptions(Generic[Settings]):
         options: that it adds to pytest's.
         kinds: of thresholds that it adds to `--hri-fail-under`.
         suites: names of suites that it generates, given the others.
+        switched_off: option -> value, by destination, as in a process that only runs tests again for another feature.
     """
 
     name = ""
     options: Sequence[Option] = ()
     kinds: tuple[str, ...] = ()
     suites: tuple[str, ...] = ()
+    switched_off: Mapping[str, object] = {}
 
     def read(self, reader: OptionReader) -> Settings | None:
         """Its settings; None where there are none. Raises pytest.UsageError for an invalid one."""

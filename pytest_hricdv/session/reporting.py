@@ -30,7 +30,7 @@ from pytest_hricdv.results.origin import ReportOrigin, origin_of_session
 from pytest_hricdv.results.report_builder import SessionInfo, assemble, declare_report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, explain_missing_items
-from pytest_hricdv.session.feature import Feature, FeatureSession, features
+from pytest_hricdv.session.feature import Feature, FeatureSession, features, not_done
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.run_context import RunContext
@@ -162,7 +162,10 @@ class SessionReporter:
         report = self._gate_check.compare(report, whole=self._is_whole and self.options.shard is None)
         report = self._judge(report) if is_judged else report
         session.is_whole = self._is_whole and not (stopped or session.interrupted)
-        self.report = self._write(self._extend(report, Feature.after_gates))
+        report = self._extend(report, Feature.after_gates)
+        if not (is_judged or report.not_run):  # otherwise the tests without a result say that the report is a part
+            report = msgspec.structs.replace(report, problems=not_done(self.context, session.done))
+        self.report = self._write(report)
         journaling.end(is_whole=session.is_whole)
 
     def _extend(self, report: Report, step: Callable[[Feature[Any], FeatureSession, Report], Report]) -> Report:
@@ -190,7 +193,7 @@ class SessionReporter:
         """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""
         declared = msgspec.json.decode(self._declaration, type=Report)
         origin = self._with_hash_seed(declared.origin)
-        declared = msgspec.structs.replace(declared, workers=self.aggregation.workers, origin=origin)
+        declared = msgspec.structs.replace(declared, workers=self.aggregation.workers, origin=origin, problems=())
         resumed = self.aggregation.journaling.resumed
         wall_s = time.perf_counter() - self._began + (resumed.wall_s if resumed else 0.0)
         report, problem = assemble(declared, results, self.aggregation.reasons, wall_s)
@@ -226,7 +229,8 @@ class SessionReporter:
         arguments = config.invocation_params.args
         origin = origin_of_session(arguments, config.rootpath, config.inipath, self._began_at, environment)
         origin = msgspec.structs.replace(origin, hash_seed=self.aggregation.hash_seed)
-        return encode(msgspec.structs.replace(declared, origin=origin)).encode()
+        # What a report says that is rebuilt, should this session be killed.
+        return encode(msgspec.structs.replace(declared, origin=origin, problems=not_done(self.context))).encode()
 
     @property
     def reason_for_missing_tests(self) -> str:

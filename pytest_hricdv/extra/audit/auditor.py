@@ -6,6 +6,7 @@ import os
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import zip_longest
 from pathlib import Path
 
@@ -65,9 +66,11 @@ class Auditor:
 
     def audit(self, results: list[TestResult]) -> list[TestResult]:
         """The results, with those marked that came otherwise; what was run again is added to the report."""
-        place = {nodeid: number for ran in self._session.aggregation.ran.values() for number, nodeid in enumerate(ran)}
+        before = self._take_over(results)
+        place = {nodeid: number for ran in self._processes for number, nodeid in enumerate(ran) if nodeid not in before}
         tests = choose_tests(results, place, self._number)
         if not tests:
+            self._keep(AuditResult(differing=before))
             return results
         changed = dict(self._files_of_tests())  # before the first of them runs again, and changes it
         wall_s = {result.nodeid: result.wall_s or 0.0 for result in results}
@@ -90,18 +93,43 @@ class Auditor:
             self._session.interrupted, problem = True, "the audit was interrupted"
             for nodeid in [name for name in differing if name not in marked]:
                 marked[nodeid] = self._mark(*differing[nodeid], RepeatCause(NOT_FOUND, problem))
-        self._session.sections[AUDIT.name] = AuditResult(
-            tests=tuple(test.nodeid for test in tests),
-            differing=tuple(marked),
-            hash_seed=self._hash_seed,
-            session_hash_seed=self._session.aggregation.hash_seed,
-            runs=repeating.runs,
-            wall_s=round(time.monotonic() - self._began_s, 3),
-            problem=problem,
+        self._keep(
+            AuditResult(
+                tests=tuple(test.nodeid for test in tests),
+                differing=(*before, *marked),
+                hash_seed=self._hash_seed,
+                session_hash_seed=self._session.aggregation.hash_seed,
+                runs=repeating.runs,
+                wall_s=round(time.monotonic() - self._began_s, 3),
+                problem=problem,
+            )
         )
         for nodeid, result in marked.items():
             self._session.aggregation.journaling.finish(nodeid, encode(result))
         return [marked.get(result.nodeid, result) for result in results]
+
+    def _keep(self, result: AuditResult) -> None:
+        """Add to the report what was audited."""
+        session = self._session
+        session.sections[AUDIT.name] = result
+        session.done.update(() if session.interrupted else [AUDIT.name])
+
+    def _take_over(self, results: Sequence[TestResult]) -> tuple[str, ...]:
+        """The tests that the session which this one goes on with had found to come otherwise; they fail it, too."""
+        marks = {result.nodeid: (result.id, UNREPEATABLE.of(result)) for result in results}
+        found = {nodeid: f"{name} {sentence(mark)}" for nodeid, (name, mark) in marks.items() if mark is not None}
+        self._session.problems += found.values()
+        return tuple(found)
+
+    @cached_property
+    def _processes(self) -> list[list[str]]:
+        """The tests of each process, in order. Of a session that was killed only the order of all is known: what its
+        tests left to each other is found by experiment."""
+        aggregation = self._session.aggregation
+        resumed, here = aggregation.journaling.resumed, [[*ran] for ran in aggregation.ran.values()]
+        ran_here = {nodeid for ran in here for nodeid in ran}
+        earlier = [] if resumed is None else [nodeid for nodeid in resumed.results if nodeid not in ran_here]
+        return [earlier, *here] if earlier else here
 
     def _compare(
         self, repeating: Repeater, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, Rerun]]
@@ -116,7 +144,7 @@ class Auditor:
         aggregation = self._session.aggregation
         took_s = sum(test.wall_s or 0.0 for test in self._session.results)
         self._session.say(f"hricdv: {result.id} came otherwise when it ran again; looking for the cause ...")
-        processes = [] if self._session.options.isolate else [[*ran] for ran in aggregation.ran.values()]
+        processes = [] if self._session.options.isolate else self._processes
         diagnosis = CauseSearch(
             repeating,
             result.nodeid,
@@ -217,7 +245,7 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
 
     Args:
         results: of the session's tests.
-        place: node id -> how many tests ran before it in its process; those that did not run in this session have none.
+        place: node id -> how many tests ran before it in its process; those that are not to run again have none.
         number: how many; None: `MIN_TESTS`, or more within `BUDGET` of the time.
     """
     ways: dict[tuple[object, ...], list[TestResult]] = defaultdict(list)

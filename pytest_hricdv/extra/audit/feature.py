@@ -63,6 +63,10 @@ class AuditFeature(Feature[AuditOptions]):
 
             context.stash[BEGIN] = Begin(dict(os.environ), tuple(sys.path))
 
+    def follow_up(self, context: RunContext) -> str:
+        """The audit, where it is on."""
+        return "the audit" if self.settings(context.options).is_on else ""
+
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """The results, with those marked that came otherwise when they ran again."""
         settings, context = self.settings(session.options), session.context

@@ -19,6 +19,7 @@ from pytest_hricdv.extra.audit.sources import Reading, SourceWatch
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import ATTRIBUTE
+from pytest_hricdv.session.option import feature_options
 from pytest_hricdv.session.serving import END, FreshPytest, FreshSession, leave_no_core, serve
 
 
@@ -59,12 +60,11 @@ class _Fresh(FreshPytest):
         super().__init__(start, write)
         self.options = {  # without what takes time or changes files of the report
             "hri_no_cov": True,
-            "hri_film": False,
-            "hri_mcap": False,
-            "hri_mcap_all": False,
             "hri_resume": False,
+            "hri_fail_under": None,
             "htmlpath": None,
             "hri_report": os.path.join(tempfile.gettempdir(), f"hri-audit-{os.getpid()}"),
+            **{name: value for feature in feature_options() for name, value in feature.switched_off.items()},
         }
         self._messages = messages
         self._results: dict[str, str] = {}

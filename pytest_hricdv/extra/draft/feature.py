@@ -84,11 +84,16 @@ class DriftFeature(Feature[DriftOptions]):
             known[key.strip()] = reason.strip()
         return DriftOptions(reader.flag("fail_on_drift"), known)
 
+    def follow_up(self, context: RunContext) -> str:
+        """The comparison, where it decides."""
+        return "the look for drift (--hri-fail-on-drift)" if self.settings(context.options).fails else ""
+
     def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """Look for drift, where it is to fail the session; the session's problems have it."""
         settings = self.settings(session.options)
         if session.interrupted or not settings.fails:
             return report
+        session.done.add(self.name)
         result = find_drift(session.context, report.tests if session.is_whole else None, settings.known)
         session.warnings += [f"drift: {text}" for text in (*result.problems, *result.outdated)]
         if result.new:

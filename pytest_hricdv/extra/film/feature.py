@@ -9,6 +9,7 @@ import os
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -34,6 +35,8 @@ class FilmFeature(Feature[bool]):
 
     name = "film"
     options = (Flag("film", "film the runs of failing tests"),)
+
+    switched_off = MappingProxyType({"hri_film": False})
 
     def read(self, reader: OptionReader) -> bool:
         """Whether failing tests are filmed."""

@@ -6,6 +6,7 @@ import importlib.util
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.mutation.options import MutationOptions
@@ -28,6 +29,7 @@ class MutationFeature(Feature[MutationOptions]):
 
     name = "mutation"
     kinds = (KIND,)
+    switched_off = MappingProxyType({"hri_mutate": False})
     options = (
         Flag(
             "mutate",
@@ -71,6 +73,10 @@ class MutationFeature(Feature[MutationOptions]):
         if importlib.util.find_spec("mutmut") is None:
             raise usage_error("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
 
+    def follow_up(self, context: RunContext) -> str:
+        """The trials, where they are asked for."""
+        return "the trial of faults (--hri-mutate)" if self.settings(context.options).asked else ""
+
     def extend_report(self, session: FeatureSession, report: Report) -> Report:
         """Try the mutants, if asked to."""
         settings = self.settings(session.options)
@@ -96,6 +102,7 @@ class MutationFeature(Feature[MutationOptions]):
         session.interrupted = result.end_reason == "interrupted"
         if result.end_reason == "lost":
             session.problems.append("--hri-mutate: not all mutants were tried: their process was lost")
+        session.done.update(() if session.interrupted else [self.name])
         return MUTATION.put(report, result)
 
 

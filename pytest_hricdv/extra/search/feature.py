@@ -15,6 +15,7 @@ from pytest_hricdv.session.option import Flag, OptionReader, Value
 if TYPE_CHECKING:
     from pytest_hricdv.extra.search.post_session import PostSession
     from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.session.run_context import RunContext
 
 
 def merge(reports: Sequence[Report], merged: Report) -> Report:
@@ -59,6 +60,12 @@ class SearchFeature(Feature[SearchOptions]):
             search=reader.integer("search", 0, minimum=1),
         )
 
+    def follow_up(self, context: RunContext) -> str:
+        """What is asked for of the two."""
+        settings = self.settings(context.options)
+        asked = {"shrunk tests (--hri-shrink)": settings.shrink, "the search (--hri-search)": settings.search}
+        return " and ".join(name for name, is_asked in asked.items() if is_asked)
+
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """Shrink and search, if asked to."""
         settings = self.settings(session.options)
@@ -74,6 +81,7 @@ class SearchFeature(Feature[SearchOptions]):
         if settings.search and not stopped:
             session.sections[SEARCH.name] = _search(session, after, results)
         session.interrupted = after.interrupted
+        session.done.update(() if stopped or after.interrupted else [self.name])
         session.problems += after.problems
         return results
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.suggestion.options import SuggestionOptions
@@ -40,6 +41,8 @@ class SuggestionFeature(Feature[SuggestionOptions]):
         Flag("suggest-anew", "suggest as though there were no requirements yet: to compare them with yours"),
     )
 
+    switched_off = MappingProxyType({"hri_suggest": False})
+
     def read(self, reader: OptionReader) -> SuggestionOptions:
         """How requirements are suggested. Raises pytest.UsageError for options that contradict each other."""
         options = SuggestionOptions(
@@ -61,6 +64,10 @@ class SuggestionFeature(Feature[SuggestionOptions]):
         if self.settings(context.options).asked and not hasattr(os, "fork"):
             raise usage_error("--hri-suggest: this system cannot fork processes; use Linux or macOS")
 
+    def follow_up(self, context: RunContext) -> str:
+        """Suggestions, where they are asked for."""
+        return "suggestions (--hri-suggest)" if self.settings(context.options).asked else ""
+
     def extend_report(self, session: FeatureSession, report: Report) -> Report:
         """The report with the suggestions, if asked for."""
         settings = self.settings(session.options)
@@ -68,7 +75,9 @@ class SuggestionFeature(Feature[SuggestionOptions]):
             return report
         from pytest_hricdv.extra.suggestion.suggest import suggest  # few sessions need it
 
-        return suggest(session, report, settings)
+        report = suggest(session, report, settings)
+        session.done.update(() if session.interrupted else [self.name])
+        return report
 
 
 FEATURE = SuggestionFeature()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
@@ -35,6 +36,8 @@ class TracesFeature(Feature[Traced]):
         Flag("mcap", "write the runs of failing tests as MCAP files, which Foxglove and other viewers open"),
         Flag("mcap-all", "write the runs of all tests as MCAP files"),
     )
+
+    switched_off = MappingProxyType({"hri_mcap": False, "hri_mcap_all": False})
 
     def read(self, reader: OptionReader) -> Traced:
         """Whose runs are written."""

@@ -46,10 +46,15 @@ class VerificationPlanFeature(Feature[Path]):
         """Reads the plan, so that a mistake in it is found before the first test."""
         self._plan(context)
 
+    def follow_up(self, context: RunContext) -> str:
+        """The state of the plan, where there is one."""
+        return "" if self.settings(context.options) is None else "the state of the plan (--hri-plan)"
+
     def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """The report with the plan and its state."""
         if self.settings(session.options) is None:
             return report
+        session.done.add(self.name)
         return PLAN.put(report, evaluate(self._plan(session.context), report))
 
     def _plan(self, context: RunContext) -> tuple[PlanItem, ...]:
