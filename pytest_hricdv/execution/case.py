@@ -18,6 +18,7 @@ from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution import faults
 from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_features
 from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.execution.host_loop import leave_host_loop
 from pytest_hricdv.execution.influence import Influence
 from pytest_hricdv.execution.outcome import Judgement
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -227,6 +228,7 @@ def execute(
     kernel.code = modules.packages
     try:
         with (
+            leave_host_loop(),
             measurement.watch_imports(context),
             modules.install(),
             guard_run(kernel),

@@ -120,14 +120,14 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
     def run_forever(self) -> None:
         """As of asyncio's loops."""
         node = node_to_wait(ASYNCIO, _WHAT)
-        node.leaving.append(_leave)
+        node.leaving.append(leave_loop)
         try:
             super().run_forever()
         except (GreenletExit, KernelError):
             self.abandon_tasks()
             raise
         finally:
-            node.leaving.remove(_leave)
+            node.leaving.remove(leave_loop)
 
     def abandon_tasks(self) -> None:
         """The run is over, at any moment: that tasks wait is no fault of theirs, so nothing is to be said of it."""
@@ -233,7 +233,7 @@ def _name(task: asyncio.Future[Any]) -> str:
     return f"a task of asyncio, {getattr(coroutine, '__qualname__', name) if _NUMBERED.fullmatch(name) else name},"
 
 
-def _leave() -> Callable[[], None]:
+def leave_loop() -> Callable[[], None]:
     """Take away what asyncio keeps once a thread; returns what puts it back."""
     loop, hooks = asyncio._get_running_loop(), sys.get_asyncgen_hooks()
     if loop is None:
