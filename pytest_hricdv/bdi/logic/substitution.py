@@ -195,6 +195,7 @@ def _free_variables(term: Term) -> list[Variable]:
     variables: dict[Variable, None] = {}
     pending: list[Term | None] = [term]
     while pending:
+        WORK.left -= 1
         part = pending.pop()
         if isinstance(part, Variable):
             variables[part] = None

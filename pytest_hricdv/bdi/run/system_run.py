@@ -225,7 +225,9 @@ class SystemRun:
             try:
                 ended = self._do_rounds(max_rounds)
             except LimitError as error:  # of the comparison of states; what agents do has a place
-                raise BdiError(f"the plans that wait for others: comparing them {error}") from None
+                most = max(self.agents.values(), key=_count_waiting)
+                waiting = f"the plans that wait for others, most of them of {most.name}, {most.activity()}"
+                raise BdiError(f"{waiting}: comparing them {error}") from None
         if ended in ("idle", "spin"):
             for agent in self.agents.values():
                 agent.warn_of_standstill()
