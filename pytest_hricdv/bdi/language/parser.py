@@ -105,6 +105,14 @@ def read_source(path: Path) -> SourceText:
         return SourceText(input_file.with_plain_ends(data.decode("latin-1")), f"{path}{error}")
 
 
+def with_encoding(error: BdiSyntaxError, source: SourceText) -> BdiSyntaxError:
+    """An error in a source which also says that this is not UTF-8, where it is so: that may be the cause."""
+    if not source.not_utf8:
+        return error
+    message = f"{error.message}; the file is read as Latin-1: {source.not_utf8}"
+    return BdiSyntaxError(message, error.file, error.line, error.column, error.source_line)
+
+
 class _ProgramReader:
     """Reads one program: a source, and all that it includes, directly or not.
 
@@ -141,13 +149,13 @@ class _ProgramReader:
             raise BdiSyntaxError.at(_without_contents(error, path), named_at, naming_text) from None
 
     def parse_file(self, path: Path, source: SourceText, space: str = name_spaces.DEFAULT) -> Program:
-        """Parse the text of a file; what is no AgentSpeak in Latin-1 either is an error of the encoding."""
+        """Parse the text of a file; an error in one that is not UTF-8 says so, too."""
         if not source.not_utf8:
             return self.parse(source.text, str(path), space)
         try:
             program = self.parse(source.text, str(path), space)
-        except BdiSyntaxError:
-            raise BdiError(f"{source.not_utf8}, and no AgentSpeak as Latin-1; expected UTF-8") from None
+        except BdiSyntaxError as error:
+            raise with_encoding(error, source) from None
         return replace(program, warnings=(f"{source.not_utf8}: read as Latin-1", *program.warnings))
 
     def parse(self, text: str, file: str, space: str = name_spaces.DEFAULT) -> Program:

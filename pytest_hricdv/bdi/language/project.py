@@ -12,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
-from pytest_hricdv.bdi.language.parser import parse_program, read_source
+from pytest_hricdv.bdi.language.parser import parse_program, read_source, with_encoding
 from pytest_hricdv.bdi.language.syntax import Program, Rule
 from pytest_hricdv.bdi.language.terms import Structure
 
@@ -79,7 +79,10 @@ def read_project(path: Path) -> Project:
         BdiError: it cannot be read, is not a project, or has no agents.
     """
     source = read_source(path)
-    project = _ProjectReader(source.text, str(path)).project()
+    try:
+        project = _ProjectReader(source.text, str(path)).project()
+    except BdiSyntaxError as error:
+        raise with_encoding(error, source) from None
     if source.not_utf8:
         project = replace(project, warnings=(f"{source.not_utf8}: read as Latin-1", *project.warnings))
     return project

@@ -111,7 +111,30 @@ def test_missing_source_is_an_error_at_the_agent_that_needs_it(tmp_path: Path) -
 def test_text_that_is_not_utf8_is_an_error_at_its_first_bad_byte(tmp_path: Path) -> None:
     (tmp_path / "mas.mas2j").write_text("MAS m { agents: ann; }")
     (tmp_path / "ann.asl").write_bytes(b"p.\nq(\xff).")
-    with pytest.raises(BdiError, match=r"ann\.asl:2:3: not UTF-8 text: byte 0xff"):
+    with pytest.raises(BdiError, match=r"ann\.asl:2:3: .*: .*ann\.asl:2:3: not UTF-8 text: byte 0xff"):
+        MultiAgentSystem.load(tmp_path / "mas.mas2j")
+
+
+@pytest.mark.parametrize("text", ["+!go <- .print(1) .print(2).", "+!go <- .print(1", "p(1.", "+!go : & p <- q."])
+def test_a_mistake_in_latin_1_is_shown_where_it_is_with_the_encoding(tmp_path: Path, text: str) -> None:
+    (tmp_path / "mas.mas2j").write_text("MAS m { agents: ann; }")
+    (tmp_path / "ann.asl").write_text(f"// x\n\n\n{text}")
+    with pytest.raises(BdiSyntaxError) as in_ascii:
+        MultiAgentSystem.load(tmp_path / "mas.mas2j")
+    (tmp_path / "ann.asl").write_bytes(f"// ü\n\n\n{text}".encode("latin-1"))
+    with pytest.raises(BdiSyntaxError) as in_latin_1:
+        MultiAgentSystem.load(tmp_path / "mas.mas2j")
+    expected, shown = in_ascii.value, in_latin_1.value
+    assert (shown.line, shown.column, shown.source_line) == (expected.line, expected.column, expected.source_line)
+    encoding = f"{tmp_path / 'ann.asl'}:1:4: not UTF-8 text: byte 0xfc"
+    assert shown.message == f"{expected.message}; the file is read as Latin-1: {encoding}"
+
+
+def test_a_mistake_in_a_project_in_latin_1_is_shown_with_the_encoding(tmp_path: Path) -> None:
+    (tmp_path / "mas.mas2j").write_bytes("MAS m { /* ü */\n agents: ann }".encode("latin-1"))
+    with pytest.raises(
+        BdiSyntaxError, match=r"mas2j:2:14: expected ';', found '}'; the file is .*:1:12: not UTF-8 text"
+    ):
         MultiAgentSystem.load(tmp_path / "mas.mas2j")
 
 
