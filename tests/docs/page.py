@@ -83,7 +83,9 @@ def differences(shown: list[str], status: int, printed: str) -> str:
     expected = int(said[1]) if said else 0
     if status != expected:
         return f"exit status {status}, and the page says {expected}:\n{printed}"
-    rest = iter(printed.splitlines())
+    output = printed.splitlines()
+    # A long line is wrapped where the page shows it as one.
+    rest = iter([" ".join([line, *map(str.strip, output[n : n + 2])]) for n, line in enumerate(output, 1)])
     for line in lines if said else shown:
         if line == "...":
             continue
