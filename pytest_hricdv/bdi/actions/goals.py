@@ -21,6 +21,11 @@ def _pursues(intention: Intention, goal: Term) -> bool:
     return any(means.sign == "+!" and unify(goal, means.literal, dict(means.unifier), []) for means in intention.stack)
 
 
+def _concerns(event: Event, goal: Term) -> bool:
+    """Whether an event adds a goal, or belongs to an intention that pursues it."""
+    return _is_about(event, goal) or (event[2] is not None and _pursues(event[2], goal))
+
+
 def _is_about(event: Event, goal: Term) -> bool:
     """Whether an event adds a goal."""
     sign, literal, _ = event
@@ -43,7 +48,7 @@ def _intend(invocation: Invocation) -> Iterator[object]:
 
 @internal_action("desire", 1, inspects=True)
 def _desire(invocation: Invocation) -> Iterator[object]:
-    for sign, literal, _ in list(invocation.agent.events):
+    for sign, literal, _ in (*invocation.agent.events, *invocation.agent.held_events):
         if sign == "+!" and invocation.unify(0, literal):
             yield literal
     yield from _intend(invocation)  # type: ignore[misc]
@@ -57,8 +62,8 @@ def _settle(invocation: Invocation, succeeded: bool) -> bool:
         if not waiting and not _pursues(intention, goal):
             continue
         agent.remove_intention(intention)
-        if event is not None and event in agent.events:
-            agent.events.remove(event)
+        if event is not None:
+            agent.remove_event(event)
         if intention is invocation.intention:
             invocation.held = True
         # Where the goal is further down in the intention as well, the outermost one is settled, and this one with it.
@@ -105,8 +110,8 @@ def _drop_intention(invocation: Invocation) -> Outcome:
 @internal_action("drop_event", 1, inspects=True)
 def _drop_event(invocation: Invocation) -> Outcome:
     agent, goal = invocation.agent, invocation.literal(0)
-    for event in [event for event in agent.events if _is_about(event, goal)]:
-        agent.events.remove(event)
+    for event in [event for event in (*agent.events, *agent.held_events) if _is_about(event, goal)]:
+        agent.remove_event(event)
         _, _, intention = event
         if intention is not None:
             agent.note_end(intention)
@@ -121,10 +126,12 @@ def _drop_desire(invocation: Invocation) -> Outcome:
 
 @internal_action("drop_all_events", 0, inspects=True)
 def _drop_all_events(invocation: Invocation) -> Outcome:
-    for _, _, intention in invocation.agent.events:
+    agent = invocation.agent
+    for _, _, intention in (*agent.events, *agent.held_events):
         if intention is not None:
-            invocation.agent.note_end(intention)
-    invocation.agent.events.clear()
+            agent.note_end(intention)
+    agent.events.clear()
+    agent.held_events.clear()
     return True
 
 
@@ -153,13 +160,17 @@ def _suspend(invocation: Invocation) -> Outcome:
         invocation.held = True
         return True
     goal = invocation.literal(0)
-    for intention, event in agent.all_intentions():
-        if not _pursues(intention, goal) or intention in agent.suspended:
+    held = [event for event in agent.events if _concerns(event, goal)]
+    for event in held:
+        agent.events.remove(event)
+    agent.held_events += held
+    for intention, waiting in agent.all_intentions():
+        if waiting is not None or not _pursues(intention, goal) or intention in agent.suspended:
             continue
         if intention is invocation.intention:
             agent.suspended.append(intention)
             invocation.held = True
-        elif event is None and intention in agent.intentions:
+        elif intention in agent.intentions:
             agent.remove_intention(intention)
             agent.suspended.append(intention)
         elif intention not in agent.suspending:
@@ -171,6 +182,10 @@ def _suspend(invocation: Invocation) -> Outcome:
 def _resume(invocation: Invocation) -> Outcome:
     agent, goal = invocation.agent, invocation.literal(0)
     agent.suspending = [intention for intention in agent.suspending if not _pursues(intention, goal)]
+    released = [event for event in agent.held_events if _concerns(event, goal)]
+    agent.held_events = [event for event in agent.held_events if event not in released]
+    agent.events += released
+    agent.run.progress += len(released)
     for intention in [intention for intention in agent.suspended if _pursues(intention, goal)]:
         agent.suspended.remove(intention)
         agent.run.progress += 1
@@ -186,11 +201,12 @@ def _resume(invocation: Invocation) -> Outcome:
 @internal_action("suspended", 2, inspects=True)
 def _find_suspended_goal(invocation: Invocation) -> Outcome:
     """The second argument is the reason, in the words of Jason 1.4.2: ``suspended``, or what it also waits for."""
-    goal = invocation.literal(0)
     agent = invocation.agent
-    for intention in (*agent.suspended, *agent.suspending):
-        if _pursues(intention, goal):
-            return invocation.unify(1, _reason(agent, intention))
+    held = [intention for _, _, intention in agent.held_events if intention is not None]
+    for intention in (*agent.suspended, *agent.suspending, *held):
+        for means in intention.stack:
+            if means.sign == "+!" and invocation.unify(0, means.literal):
+                return invocation.unify(1, _reason(agent, intention))
     return False
 
 

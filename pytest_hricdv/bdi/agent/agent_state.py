@@ -88,6 +88,8 @@ class AgentState:
         self.woken: list[Intention] = []
         """Intentions that will go on in the next cycle: what they waited for has happened in this one."""
         self.suspended: list[Intention] = []
+        self.held_events: list[Event] = []
+        """Events of goals that were suspended before a plan was selected for them."""
         self.forked: list[ForkedIntention] = []
         """Intentions that wait for their branches."""
         self.suspending: list[Intention] = []
@@ -235,7 +237,7 @@ class AgentState:
     def all_intentions(self) -> list[tuple[Intention, Event | None]]:
         """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
         intentions: list[tuple[Intention, Event | None]] = []
-        intentions += [(event[2] or Intention(0), event) for event in self.events]
+        intentions += [(event[2] or Intention(0), event) for event in (*self.events, *self.held_events)]
         intentions += [(intention, None) for intention in self.intentions]
         intentions += [(intention, None) for intention, _ in self.feedback]
         intentions += [(wait.intention, None) for wait in self.waits]
@@ -249,7 +251,7 @@ class AgentState:
     def open_deadlines(self) -> list[HardDeadline]:
         """The deadlines of goals that have not ended yet; the others are forgotten."""
         if self.deadlines:
-            posted = {id(literal) for _, literal, _ in self.events}
+            posted = {id(literal) for _, literal, _ in (*self.events, *self.held_events)}
             posted.update(id(means.literal) for intention, _ in self.all_intentions() for means in intention.stack)
             self.deadlines = [deadline for deadline in self.deadlines if id(deadline.goal) in posted]
         return self.deadlines
@@ -257,6 +259,7 @@ class AgentState:
     def remove_intention(self, intention: Intention) -> None:
         """Remove an intention from all queues; it is neither ready nor waiting any more."""
         self.events = deque(event for event in self.events if event[2] is not intention)
+        self.held_events = [event for event in self.held_events if event[2] is not intention]
         self.intentions = deque(other for other in self.intentions if other is not intention)
         self.feedback = deque(entry for entry in self.feedback if entry[0] is not intention)
         self.waits = [wait for wait in self.waits if wait.intention is not intention]
@@ -264,6 +267,13 @@ class AgentState:
         questions = self.questions.items()
         self.questions = {name: asked for name, asked in questions if asked.intention is not intention}
         self.suspended = [other for other in self.suspended if other is not intention]
+
+    def remove_event(self, event: Event) -> None:
+        """Remove an event that waits for a plan, if it still does."""
+        if event in self.events:
+            self.events.remove(event)
+        elif event in self.held_events:
+            self.held_events.remove(event)
 
     # --- events and beliefs
 

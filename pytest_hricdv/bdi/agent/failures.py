@@ -235,8 +235,8 @@ def _reach_deadline(agent: AgentState, intention: Intention, event: Event | None
     if depth is None and (event is None or event[1] is not goal):
         return False
     agent.remove_intention(intention)
-    if event is not None and event in agent.events:
-        agent.events.remove(event)
+    if event is not None:
+        agent.remove_event(event)
     if depth is not None:
         agent.leave_fork(intention, depth)
         del intention.stack[depth:]

@@ -52,7 +52,15 @@ def snapshot(agent: Agent, now: int) -> AgentSnapshot | None:
     """The state of an agent at a tick of the virtual clock; None if it cannot be compared with others."""
     if agent.awaits_goals:
         return None  # rare, as what follows
-    if agent.questions or agent.deadlines or agent.woken or agent.suspended or agent.suspending or agent.forked:
+    if (
+        agent.questions
+        or agent.deadlines
+        or agent.woken
+        or agent.suspended
+        or agent.held_events
+        or agent.suspending
+        or agent.forked
+    ):
         return None  # rare; and questions go by the numbers of messages, which are different in every run
     return AgentSnapshot(
         frozenset(agent.beliefs.content()),

@@ -347,4 +347,11 @@ def _limit(error: Exception, agent: Agent) -> str:
 
 
 def _count_waiting(agent: Agent) -> int:
-    return len(agent.mailbox) + len(agent.events) + len(agent.intentions) + len(agent.waits) + len(agent.suspended)
+    return (
+        len(agent.mailbox)
+        + len(agent.events)
+        + len(agent.intentions)
+        + len(agent.waits)
+        + len(agent.suspended)
+        + len(agent.held_events)
+    )
