@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
-import inspect
 import shlex
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv._base.suggestion import nearest
@@ -26,6 +21,7 @@ from pytest_hricdv.declarations.ros2 import (
     RosNode,
 )
 from pytest_hricdv.extra.ros2.arguments import command_line
+from pytest_hricdv.extra.ros2.entries import load_entry
 from pytest_hricdv.extra.ros2.packages import (
     SourcePackage,
     console_scripts,
@@ -33,7 +29,6 @@ from pytest_hricdv.extra.ros2.packages import (
     is_binary,
     packages_in,
 )
-from pytest_hricdv.runtime.source_location import error_line
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -252,91 +247,3 @@ def load(node: RosNode) -> Callable[[], object]:
         LaunchError: there is no such module, or no such name in it.
     """
     return load_entry(str(node), entry_point(node), command_line(node))
-
-
-def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
-    """Import a function, or a class of nodes; what its process is to call.
-
-    Args:
-        what: that is started, for messages.
-        entry: "package.module:name".
-        argv: command line of its process.
-
-    Raises:
-        LaunchError: there is no such module, or no such name in it.
-    """
-    module_name, colon, name = entry.partition(":")
-    if not colon:
-        raise LaunchError(f'{what}: expected "package.module:function", not {entry!r}')
-    try:
-        with _placeholder_arguments():
-            module = importlib.import_module(module_name)
-    except ImportError as error:
-        own = isinstance(error, ModuleNotFoundError) and error.name is not None
-        if own and f"{module_name}.".startswith(f"{error.name}."):
-            raise LaunchError(f"{what}: there is no module {error.name!r}; is its folder on the path?") from None
-        raise LaunchError(f"{what}: {module_name} cannot be imported: {_import_error_text(error)}") from error
-    target = vars(module).get(name)
-    if not callable(target):
-        callables = [member for member, value in vars(module).items() if callable(value) and not member.startswith("_")]
-        raise LaunchError(f"{what}: {module_name} has no {name!r}{nearest(name, callables)}")
-    return _spin_main(target) if isinstance(target, type) else _with_arguments(target, argv)
-
-
-_OF_MESSAGES = ("_msgs", "_interfaces", "_srvs")
-"""How names of packages of interfaces end, as a rule."""
-
-
-def _import_error_text(error: ImportError) -> str:
-    """Which import failed, where, and what to do."""
-    where = error_line(error)
-    if isinstance(error, ModuleNotFoundError) and error.name:
-        missing = f"{where} imports {error.name!r}, which is not installed"
-        files = "; of messages, the folder of their interface files is enough: Ros2(interfaces=(...,))"
-        hint = files if error.name.endswith(_OF_MESSAGES) else ""
-        return f"{missing}; install it, or source the workspace that has it{hint}"
-    return f"{where}: {error}"
-
-
-_PLACEHOLDERS = ["program", "arguments of its process"]
-"""`sys.argv` while nodes are imported, so that defaults made of it are known: `def main(args=sys.argv[1:])`."""
-
-
-@contextmanager
-def _placeholder_arguments() -> Iterator[None]:
-    before, sys.argv = sys.argv, list(_PLACEHOLDERS)
-    try:
-        yield
-    finally:
-        sys.argv = before
-
-
-def _with_arguments(main: Callable[..., object], command_line: list[str]) -> Callable[[], object]:
-    """A main function, called with the arguments of its process where its defaults were made of `sys.argv`."""
-    arguments = {}
-    for name, parameter in inspect.signature(main).parameters.items():
-        if parameter.default == _PLACEHOLDERS:
-            arguments[name] = command_line
-        elif parameter.default == _PLACEHOLDERS[1:]:
-            arguments[name] = command_line[1:]
-    return partial(main, **arguments)
-
-
-def _spin_main(kind: Callable[[], Any]) -> Callable[[], object]:
-    """What the main function of a node is, for a class of nodes."""
-
-    def main() -> None:
-        import rclpy  # type: ignore[import-not-found, unused-ignore]
-        from rclpy.executors import ExternalShutdownException  # type: ignore[import-not-found, unused-ignore]
-
-        rclpy.init()
-        node = kind()
-        try:
-            rclpy.spin(node)
-        except ExternalShutdownException:
-            pass
-        finally:
-            node.destroy_node()
-            rclpy.try_shutdown()
-
-    return main

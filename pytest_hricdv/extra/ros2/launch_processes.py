@@ -20,12 +20,12 @@ from pytest_hricdv.declarations.ros2 import IGNORED, RosNode
 from pytest_hricdv.declarations.ros2 import Process as Function
 from pytest_hricdv.extra.ros2.arguments import parse, without_ros, yaml_text
 from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context
+from pytest_hricdv.extra.ros2.entries import load_entry
 from pytest_hricdv.extra.ros2.executables import (
     Command,
     Executables,
     command,
     is_container,
-    load_entry,
     require_virtual_package,
 )
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import termios
 from functools import partial
 from importlib import metadata
 from importlib.util import find_spec
@@ -30,6 +31,7 @@ from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.run import Run, TestbenchError
 from pytest_hricdv.runtime import Bus, Kernel, KernelError, Recorder
 from pytest_hricdv.runtime.virtual import VirtualModules
+from pytest_hricdv.runtime.virtual.terminal_keys import default_attributes
 
 ARM = RosNode(
     entry="cell.arm:main",
@@ -133,6 +135,15 @@ def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, mon
         load(RosNode(entry="cell_robot.graspr:main"))
     with pytest.raises(LaunchError, match="package 'no_robot' is neither installed nor below"):
         load(RosNode(package="no_robot", executable="arm"))
+
+
+def test_a_module_may_keep_the_settings_of_its_terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = "import sys, termios\nsettings = termios.tcgetattr(sys.stdin)\n\ndef main():\n    return settings\n"
+    (tmp_path / "keeps_settings.py").write_text(kept)
+    monkeypatch.syspath_prepend(tmp_path)
+    before = termios.tcgetattr
+    assert load(RosNode(entry="keeps_settings:main"))() == default_attributes()
+    assert termios.tcgetattr is before
 
 
 def _write_source(folder: Path, executable: str = "grasper") -> None:
