@@ -10,7 +10,7 @@ from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.loading import top_level_without
 from pytest_hricdv.extra.draft.code.sources import DraftError, Sources
-from pytest_hricdv.extra.draft.code.waits import guarded_imports
+from pytest_hricdv.extra.draft.code.waits import find_guarded_imports
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
     Direction,
@@ -68,7 +68,7 @@ def analyse_node(executable: Executable, started: StartedNode | None = None) -> 
 
 def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Problem, ...]]:
     """What is declared and provided; and what is missing."""
-    guarded = guarded_imports(executable.sources)
+    guarded = find_guarded_imports(executable.sources)
     needed = {dotted.partition(".")[0]: location for dotted, location in reversed(executable.sources.outside)
               if len(dotted.split(".")) > 1 and dotted.split(".")[1] in FOLDERS}  # fmt: skip
     provided = [name for name in sorted(needed) if not is_installed(name) and name in executable.packages]

@@ -35,7 +35,7 @@ class Ros2Execution(ExecutionFeature):
         except ModuleNotFoundError as error:  # it needs PyYAML
             raise Ros2Error(f'ros2: {error}; install the extra: pip install "pytest-hricdv[ros2]"') from None
         prepare()
-        for node in named_nodes(testbench.run):
+        for node in list_nodes(testbench.run):
             try:
                 entry_point(node)
             except LaunchError as error:
@@ -62,7 +62,7 @@ _CERTAIN = (ast.Expr, ast.Assign, ast.AnnAssign, ast.With, ast.Return)
 """Statements that a run reaches whatever the test is, if they stand in its first level."""
 
 
-def named_nodes(run: object) -> Iterator[RosNode]:
+def list_nodes(run: object) -> Iterator[RosNode]:
     """The nodes that a run function starts in any test: those it names with constants, outside of conditions."""
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(run)))  # type: ignore[arg-type]

@@ -21,7 +21,7 @@ from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutab
 from pytest_hricdv.extra.ros2 import executables, system
 from pytest_hricdv.extra.ros2.arguments import command_line, parse
 from pytest_hricdv.extra.ros2.executables import load
-from pytest_hricdv.extra.ros2.execution import named_nodes
+from pytest_hricdv.extra.ros2.execution import list_nodes
 from pytest_hricdv.extra.ros2.launch_files import find
 from pytest_hricdv.extra.ros2.overlay import OrderedSet, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
@@ -186,11 +186,11 @@ def _run_certain(run: Any) -> None:
 
 
 def test_nodes_that_each_test_starts_are_known_before_the_first_one() -> None:
-    assert list(named_nodes(_run_certain)) == [
+    assert list(list_nodes(_run_certain)) == [
         RosNode(package="arm", executable="left"),
         RosNode(package="arm", executable="sure", workspace=["src"]),
     ]
-    assert list(named_nodes(partial(_run_certain))) == list(named_nodes(len)) == []
+    assert list(list_nodes(partial(_run_certain))) == list(list_nodes(len)) == []
 
 
 def test_who_has_loaded_the_real_rclpy_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

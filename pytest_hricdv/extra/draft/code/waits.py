@@ -103,7 +103,7 @@ def parameters(sources: Sources, entry: Entry | None) -> Iterator[Parameter]:
 def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
     """Files that cannot be read, modules that are not installed, and the first place where a terminal is read."""
     yield from sources.problems
-    guarded = guarded_imports(sources)
+    guarded = find_guarded_imports(sources)
     seen: set[str] = set()
     for dotted, location in sources.outside:
         top = dotted.partition(".")[0]
@@ -125,7 +125,7 @@ def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
             return
 
 
-def guarded_imports(sources: Sources) -> set[str]:
+def find_guarded_imports(sources: Sources) -> set[str]:
     """Top-level names that the code imports and runs without: see `_imports_with_fallback`."""
     return {name for module in sources.modules for name in _imports_with_fallback(module)}
 
