@@ -74,7 +74,8 @@ def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Pr
     provided = [name for name in sorted(needed) if not is_installed(name) and name in executable.packages]
     problems = [_without_stand_in(p) for p in model.problems
                 if p.kind != "missing module" or p.text.split("`")[1] not in {*provided, *needed, OWN}]  # fmt: skip
-    absent = {name for name in needed if not (is_installed(name) or name in provided or name in guarded)}
+    unavailable = {name for name in needed if not (is_installed(name) or name in provided)}
+    absent = unavailable - guarded
     for name in sorted(absent):
         text = (
             f"the messages of `{name}` are neither installed here nor in the workspace: the node cannot start, and "
@@ -87,7 +88,10 @@ def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Pr
         )
         text = "`rclpy` is not installed here, so that the draft was not run: docs/ros2.md says how to get it"
         problems.append(Problem("missing module", text, location))
-    declared = tuple(endpoint for endpoint in model.ros.endpoints if endpoint.is_complete)
+    declared = tuple(
+        endpoint for endpoint in model.ros.endpoints
+        if endpoint.is_complete and endpoint.type.partition("/")[0] not in unavailable & guarded
+    )  # fmt: skip
     folders = tuple(str(executable.packages[name]) for name in provided)
     return RosStart(executable.asked, executable.entry, declared, folders), tuple(problems)
 

@@ -151,6 +151,33 @@ def test_messages_that_are_nowhere_are_said_with_their_place(tmp_path: Path) -> 
     assert '"/fetch": "transport_msgs/action/Fetch",  # transport.py:19' in texts["conftest.py"]
 
 
+GUARDED = """
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+try:
+    from lamp_not_there_msgs.msg import Lamp
+except ImportError:
+    Lamp = None
+
+
+class Guarded(Node):
+    def __init__(self):
+        super().__init__("guarded")
+        self.create_subscription(Bool, "near", print, 10)
+        if Lamp is not None:
+            self.create_subscription(Lamp, "lamp", print, 10)
+"""
+
+
+def test_messages_whose_import_is_guarded_are_neither_missing_nor_declared(workspace: Path) -> None:
+    (workspace / "guarded.py").write_text(GUARDED)
+    model, start = analyse_node(find_executable("guarded.py", workspace))
+    assert not [problem for problem in model.problems if "lamp_not_there_msgs" in problem.text]
+    assert [endpoint.name for endpoint in start.declared] == ["/near"]
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy")
 def test_a_draft_for_a_node_is_green_at_once(workspace: Path) -> None:
