@@ -73,13 +73,19 @@ class Fork:
 
     def _has_ended(self) -> bool:
         if self._status is None:
-            pid, status = os.waitpid(self._pid, os.WNOHANG)
+            try:
+                pid, status = os.waitpid(self._pid, os.WNOHANG)
+            except ChildProcessError:  # somebody ignores SIGCHLD: the system has waited for it
+                pid, status = self._pid, 0
             self._status = status if pid else None
         return self._status is not None
 
     def _how_it_ended(self) -> str:
         if self._status is None:
-            _, self._status = os.waitpid(self._pid, 0)
+            try:
+                _, self._status = os.waitpid(self._pid, 0)
+            except ChildProcessError:  # as above
+                self._status = 0
         code = os.waitstatus_to_exitcode(self._status)
         return f"ended by {signal.Signals(-code).name}" if code < 0 else f"ended with status {code}"
 

@@ -142,12 +142,16 @@ class SeparateProcess:
         """It stays a zombie meanwhile, so that no other process can have its number."""
         if self._process.returncode is not None:
             return True
-        return os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+        try:
+            return os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+        except ChildProcessError:  # somebody ignores SIGCHLD: the system has waited for it
+            return True
 
     def _end_all(self) -> None:
         """It ends, or has ended: wait for it, and end what it has started."""
         if self._process.returncode is None and _HAS_WAITID:
-            os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOWAIT)
+            with suppress(ChildProcessError):  # as above
+                os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOWAIT)
             self.kill()
         self._process.wait()
 

@@ -134,8 +134,8 @@ class Watch:
         ended.acquire()
 
     def _run(self, stopping: _thread.LockType, ended: _thread.LockType) -> None:
-        usage = _Usage(self._watched)
         try:
+            usage = _Usage(self._watched)
             while not stopping.acquire(timeout=TICK_S):
                 self._tick(*usage.tick())
         finally:
@@ -180,6 +180,9 @@ class Watch:
         problem, self._problem = self._problem, None
         if problem is not None and self._thread is not None:
             self._end(problem, frame)
+
+
+_OPEN = open  # as it is now: the code under test may replace it while it is watched
 
 
 class _Usage:
@@ -230,7 +233,7 @@ def _demand_s(but: str) -> float | None:
         for task in os.listdir("/proc/self/task"):
             if task == but:
                 continue
-            with open(f"/proc/self/task/{task}/schedstat", "rb") as file:
+            with _OPEN(f"/proc/self/task/{task}/schedstat", "rb") as file:
                 worked_ns, wanted_ns, _ = file.read().split()
             total_ns += int(worked_ns) + int(wanted_ns)
     except (OSError, ValueError):
@@ -254,7 +257,7 @@ def _wants_now(but: str) -> bool:
 def _state(task: str) -> bytes:
     """What a thread is doing, a letter as in `ps`; empty where the system does not tell, or it has ended."""
     try:
-        with open(f"/proc/self/task/{task}/stat", "rb") as file:
+        with _OPEN(f"/proc/self/task/{task}/stat", "rb") as file:
             return file.read().rpartition(b") ")[2][:1]  # its name comes before, in brackets, and may have some
     except OSError:
         return b""

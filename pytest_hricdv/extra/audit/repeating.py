@@ -186,17 +186,19 @@ class Repeater:
         return repeat
 
     def _start_process(self, start: Start, hash_seed: str, variables: Mapping[str, str]) -> Fresh:
-        running = self._stack.enter_context(
-            start_process(
-                process_module.__name__,
-                start.directory,
-                variables,
-                path=start.begin.path,
-                hash_seed=hash_seed,
-                inherited=start.begin.environment,
-                let_through=self.let_through,
-            )
+        process = start_process(
+            process_module.__name__,
+            start.directory,
+            variables,
+            path=start.begin.path,
+            hash_seed=hash_seed,
+            inherited=start.begin.environment,
+            let_through=self.let_through,
         )
+        try:
+            running = self._stack.enter_context(process)
+        except OSError as error:  # the code under test may have left the session too few files or processes
+            raise StartError(str(error)) from error
         fresh = Fresh(running)
         fresh.begin(start.session)
         return fresh
