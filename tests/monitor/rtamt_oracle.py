@@ -99,9 +99,10 @@ def sampled(trace: LoggedRun, names: list[str], topics: list[str]) -> Samples:
     values: dict[str, float] = {}
     for tick in range(trace.last + 1):
         instant = trace.instants.get(tick, Instant())
-        values.update({name: _number(value) for name, value in instant.signals.items()})
+        values.update({name: _number(value) for name, value in instant.signals.items() if name in names})
         for topic, fields in instant.messages:
-            values.update({f"{topic}.{name}": _number(value) for name, value in fields.items()})
+            of_topic = {f"{topic}.{name}": value for name, value in fields.items()}
+            values.update({name: _number(value) for name, value in of_topic.items() if name in names})
         arrived = {topic for topic, _ in instant.messages}
         for name in names:
             samples[_variable(name)].append(values.get(name, -1.0))
