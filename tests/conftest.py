@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 from collections import Counter
 from collections.abc import Iterator
 from importlib.util import find_spec
-from zlib import crc32
 
 import pytest
 
@@ -20,23 +18,12 @@ FEW, MANY = 30, 200
 OPTIONAL = ("mujoco", "pybullet", "rclpy")
 """Modules without which tests of an engine, or of ROS 2, are not collected or skipped."""
 
-NO_TIME = "no time left"
-BEGAN = pytest.StashKey[float]()
-
-
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """Adds the option of `.ci/run`."""
-    parser.addoption(
-        "--slow-for", type=float, metavar="S", help="run the slow tests after all others; start none after S seconds"
-    )
-
 
 def pytest_configure(config: pytest.Config) -> None:
     """Sets Hypothesis's profiles; not where a suite is run, which would wait for Hypothesis to load.
 
     No example has a deadline: how long it takes depends on what else the machine does.
     """
-    config.stash[BEGAN] = time.monotonic()
     if config.getoption("hri_suite") or not config.pluginmanager.hasplugin("hypothesispytest"):
         return
     from hypothesis import settings
@@ -54,23 +41,6 @@ def pytester(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pyte
     """
     monkeypatch.setenv("PYTEST_ADDOPTS", "-p no:html -p no:metadata -p no:allure_pytest")
     return pytester
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Puts the slow tests last, in an arbitrary order of files: of each folder, some run in the time that is left."""
-    if config.getoption("slow_for") is not None:
-        items.sort(key=lambda item: crc32(item.path.name.encode()) if item.get_closest_marker("slow") else -1)
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Skips a slow test for which there is no time left."""
-    limit_s = item.config.getoption("slow_for")
-    if limit_s is None or not item.get_closest_marker("slow"):
-        return
-    if time.monotonic() - item.config.stash[BEGAN] > limit_s:
-        pytest.skip(NO_TIME)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
