@@ -38,6 +38,7 @@ import warnings
 import weakref
 import zlib
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import greenlet
 import msgspec
@@ -50,6 +51,7 @@ except ImportError:
 
 # As they are now: what is put back is looked at with them.
 _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
+_LIMIT, _SET_LIMIT = sys.getrecursionlimit, sys.setrecursionlimit
 _MODULES = sys.modules
 
 _KEPT: Mapping[str, types.ModuleType | type] = {
@@ -88,13 +90,15 @@ class ProcessState:
         self._children = signal.getsignal(signal.SIGCHLD) if _HASATTR(signal, "SIGCHLD") else None
         self._mask = signal.pthread_sigmask(signal.SIG_BLOCK, ()) if _HASATTR(signal, "pthread_sigmask") else None
         self._folder = _folder()
+        searched: tuple[list[Any], ...] = (sys.path, sys.meta_path, sys.path_hooks)
+        self._finders = [(finders, [*finders]) for finders in searched]
         self._limits = {} if resource is None else {name: _limit(name) for name in _LIMITS if _HASATTR(resource, name)}
 
     def put_back(self) -> tuple[str, ...]:
         """Put back what is missing; the names of what nobody could have called, and of modules that were taken out."""
+        if _LIMIT() < self._recursion_limit:  # first: all that follows needs a deeper stack
+            _SET_LIMIT(self._recursion_limit)
         lost = [*self._put_back_names(), *self._put_back_modules()]
-        if sys.getrecursionlimit() < self._recursion_limit:
-            sys.setrecursionlimit(self._recursion_limit)
         if self._is_main and self._children is not None:
             signal.signal(signal.SIGCHLD, self._children)
         if self._mask is not None:
@@ -102,6 +106,8 @@ class ProcessState:
         if self._folder and not _folder():
             with contextlib.suppress(OSError):
                 os.chdir(self._folder)
+        for finders, kept in self._finders:
+            finders[:] = finders or kept
         for name, before in self._limits.items():
             if _limit(name) != before:
                 with contextlib.suppress(OSError, ValueError):  # only root raises what nobody may exceed
@@ -113,7 +119,10 @@ class ProcessState:
             kept = _KEPT[kept_name]
             now = kept.__dict__
             for name, value in before.items():
-                if now.get(name) is not value and _CALLABLE(value) and not _CALLABLE(now.get(name)):
+                taken = now.get(name)
+                if taken is value or value is None:
+                    continue
+                if taken is None or (_CALLABLE(value) and not _CALLABLE(taken)):
                     _SETATTR(kept, name, value)
                     yield f"{kept_name}.{name}"
 

@@ -141,8 +141,8 @@ def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
         return
     why = "" if ending is not None else ", as the testbench's run never called run.go"
     yield (
-        f"the run simulated nothing: no simulated time passed{why}, so no requirement was put to the test; spawn nodes "
-        "that wait with the clock of run.kernel, or in virtual time, and call run.go(limit_s)"
+        f"the run simulated nothing: no simulated time passed{why}, so its verdicts are of the first instant only; "
+        "spawn nodes that wait with the clock of run.kernel, or in virtual time, and call run.go(limit_s)"
     )
 
 

@@ -33,6 +33,9 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LetThrough = Callable[[], AbstractContextManager[None]]
 """Within what it gives, a signal may raise."""
 
+_EXECUTABLE = sys.executable
+"""As it is now: the code under test may change it."""
+
 _HAS_WAITID = hasattr(os, "waitid")
 """Not on Windows, where nothing can wait for a pipe and look up meanwhile, either."""
 
@@ -197,7 +200,7 @@ def start_process(
     further = ({} if inherited is not None else dict.fromkeys(ONE_THREAD, "1")) | dict(variables or {})
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", module],
+            [_EXECUTABLE, "-P", "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,
