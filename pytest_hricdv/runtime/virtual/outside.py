@@ -28,7 +28,7 @@ from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
-from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python
+from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 
 try:
@@ -303,7 +303,7 @@ _READING: list[tuple[ModuleType, str]] = []
 def _modules_that_wait() -> list[ModuleType]:
     """The modules that have what waits under any name. Each module is looked at once: they import at their head."""
     for name, module in [*sys.modules.items()]:
-        if not isinstance(module, ModuleType) or module in _SCANNED or name.partition(".")[0] in TOOLS:
+        if not is_module(module) or module in _SCANNED or name.partition(".")[0] in TOOLS:
             continue
         _SCANNED.add(module)
         values = [*vars(module).items()]

@@ -23,6 +23,11 @@ def is_library_of_python(module: str) -> bool:
     return module.partition(".")[0] in sys.stdlib_module_names
 
 
+def is_module(value: object) -> bool:
+    """Whether it is one. Not by `isinstance`, which asks for its class: libraries of cffi say that they are modules."""
+    return issubclass(type(value), ModuleType)
+
+
 def is_initializing(module: ModuleType) -> bool:
     """Whether a module is in the middle of its import."""
     return bool(getattr(vars(module).get("__spec__"), "_initializing", False))
@@ -62,12 +67,12 @@ class Reach:
         while pending:
             for name in pending:
                 module = sys.modules.get(name)
-                if name not in found and isinstance(module, ModuleType):
+                if name not in found and module is not None and is_module(module):
                     found[name] = module
                     self.add(_modules_of(module))
             loaded = (name for name in [*sys.modules] if name.partition(".")[0] in self._installed)
             pending = [name for name in dict.fromkeys((*sorted(self._reached), *loaded)) if name not in found]
-            pending = [name for name in pending if isinstance(sys.modules.get(name), ModuleType)]
+            pending = [name for name in pending if is_module(sys.modules.get(name))]
         return found
 
     def add(self, names: Set[str]) -> None:
@@ -99,7 +104,7 @@ def _is_followed(module: str) -> bool:
 def _names_in(module: ModuleType) -> Iterator[str]:
     for value in [*vars(module).values()]:
         # Not isinstance, which asks the object for its class: a proxy would begin to load what it stands for.
-        if issubclass(type(value), ModuleType):
+        if is_module(value):
             name = ModuleType.__getattribute__(value, "__dict__").get("__name__")
         elif issubclass(type(value), _NAMED):
             name = value.__module__
