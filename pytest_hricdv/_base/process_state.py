@@ -53,6 +53,7 @@ except ImportError:
 _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
 _LIMIT, _SET_LIMIT = sys.getrecursionlimit, sys.setrecursionlimit
 _MODULES = sys.modules
+_MODULE = types.ModuleType
 
 _KEPT: Mapping[str, types.ModuleType | type] = {
     module.__name__: module
@@ -122,7 +123,9 @@ class ProcessState:
                 taken = now.get(name)
                 if taken is value or value is None:
                     continue
-                if taken is None or (_CALLABLE(value) and not _CALLABLE(taken)):
+                # Not what may well be None, as a cache that is emptied.
+                is_lost = not _CALLABLE(taken) if _CALLABLE(value) else taken is None and type(value) is _MODULE
+                if is_lost:
                     _SETATTR(kept, name, value)
                     yield f"{kept_name}.{name}"
 
