@@ -84,18 +84,16 @@ def _clock_ns(name: str) -> Callable[[], int]:
     return read
 
 
-class _LikeDatetime(type):
-    """Of a class whose instances are all moments, also those that it did not make: `isinstance` is as without it."""
+class _LikeOriginal(type):
+    """Of a class that makes instances of the class that it replaces; `isinstance` and `issubclass` are unchanged."""
+
+    original: type
 
     def __instancecheck__(cls, instance: object) -> bool:
-        return isinstance(instance, real_datetime.datetime)
+        return isinstance(instance, cls.original) if "original" in vars(cls) else super().__instancecheck__(instance)
 
-
-class _LikeDate(type):
-    """The same of days."""
-
-    def __instancecheck__(cls, instance: object) -> bool:
-        return isinstance(instance, real_datetime.date)
+    def __subclasscheck__(cls, kind: type) -> bool:
+        return issubclass(kind, cls.original) if "original" in vars(cls) else super().__subclasscheck__(kind)
 
 
 def _moment(name: str, tz: real_datetime.tzinfo | None) -> real_datetime.datetime:
@@ -106,32 +104,52 @@ def _moment(name: str, tz: real_datetime.tzinfo | None) -> real_datetime.datetim
     return moment.astimezone(tz) if tz is not None else moment.replace(tzinfo=None)
 
 
-class VirtualDatetime(real_datetime.datetime, metaclass=_LikeDatetime):
-    """A moment whose present is that of the run."""
+def _in_class(kind: Any, moment: real_datetime.datetime) -> Any:
+    """The same moment as an instance of a subclass."""
+    return moment if vars(kind).get("original") is not None else kind.combine(moment.date(), moment.timetz())
+
+
+class VirtualDatetime(real_datetime.datetime, metaclass=_LikeOriginal):
+    """A moment whose present is that of the run. Its instances are of `datetime.datetime`: types are compared."""
+
+    original = real_datetime.datetime
+
+    def __new__(cls, *args: Any, **keywords: Any) -> Any:
+        """As of `datetime.datetime`."""
+        kind = cls.original if cls is VirtualDatetime else cls
+        return real_datetime.datetime.__new__(kind, *args, **keywords)
 
     @classmethod
     def now(cls, tz: real_datetime.tzinfo | None = None) -> Any:
         """As of `datetime.datetime`."""
-        return _moment("datetime.now", tz)
+        return _in_class(cls, _moment("datetime.now", tz))
 
     @classmethod
     def utcnow(cls) -> Any:
         """As of `datetime.datetime`."""
-        return _moment("datetime.utcnow", None)
+        return _in_class(cls, _moment("datetime.utcnow", None))
 
     @classmethod
     def today(cls) -> Any:
         """As of `datetime.datetime`."""
-        return _moment("datetime.today", None)
+        return _in_class(cls, _moment("datetime.today", None))
 
 
-class VirtualDate(real_datetime.date, metaclass=_LikeDate):
-    """A day whose present is that of the run."""
+class VirtualDate(real_datetime.date, metaclass=_LikeOriginal):
+    """A day whose present is that of the run. Its instances are `datetime.date`."""
+
+    original = real_datetime.date
+
+    def __new__(cls, *args: Any, **keywords: Any) -> Any:
+        """As of `datetime.date`."""
+        kind = cls.original if cls is VirtualDate else cls
+        return real_datetime.date.__new__(kind, *args, **keywords)
 
     @classmethod
     def today(cls) -> Any:
         """As of `datetime.date`."""
-        return _moment("date.today", None).date()
+        day = _moment("date.today", None).date()
+        return day if cls is VirtualDate else cls(day.year, day.month, day.day)
 
 
 def _with_name(name: str, function: Callable[..., Any]) -> Callable[..., Any]:

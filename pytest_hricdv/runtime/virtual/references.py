@@ -135,10 +135,27 @@ def _put_default(function: FunctionType, index: int, value: object) -> None:
     function.__defaults__ = tuple(defaults)
 
 
-def _put_base(kind: type, index: int, value: object) -> None:
-    bases = list(kind.__bases__)
-    bases[index] = value  # type: ignore[call-overload]
-    kind.__bases__ = tuple(bases)
+_METHODS: dict[type, list[str]] = {}
+"""Class whose base could not be replaced -> its class methods that are those of the replacement."""
+
+
+def _put_base(kind: type, index: int, value: Any) -> None:
+    """Replace a base of a class; of subclasses of types in C, such as `datetime`, the class methods only."""
+    for name in _METHODS.pop(kind, ()):
+        delattr(kind, name)
+    bases = [*kind.__bases__]
+    bases[index] = value
+    try:
+        kind.__bases__ = tuple(bases)
+    except TypeError:
+        methods = {name: method for name, method in vars(value).items() if isinstance(method, classmethod)}
+        if not methods:
+            raise
+        _METHODS[kind] = []
+        for name in methods.keys() - vars(kind).keys():
+            with suppress(TypeError):  # a class in C, too: its methods stay
+                setattr(kind, name, methods[name])
+                _METHODS[kind].append(name)
 
 
 def _put_attribute(kind: type, name: str, value: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import concurrent.futures
 import functools
+import pickle
 import sched
 import threading
 import time
@@ -22,6 +23,7 @@ import schedule
 import statemachine
 import tenacity
 import transitions
+import yaml
 from apscheduler.schedulers.background import BackgroundScheduler
 from apscheduler.schedulers.blocking import BlockingScheduler
 from ratelimit import RateLimitException, limits, sleep_and_retry
@@ -286,6 +288,32 @@ class _Once:
 
 
 _ONCE = _Once()
+
+
+@functools.singledispatch
+def _kind(value: object) -> str:
+    return "other"
+
+
+@_kind.register
+def _(value: datetime) -> str:
+    return "moment"
+
+
+class _Moment(datetime):
+    """Its layout is that of a type in C, whose base cannot be replaced."""
+
+    def half(self) -> str:
+        return "am" if self.hour < 12 else "pm"
+
+
+@program
+def moments_of_every_kind(say: Say) -> None:
+    moment = datetime(2020, 1, 2, tzinfo=UTC)
+    say((_kind(moment), _kind(datetime.now(UTC)), type(moment).__module__, issubclass(type(moment), datetime)))
+    say(yaml.safe_dump([datetime(2020, 1, 2), yaml.safe_load("2020-01-03")]))
+    time.sleep(60.0)
+    say((str(_Moment.now(UTC)), _Moment.now().half(), pickle.loads(pickle.dumps(moment)) == moment))
 
 
 class _Own(threading.local):

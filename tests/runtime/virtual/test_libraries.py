@@ -30,6 +30,11 @@ SEEN: dict[str, list[object]] = {
     "timeout_in_a_coroutine": [("late", 1.5)],
     "pool_with_a_timeout": [("late", 1.0), ("done", 4.0)],
     "clocks_that_were_handed_over": [(2.0, 3.0, 2.0), (2.0, 2.0)],
+    "moments_of_every_kind": [
+        ("moment", "moment", "datetime", True),
+        "- 2020-01-02 00:00:00\n- 2020-01-03\n",
+        ("2000-01-01 00:01:00+00:00", "am", True),
+    ],
     "values_of_each_thread": [(2, 0), (2, 1), (0, False)],
     "clocks_of_the_system": [61.0, ("00:01:01", 1, "Sat Jan  1 00:01:01 2000")],
     "lock_of_an_object_of_the_module": [0, 0, 0, 3.0],
@@ -61,3 +66,5 @@ def test_what_a_library_waits_for_passes_in_virtual_time(body: Callable[..., Non
     for _ in range(2):  # what one run leaves is not in the next
         assert run_in_virtual_time(body) == SEEN[body.__name__]
     assert time.monotonic() - began_s < 30.0
+    assert type(library_programs._Moment.now()) is library_programs._Moment
+    assert library_programs._Moment.now().year > 2000  # outside of runs, all is real again
