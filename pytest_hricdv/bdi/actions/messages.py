@@ -222,7 +222,7 @@ def _df_search(invocation: Invocation) -> Outcome:
 
 @internal_action("df_subscribe", 1, 2, inspects=True)
 def _df_subscribe(invocation: Invocation) -> Outcome:
-    """The agent is told ``provider(Agent, "service")`` by ``df``, for those who offer it now and from now on."""
+    """``df`` tells the agent ``provider(Agent, "service")`` for each present and future provider."""
     run, service = invocation.agent.run, invocation.text(0)
     run.directory.subscribe(invocation.agent.name, service)
     for provider in run.directory.providers(service):

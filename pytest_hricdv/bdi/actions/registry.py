@@ -290,7 +290,7 @@ _INSTEAD = {
     ".for": "use for (condition) { ... }",
     ".loop": "use while (condition) { ... }, or .loop(condition, { ... })",
     ".include": 'use the directive { include("file.asl") }',
-    ".get_src_info": "where a statement is, a failure plan is told: -!g[code_src(File), code_line(Line)]",
+    ".get_src_info": "failure plans receive the source location as annotations: -!g[code_src(File), code_line(Line)]",
     ".join": "it is part of .fork: write .fork(and, { ... }, { ... }), or !a |&| !b",
     ".list_files": "runs read no folders: what there is to choose from is a list of beliefs",
     ".namespace_get_prop": _NAME_SPACES,
@@ -332,7 +332,7 @@ def _unknown_action(name: str, names: Iterable[str]) -> str:
     if not name.startswith((".", *_OWN_PACKAGES)):
         action = name.replace(".", "_")
         return (
-            f"{name} is an internal action in Java, of which there are none here; write a rule, or an external action "
+            f"{name} is an internal action in Java, and Java is not supported; write a rule, or an external action "
             f"{action}(...) of a Python environment, which answers with a percept"
         )
     ordered = sorted(names)

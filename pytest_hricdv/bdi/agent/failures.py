@@ -175,9 +175,9 @@ def _handle(agent: AgentState, intention: Intention, start: int, annots: tuple[T
 
 
 def _gives_up_branch(agent: AgentState, branch: Intention) -> bool:
-    """Whether a branch that has failed is one of those of which one has to be done: then the others go on.
+    """Whether a failed branch is of a disjunction (`|||`), whose other branches go on.
 
-    As in Jason, the intention ends with the last of them, and no plan is asked for its failure.
+    As in Jason, the intention ends with the last branch, without a failure event.
     """
     forked = branch.branch_of
     if forked is None or forked.needs_all:

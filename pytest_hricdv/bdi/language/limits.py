@@ -25,14 +25,13 @@ MAX_SIZE = 1_000_000
 MAX_ANSWERS = 1_000_000
 """Answers of a query that are kept at once, as by ``.findall`` (400 MB in a ``for`` loop)."""
 MAX_HELD = 1_000_000
-"""Beliefs of all agents together, each of which takes up to a kilobyte, a gigabyte in all; likewise for plans, and for
-what waits for its turn."""
+"""Beliefs of all agents (up to 1 kB each, 1 GB in all); the same limit holds for plans and for pending events."""
 CHARACTERS = 16
 """Characters that count as one term, or one unit of work (10 million units are 160 MB)."""
 ITEMS = 16
 """Items of a list that can be copied in a unit of work (60 ns each)."""
 ROUNDS_BETWEEN_COUNTS = 1024
-"""After so many rounds beliefs and what waits is counted (counting a million beliefs takes 20 ms)."""
+"""Rounds between two counts of beliefs and pending events (a count of a million beliefs takes 20 ms)."""
 _OUTSIDE = 1 << 62
 """More than anything takes: what is not part of a run has no limit."""
 
