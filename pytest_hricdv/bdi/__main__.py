@@ -11,7 +11,6 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv._base.output import end_with_reader
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.run.environment import NoEnvironment
-from pytest_hricdv.bdi.run.jitter import MAX_JITTER
 from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
 
 _EXAMPLES = """\
@@ -226,12 +225,12 @@ def _rounds(text: str) -> int:
 
 
 def _delay(text: str) -> int:
-    return _number(text, f"a number of rounds from 0 to {MAX_JITTER}", 0, MAX_JITTER)
+    return _number(text, "a number of rounds from 0", 0)
 
 
-def _number(text: str, expected: str, least: int, most: int | None = None) -> int:
+def _number(text: str, expected: str, least: int) -> int:
     number = int(text) if text.isdecimal() else least - 1
-    if number < least or (most is not None and number > most):
+    if number < least:
         raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}")
     return number
 

@@ -90,7 +90,9 @@ class CoupledRun(SystemRun):
         """
         self._ended_waits = self._ended_waits + 1 if time_s == self.now_s else 0
         if self._ended_waits > MAX_CYCLES:
-            raise BdiError(f"{self._names()} waits again and again without time passing: {self._activities()}")
+            raise BdiError(
+                f"{self._names()} waits more than {MAX_CYCLES:,} times without time passing: {self._activities()}"
+            )
         self.now_s = time_s
         if self.earliest_deadline <= self.ticks:
             self._end_waits()

@@ -29,9 +29,6 @@ Tier = Callable[[int, int], float]
 
 _VALUE_OF_NEW_PLAN = 100.0  # the highest reward of the paper, so that its kT = 10 explores as much as there
 
-_MANY = 1_000_000
-"""Most of anything that learning repeats: a thousand times what any model has needed."""
-
 
 class RewardFunction(Protocol):
     """The quantity that learning maximizes."""
@@ -180,16 +177,16 @@ class QLearning:
             "rewards": (all(map(math.isfinite, self.rewards)) and bool(self.rewards), "at least one finite number"),
             "reward_otherwise": (math.isfinite(self.reward_otherwise), "a finite number"),
             "min_beliefs": (self.min_beliefs >= 2, "at least 2: a start belief and one to learn about"),
-            "max_beliefs": (self.min_beliefs <= self.max_beliefs <= _MANY, f"at least min_beliefs, at most {_MANY}"),
-            "iterations": (1 <= self.iterations <= _MANY, f"1 to {_MANY}"),
+            "max_beliefs": (self.min_beliefs <= self.max_beliefs, "at least min_beliefs"),
+            "iterations": (self.iterations >= 1, "at least 1"),
             "tolerance": (0.0 <= self.tolerance < math.inf, "a finite number, at least 0"),
-            "quiet_iterations": (1 <= self.quiet_iterations <= _MANY, f"1 to {_MANY}"),
+            "quiet_iterations": (self.quiet_iterations >= 1, "at least 1"),
             "suite_size": (1 <= self.suite_size <= MAX_TESTS, f"1 to {MAX_TESTS}"),
-            "model_runs": (0 <= self.model_runs <= _MANY * 1000, f"0 to {_MANY * 1000}"),
-            "rounds": (0 <= self.rounds <= _MANY, f"0 to {_MANY}"),
-            "candidates": (1 <= self.candidates <= _MANY, f"1 to {_MANY}"),
-            "alternatives": (1 <= self.alternatives <= _MANY, f"1 to {_MANY}"),
-            "patience": (1 <= self.patience <= _MANY, f"1 to {_MANY}"),
+            "model_runs": (self.model_runs >= 0, "at least 0"),
+            "rounds": (self.rounds >= 0, "at least 0"),
+            "candidates": (self.candidates >= 1, "at least 1"),
+            "alternatives": (self.alternatives >= 1, "at least 1"),
+            "patience": (self.patience >= 1, "at least 1"),
         }
         for name, (good, expected) in checks.items():
             if not good:

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 _KEYS = ("title", "source", "formula", "pattern", "shows", "group", "suggested", "accepted_by", "accepted_on")
 _DEFINITIONS = "definitions"
-MAX_TABLES = 1_000
-"""Most requirements of a file, and most definitions (chosen): more than people can read."""
 
 
 def load_requirements(
@@ -143,9 +141,6 @@ def _read(path: str | PathLike[str]) -> tuple[str, dict[str, Any]]:
     except (FileNotFoundError, MalformedError) as error:
         fault = ": no such file" if isinstance(error, FileNotFoundError) else error
         raise RequirementError(f"{path}{fault}; expected a TOML file of requirements") from None
-    defined = tables.get(_DEFINITIONS)
-    if len(tables) > MAX_TABLES or (isinstance(defined, dict) and len(defined) > MAX_TABLES):
-        raise RequirementError(f"{path}: expected at most {MAX_TABLES} requirements, and as many definitions")
     return document, tables
 
 

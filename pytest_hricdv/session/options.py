@@ -28,7 +28,7 @@ from pytest_hricdv.results.gates import (
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
 from pytest_hricdv.session.option import MAX_INTEGER, OptionReader, feature_options, usage_error
 
-MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000
+MAX_TESTS = 100_000
 """As in `generate.beliefs`, which a session without a suite does not import."""
 
 SESSION_DAY = "hricdv_session_day"
@@ -109,7 +109,7 @@ def read_options(config: pytest.Config) -> Options:
         suite_named=bool(replay or asking) or config.getoption("hri_suite") is not None,
         seed=reader.integer("seed", 0, minimum=-MAX_INTEGER),
         tests=reader.integer("tests", None, minimum=1, maximum=MAX_TESTS),
-        concretizations=reader.integer("concretizations", 1, minimum=1, maximum=MAX_CONCRETIZATIONS),
+        concretizations=reader.integer("concretizations", 1, minimum=1),
         sampling=_read_sampling(reader),
         report=config.invocation_params.dir / (reader.text("report") or "hri-report"),
         gates=Gates(

@@ -132,7 +132,7 @@ def test_files_that_include_others_twice_end_at_a_limit(tmp_path: Path) -> None:
     for number in range(23):
         (tmp_path / f"f{number}.asl").write_text(f'{{ include("f{number + 1}.asl") }}\n' * 2)
     (tmp_path / "f23.asl").write_text("p.")
-    with ends(), pytest.raises(BdiSyntaxError, match=r"f\d+\.asl:\d:\d+: a program of more than 1,000 included files"):
+    with ends(), pytest.raises(BdiSyntaxError, match=r"f\d+\.asl:\d:\d+: a program of more than 1,000 files"):
         system_of(tmp_path, a='{ include("f0.asl") }')
 
 
@@ -175,11 +175,11 @@ def test_a_source_in_the_folder_or_the_current_one_is_shown(tmp_path: Path, monk
     ("count", "message"),
     [
         ("#00000000199999999", "found '00000000199999999'"),
-        ("#10001", "from 1 to 10000, found '10001'"),
+        ("#10001", "from 1 to 10,000, found '10001'"),
         ("#٣", "unexpected character"),
         ("#0", "found '0'"),
-        ("#6000; b #6000", "from 1 to 4000 more, 10000 together, found '6000'"),
-        ("; ".join(["", *(f"x{number}" for number in range(10_001))]), "expected at most 10000 agents"),
+        ("#6000; b #6000", "from 1 to 4,000 more, 10,000 together, found '6000'"),
+        ("; ".join(["", *(f"x{number}" for number in range(10_001))]), "expected at most 10,000 agents"),
     ],
     ids=lambda value: value[:20],
 )

@@ -206,7 +206,7 @@ class _ProgramReader:
         elif len(self._open) > MAX_INCLUDE_DEPTH:
             message = f"more than {MAX_INCLUDE_DEPTH} files that include each the next"
         elif self._files > MAX_FILES or self._size > MAX_SOURCE:
-            message = f"a program of more than {MAX_FILES:,} included files, or {MAX_SOURCE:,} characters with these"
+            message = f"a program of more than {MAX_FILES:,} files, or {MAX_SOURCE:,} characters, with what it includes"
         if message:
             raise BdiSyntaxError.at(message, named_at or Location(str(path), 1, 1), naming_text)
 

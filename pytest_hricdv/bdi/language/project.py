@@ -27,6 +27,8 @@ _SECTIONS = frozenset(
 )
 MAX_AGENTS = 10_000
 """Most agents of a project, each copy counted: so many load in a second; `#99999999` would exhaust memory."""
+MAX_FOLDERS = 100
+"""Most folders of a project: the source of each agent is searched for in all of them."""
 _AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})
 _SUPPORTED_OPTIONS = {"beliefs", "goals", "verbose"}
 _DEFAULTS_OF_OPTIONS = {"events": "discard", "intBels": "sameFocus", "synchronised": "false", "nrcbp": "1"}
@@ -152,7 +154,7 @@ class _ProjectReader:
                 while self._in_section():
                     entries += self._agent(len(entries))
                     if len(entries) > MAX_AGENTS:
-                        raise self._error(f"expected at most {MAX_AGENTS} agents", self._peek())
+                        raise self._error(f"expected at most {MAX_AGENTS:,} agents", self._peek())
             else:
                 self._other_section(section)
         self._expect("}")
@@ -168,8 +170,8 @@ class _ProjectReader:
         first = self._peek().text
         strings = self._section_strings()
         if section.text == "aslSourcePath":
-            if len(strings) > 100:  # the source of each agent is searched for in all of them
-                raise self._error(f"expected at most 100 folders, found {len(strings)}", section)
+            if len(strings) > MAX_FOLDERS:
+                raise self._error(f"expected at most {MAX_FOLDERS} folders, found {len(strings)}", section)
             self._source_paths = [Path(part.replace("\\", "/")) for part in strings]
         elif section.text == "environment":
             self._environment = first
@@ -214,7 +216,7 @@ class _ProjectReader:
         digits = token.text.lstrip("0") or "0"
         # int() itself refuses texts of more than 4,300 digits, without a place in the file.
         if not digits.isdigit() or len(digits) > 9 or not 1 <= int(digits) <= MAX_AGENTS - before:
-            most = f"{MAX_AGENTS}" if not before else f"{MAX_AGENTS - before} more, {MAX_AGENTS} together"
+            most = f"{MAX_AGENTS:,}" if not before else f"{MAX_AGENTS - before:,} more, {MAX_AGENTS:,} together"
             raise self._error(f"expected a whole number of agents from 1 to {most}, found '{token.text[:20]}'", token)
         return int(digits)
 

@@ -171,7 +171,7 @@ def _solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bi
                     goals = rest
                     continue
             else:
-                if len(choices) > MAX_CHOICES:
+                if len(choices) >= MAX_CHOICES:
                     raise BdiError(
                         f"{agent.name}: runaway recursion while looking for {goal}, more than {MAX_CHOICES:,} calls "
                         f"deep: {_used_rule(agent)}{agent.activity()}"

@@ -17,9 +17,6 @@ from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.system_run import SystemRun
 
-MAX_JITTER = 1000
-"""Rounds that something may be late at most: 100 ms of virtual time (a run of the table has 177 rounds)."""
-
 
 class JitteredRun(SystemRun):
     """A run in which agents act in random order, and messages and percepts may be late.

@@ -21,7 +21,7 @@ from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content
 from pytest_hricdv.bdi.logic.substitution import rename_apart
 from pytest_hricdv.bdi.run.environment import Environment
-from pytest_hricdv.bdi.run.jitter import MAX_JITTER, JitteredRun
+from pytest_hricdv.bdi.run.jitter import JitteredRun
 from pytest_hricdv.bdi.run.system_run import SystemRun
 from pytest_hricdv.bdi.run.tracing import Trace, TracedAgent, TracedRun
 
@@ -187,8 +187,8 @@ class MultiAgentSystem:
         """
         if max_rounds < 0:
             raise ValueError(f"max_rounds must not be negative, got {max_rounds}")
-        if not 0 <= jitter <= MAX_JITTER:
-            raise ValueError(f"jitter must be from 0 to {MAX_JITTER} rounds, got {jitter}")
+        if jitter < 0:
+            raise ValueError(f"jitter must not be negative, got {jitter}")
         self.show(percepts)
         awaited = None if goal is None else (self.check_agent(goal[0]), parse_literal(goal[1]))
         run = _new_run(self.environment, seed, awaited, jitter, trace)

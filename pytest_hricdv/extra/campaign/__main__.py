@@ -16,10 +16,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import quote, visible
 from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.campaign import audit, commands
 from pytest_hricdv.extra.campaign.commands import USAGE
+from pytest_hricdv.extra.campaign.database import MAX_K
 from pytest_hricdv.extra.campaign.plan import CampaignError
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.session.remote import ClusterError
@@ -100,8 +101,8 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
 
 
 def _number(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 10_000_000):
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number, at least 1")
+    if not (text.isascii() and text.isdigit() and len(text) < 20 and 1 <= int(text) <= MAX_K):
+        raise argparse.ArgumentTypeError(f"{quote(text)}: expected a whole number from 1 to {MAX_K:,}")
     return int(text)
 
 

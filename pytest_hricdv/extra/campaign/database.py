@@ -33,8 +33,8 @@ CREATE TABLE sessions (began_utc TEXT, wall_s REAL);
 _BESIDE = ("-wal", "-shm", "-journal")
 """Suffixes of the files that SQLite writes next to a database."""
 
-_MAX_K = 10_000_000
-"""Concretizations of a test; as many as the command line takes."""
+MAX_K = 10_000_000
+"""Most concretizations of a test, and the largest number that the command line takes: what is more is a slip."""
 
 _STRANGE_KEYS = "SELECT count(*) FROM {} WHERE typeof(test) != 'integer' OR typeof(k) != 'integer' OR test < 0 \
 OR test >= ? OR k < 0 OR k >= ?"
@@ -84,7 +84,7 @@ def _tables(connection: sqlite3.Connection) -> dict[str, tuple[str, str]]:
 def check_keys(path: Path, connection: sqlite3.Connection, tests: int) -> None:
     """Check that all rows are of tests of the plan. Raises CampaignError."""
     for table in ("runs", "results", "again"):
-        (count,) = connection.execute(_STRANGE_KEYS.format(table), (tests, _MAX_K)).fetchone()
+        (count,) = connection.execute(_STRANGE_KEYS.format(table), (tests, MAX_K)).fetchone()
         if count:
             raise damage_error(path, f"{count:,} rows of {table} are of no test of its plan")
 

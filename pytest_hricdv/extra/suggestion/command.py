@@ -75,6 +75,6 @@ def do(options: argparse.Namespace) -> int:
 
 
 def _number(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and int(text) <= 10_000_000):
+    if not (text.isascii() and text.isdigit()):
         raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number")
     return int(text)

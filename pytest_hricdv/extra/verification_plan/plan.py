@@ -76,7 +76,6 @@ _LISTS = ("requirements", "files")
 _SHARES = ("cross", "plans")
 _PERCENTS = ("statements", "branches")
 _GOAL = (*_LISTS, *_SHARES, *_PERCENTS, "triggers")
-_MAX_DEPTH = 8  # of sections: nobody reads headings of nine levels
 
 
 class PlanError(InputError):
@@ -119,8 +118,6 @@ class _PlanReader:
 
     def parts(self, name: str, table: Mapping[str, Any], depth: int) -> Iterator[PlanItem]:
         """A section, which has tables, with what is in it; or a goal."""
-        if depth > _MAX_DEPTH:
-            raise self._error(name, f"sections are nested too deeply; expected at most {_MAX_DEPTH}")
         tables = {key: value for key, value in table.items() if isinstance(value, dict) and key not in _SHARES}
         is_goal = bool(name) and not tables
         allowed = (*_TEXTS, *_GOAL) if is_goal else _TEXTS

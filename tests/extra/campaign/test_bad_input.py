@@ -25,7 +25,7 @@ def free_port() -> int:
     ("arguments", "said"),
     [
         (["run", "--suite=nonesuch"], "the tests cannot be planned: ERROR: --hri-suite: suite 'nonesuch' is no method"),
-        (["run", "--concretizations=0"], "'0': expected a whole number, at least 1"),
+        (["run", "--concretizations=0"], "'0': expected a whole number from 1 to 10,000,000"),
         (["run", "--cluster=lokal"], "'lokal': expected local, local:WORKERS or a scheduler's tcp://HOST:PORT"),
         (["run", "--cluster=local:0"], "expected at least one worker"),
         (["run", "--audit=101"], "expected a share in per cent, from 0 to 100"),
