@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
@@ -20,7 +21,7 @@ from pytest_hricdv.execution import faults
 from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_features
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.host_loop import leave_host_loop
-from pytest_hricdv.execution.influence import Influence
+from pytest_hricdv.execution.influence import Influence, ParameterLog
 from pytest_hricdv.execution.outcome import Judgement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import actors_of
@@ -117,6 +118,8 @@ class CaseResult:
     """What is wrong with the bins that the run hit, a sentence each."""
     unreached_waits: str = ""
     """When the code waited, where nothing that people, sensors or the world did reached it (see `Influence.waits`)."""
+    unread: tuple[str, ...] = ()
+    """Parameters of a run that the testbench declares, and that nobody read in this one."""
     has_measured_node: bool = True
     """Whether the testbench's `run` wrapped a node with `run.measured`: otherwise nothing of the code was measured."""
     error: NodeError | None = None
@@ -189,7 +192,9 @@ def execute(
         TestbenchError: the testbench's `run` returned no Outcome, or ended the test by `pytest.skip` or the like.
         NodeError: a node failed, and after that the testbench or the monitors could not finish the run.
     """
-    testbench, measurement = settings.testbench, settings.measurement
+    testbench, measurement, given = settings.testbench, settings.measurement, test
+    parameters = ParameterLog(given.run)
+    test = dataclasses.replace(given, run=parameters)
     recorder = Recorder()
     monitors = MonitorSet(formulas(settings.requirements))
     followers = tuple(
@@ -260,7 +265,7 @@ def execute(
     ended += faults.of_actors(name for name in run.idle_actors() if _acts(name, testbench))
     ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(
-        test=run.enacted,
+        test=dataclasses.replace(run.enacted, run=given.run),
         outcome=outcome,
         record=record,
         sim_s=kernel.now_s,
@@ -268,6 +273,7 @@ def execute(
         code=covered if code.has_run else None,
         has_measured_node=code.has_run,
         unreached_waits=influence.waits if code.has_run else "",
+        unread=tuple(name for name in testbench.concretization.run if name in parameters.unread),
         cross=cross,
         action_times_s=tuple(run.action_times_s),
         begun=tuple(run.begun),

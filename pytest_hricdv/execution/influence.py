@@ -11,7 +11,7 @@ import gc
 import logging
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import Enum
 from functools import partial
 from io import IOBase
@@ -45,6 +45,48 @@ _IMMUTABLE = (
     CellType,
     partial,
 )
+
+
+class ParameterLog(dict[str, float]):
+    """Parameters that note which of them are read; who copies them all may read each.
+
+    Attributes:
+        unread: names that nobody has read.
+    """
+
+    def __init__(self, parameters: Mapping[str, float]) -> None:
+        super().__init__(parameters)
+        self.unread = set(parameters)
+
+    def __getitem__(self, name: str) -> float:
+        self.unread.discard(name)
+        return super().__getitem__(name)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """See `dict`."""
+        self.unread.discard(name)
+        return super().get(name, default)
+
+    def __iter__(self) -> Iterator[str]:
+        self.unread.clear()
+        return super().__iter__()
+
+    def items(self) -> Any:
+        """See `dict`."""
+        self.unread.clear()
+        return super().items()
+
+    def values(self) -> Any:
+        """See `dict`."""
+        self.unread.clear()
+        return super().values()
+
+    def __or__(self, other: Any) -> Any:
+        return dict(self) | other
+
+    def copy(self) -> dict[str, float]:
+        """See `dict`."""
+        return dict(self)
 
 
 class Influence:

@@ -1,23 +1,29 @@
-"""What no run of a session used: fails a session in which nothing reached the code under test."""
+"""What no run of a session used: code that nothing reached fails it, and parameters that nothing read are named."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from pytest_hricdv.results.section import TestSection
+from pytest_hricdv.results.section import Section, TestSection
 from pytest_hricdv.session.feature import Feature, FeatureSession
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult
-    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
 UNREACHED: TestSection[str] = TestSection("unreached", str, "")
 """Of a test in whose run nothing that people, sensors or the world did reached the code: four digits for each
 simulated second, by when the code had waited until then."""
 
-TEST_SECTIONS = (UNREACHED,)
+UNREAD: TestSection[tuple[str, ...]] = TestSection("unread", tuple[str, ...], ())
+"""Of a test: declared parameters of the run that nothing read in it."""
+
+NEVER_READ: Section[tuple[str, ...]] = Section("never_read", tuple[str, ...], ())
+"""Of a session that ran all tests: declared parameters of the run that nothing read in any of them."""
+
+SECTIONS, TEST_SECTIONS = (NEVER_READ,), (UNREACHED, UNREAD)
 
 
 class UnusedFeature(Feature[None]):
@@ -27,12 +33,26 @@ class UnusedFeature(Feature[None]):
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
         """See `Feature`."""
-        return UNREACHED.put(result, run.unreached_waits) if run.unreached_waits else result
+        result = UNREACHED.put(result, run.unreached_waits) if run.unreached_waits else result
+        return UNREAD.put(result, run.unread) if run.unread else result
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """See `Feature`."""
         session.problems += complain_of_unreached_code(results)
         return results
+
+    def after_gates(self, session: FeatureSession, report: Report) -> Report:
+        """See `Feature`."""
+        unread = [UNREAD.of(result) for result in report.tests if result.timeline is not None]
+        if not (session.is_whole and unread and all(unread)):
+            return report
+        never = tuple(name for name in unread[0] if all(name in others for others in unread))
+        session.warnings += [
+            f"nothing read the parameter {name} in any of {len(unread)} runs, so its values test nothing: read "
+            f'run.test.run["{name}"] in the testbench\'s run, or do not declare it'
+            for name in never
+        ]
+        return NEVER_READ.put(report, never)
 
 
 FEATURE = UnusedFeature()
