@@ -28,11 +28,8 @@ def test_every_seed_is_accepted(targets: dict[str, Target], tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
-def test_ten_thousand_inputs_lead_to_documented_errors_only(
-    targets: dict[str, Target], tmp_path: Path, seed: int
-) -> None:
-    tally = fuzz(10_000, seed, targets, tmp_path, tmp_path / "findings")
+def test_ten_thousand_inputs_lead_to_documented_errors_only(targets: dict[str, Target], tmp_path: Path) -> None:
+    tally = fuzz(10_000, 1, targets, tmp_path, tmp_path / "findings")
     assert not tally.findings
     assert tally.inputs.total() == 10_000
     assert all(tally.refused[name] for name in targets)

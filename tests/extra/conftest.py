@@ -1,5 +1,5 @@
 """The user's project that parts are tested on, as in `tests/plugin`."""
 
-from tests.plugin.conftest import cache_folder, lamps
+from tests.plugin.conftest import after, cache_folder, finished, finished_sessions, lamps
 
-__all__ = ["cache_folder", "lamps"]
+__all__ = ["after", "cache_folder", "finished", "finished_sessions", "lamps"]

@@ -19,8 +19,8 @@ TABLE = 1
 
 CLEAR_M = 0.01
 SUITES = ("by-hand", "bdi-random", "pseudorandom")
-FEW, MORE = 2, 6
-"""Tests of each suite that are run in the fast and in the slow test."""
+FEW = 3
+"""Tests of each suite that are run."""
 
 PALM = "left_wrist_flex"
 """The person's hand may touch palm and fingers; tests/sim/test_hand_contact.py tests the forces."""
@@ -41,12 +41,6 @@ def too_near(world: World) -> set[str]:
 @pytest.mark.parametrize("suite", SUITES)
 def test_the_person_keeps_clear_of_table_and_robot(suite: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert_clear(islice(bench.suite(suite), FEW), monkeypatch)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("suite", SUITES)
-def test_the_person_keeps_clear_in_more_tests(suite: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert_clear(islice(bench.suite(suite), FEW, MORE), monkeypatch)
 
 
 def assert_clear(tests: Iterable[ConcreteTest], monkeypatch: pytest.MonkeyPatch) -> None:

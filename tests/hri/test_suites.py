@@ -17,8 +17,8 @@ OUTCOMES = {"released", "discarded", "no-human-ready", "sensing-timeout"}
 ENDS = {"table done", "nobody asks any more"}
 
 SUITES = ("by-hand", "bdi-random", "pseudorandom")
-FEW, MORE = 2, 6
-"""Tests of each suite that are run in the fast and in the slow test."""
+FEW = 3
+"""Tests of each suite that are run."""
 
 
 def assert_whole(result: CaseResult) -> None:
@@ -56,13 +56,6 @@ def test_three_suites_run_on_two_workers_and_are_reported(tmp_path: Path) -> Non
 @pytest.mark.parametrize("name", SUITES)
 def test_every_run_of_a_suite_ends_with_a_defined_outcome(name: str) -> None:
     for test in islice(bench.suite(name, seed=5), FEW):
-        assert_whole(bench.run(test))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SUITES)
-def test_more_runs_of_a_suite_end_with_a_defined_outcome(name: str) -> None:
-    for test in islice(bench.suite(name, seed=5), FEW, MORE):
         assert_whole(bench.run(test))
 
 

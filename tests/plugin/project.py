@@ -29,19 +29,18 @@ in_each_mode = pytest.mark.parametrize(
     [
         pytest.param((), id="plain"),
         pytest.param(A_WORKER, id="on a worker"),
-        pytest.param(MODES["on two workers"], id="on two workers", marks=pytest.mark.slow),
     ],
 )
-"""Runs a test in this process and on workers; on two of them among the slow tests."""
+"""Runs a test in this process and on a worker."""
 
-plain_and_slowly_on_workers = pytest.mark.parametrize(
+plain_and_slowly_on_a_worker = pytest.mark.parametrize(
     "options",
     [
         pytest.param((), id="plain"),
-        pytest.param(MODES["on two workers"], id="on two workers", marks=pytest.mark.slow),
+        pytest.param(A_WORKER, id="on a worker", marks=pytest.mark.slow),
     ],
 )
-"""The same for behaviour that depends little on the mode: on workers among the slow tests only."""
+"""The same for behaviour that depends little on the mode: on a worker among the slow tests only."""
 
 counted_up_to_313 = pytest.mark.skipif(
     sys.version_info >= (3, 14), reason="from Python 3.14 on, fields without a default are no statements"

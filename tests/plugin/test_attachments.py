@@ -15,10 +15,9 @@ from msgspec.structs import replace
 
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.session.exports import timeline_text
-from tests.plugin.project import report
+from tests.plugin.project import A_WORKER, report
 from tests.report import sample_tests
 
-WORKERS = [pytest.param(("-p", "no:xdist"), id="plain"), pytest.param(("-n", "2"), id="xdist", marks=pytest.mark.slow)]
 SUITE = ("--hri-suite=by-hand", "--hri-strict")
 
 
@@ -35,7 +34,7 @@ def results(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("options", WORKERS)
+@pytest.mark.parametrize("options", [("-p", "no:xdist"), A_WORKER], ids=["plain", "on a worker"])
 def test_allure_gets_a_timeline_and_a_link_of_each_test(bench: pytest.Pytester, options: tuple[str, ...]) -> None:
     bench.runpytest_subprocess(*SUITE, "--alluredir=out/allure", *options)
     folder = bench.path / "out" / "allure"
@@ -54,8 +53,7 @@ def test_allure_gets_a_timeline_and_a_link_of_each_test(bench: pytest.Pytester, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("options", WORKERS)
-@pytest.mark.parametrize("contained", [False, True])
+@pytest.mark.parametrize(("options", "contained"), [(("-p", "no:xdist"), False), (A_WORKER, True)])
 def test_pytest_html_gets_a_timeline_and_a_link_of_each_test(
     bench: pytest.Pytester, options: tuple[str, ...], contained: bool
 ) -> None:

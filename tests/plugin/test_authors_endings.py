@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, command, in_each_mode, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, command, in_each_mode, report
 
 SUITE = "--hri-suite=by-hand"
 TEST = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n"
@@ -68,12 +68,9 @@ def test_no_view_calls_it_known(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_an_xfail_after_a_check_that_passed_leaves_no_file_to_replay(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_an_xfail_after_a_check_that_passed_leaves_no_file_to_replay(lamps: pytest.Pytester) -> None:
     write_test(lamps, after='pytest.xfail("my reason")')
-    result = lamps.runpytest_inprocess(SUITE, *options)
+    result = lamps.runpytest_inprocess(SUITE)
     assert result.ret == 0
     result.assert_outcomes(xfailed=4)
     result.stdout.fnmatch_lines([f"tests: 1 known to fail, 3 {WORDS}"])

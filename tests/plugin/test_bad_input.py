@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_on_workers
+from tests.plugin.project import change
 
 SUITE = "--hri-suite=by-hand"
 ROOT = Path(__file__).parents[2]
@@ -255,10 +255,9 @@ def test_testbench(lamps: pytest.Pytester, old: str, new: str, told: str) -> Non
     assert told in refused(lamps, SUITE)
 
 
-@plain_and_slowly_on_workers
-def test_no_testbench(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_no_testbench(lamps: pytest.Pytester) -> None:
     (lamps.path / "conftest.py").unlink()
-    message = refused(lamps, SUITE, *options)
+    message = refused(lamps, SUITE)
     assert message == (
         f"no testbench: implement pytest_hricdv_testbench(config) in {lamps.path / 'conftest.py'} "
         "and return a pytest_hricdv.testbench.Testbench"
@@ -292,16 +291,13 @@ def test_workers_without_xdist(lamps: pytest.Pytester, workers: tuple[str, ...])
     assert told in refused(lamps, "-p", "no:xdist", *workers)
 
 
-@plain_and_slowly_on_workers
-def test_a_simulator_that_is_not_installed_is_told_once_before_the_run(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_simulator_that_is_not_installed_is_told_once_before_the_run(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", "run=run,", 'run=run,\n        simulation=Simulation(requires=("simulator",)),')
     simulator = lamps.path / "simulator.py"
     simulator.write_text("raise ImportError('needs PyBullet: pip install \"pytest-hricdv[sim]\"')\n", encoding="utf-8")
     told = 'the testbench requires simulator: needs PyBullet: pip install "pytest-hricdv[sim]"'
-    assert refused(lamps, SUITE, *options) == told
-    assert lamps.runpytest_inprocess("--collect-only", "-q", SUITE, *options).ret == 0
+    assert refused(lamps, SUITE) == told
+    assert lamps.runpytest_inprocess("--collect-only", "-q", SUITE).ret == 0
 
 
 @pytest.mark.slow

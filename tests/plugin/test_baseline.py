@@ -10,7 +10,6 @@ import pytest
 from tests.plugin.conftest import SessionRunner
 from tests.plugin.project import (
     change,
-    plain_and_slowly_on_workers,
     report,
 )
 
@@ -29,28 +28,24 @@ def kept(after: SessionRunner) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
 @pytest.mark.usefixtures("kept")
-def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester) -> None:
     first = (lamps.path / "base.json").read_text(encoding="utf-8")
-    result = lamps.runpytest_inprocess(*SUITE, BASE, *options)
+    result = lamps.runpytest_inprocess(*SUITE, BASE)
     assert result.ret == 0
     assert report(lamps.path)["gates"] == {"failed": [], "improved": []}
-    assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline", *options).ret == 0
+    assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline").ret == 0
     again = (lamps.path / "base.json").read_text(encoding="utf-8")
     assert HASH_SEED.sub("", again) == HASH_SEED.sub("", first)
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
 @pytest.mark.usefixtures("kept")
-def test_new_failures_and_losses_fail_though_known_ones_do_not(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_new_failures_and_losses_fail_though_known_ones_do_not(lamps: pytest.Pytester) -> None:
     # In the cellar it glares now, too: a violation of a requirement whose violation is known. And nobody is dim.
     change(lamps.path, "lamps/guide.py", "        return GLARE\n", "        return 100.0\n")
     change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
-    result = lamps.runpytest_inprocess(*SUITE, BASE, *options)
+    result = lamps.runpytest_inprocess(*SUITE, BASE)
     assert result.ret == 1
     result.assert_outcomes(failed=0, xfailed=2, passed=1)
     result.stdout.fnmatch_lines(

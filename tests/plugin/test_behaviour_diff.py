@@ -10,7 +10,7 @@ import pytest
 
 from tests import json_schema
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import change, command, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, command, report
 
 BASE = "--hri-baseline=base.json"
 BY_HAND = ("--hri-suite=by-hand", "-q", BASE)
@@ -38,9 +38,8 @@ def edit(folder: Path, **changes: Any) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = kept.runpytest_inprocess(*BY_HAND, GATE, *options)
+def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester) -> None:
+    result = kept.runpytest_inprocess(*BY_HAND, GATE)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["all 4 tests behave as in the baseline", "tests: *"])
     assert report(kept.path)["changes"] == {
@@ -64,11 +63,10 @@ def test_a_change_of_the_code_that_no_test_shows_is_said(kept: pytest.Pytester) 
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytester) -> None:
     slower(kept)
     change(kept.path, "lamps/guide.py", "        return GLARE\n", "        return 70.0\n")
-    result = kept.runpytest_inprocess(*BY_HAND, "--hri-summary=summary.md", *options)
+    result = kept.runpytest_inprocess(*BY_HAND, "--hri-summary=summary.md")
     assert result.ret == 0
     result.stdout.fnmatch_lines(
         [
@@ -96,20 +94,19 @@ def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytes
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester) -> None:
     slower(kept)
     change(kept.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_on_change = true")
-    result = kept.runpytest_inprocess(*BY_HAND, *options)
+    result = kept.runpytest_inprocess(*BY_HAND)
     assert result.ret == 1
     result.assert_outcomes(passed=3, xfailed=1)
     result.stdout.fnmatch_lines(["FAILED 4 of 4 tests behave differently from the baseline"])
-    part = kept.runpytest_inprocess(*BY_HAND, "-k", "cellar", *options)
+    part = kept.runpytest_inprocess(*BY_HAND, "-k", "cellar")
     assert part.ret == 1
     part.stdout.fnmatch_lines(["FAILED 1 of 1 tests behaves differently from the baseline"])
-    accepted = kept.runpytest_inprocess(*BY_HAND, "--hri-update-baseline", *options)
+    accepted = kept.runpytest_inprocess(*BY_HAND, "--hri-update-baseline")
     assert accepted.ret == 0
-    assert kept.runpytest_inprocess(*BY_HAND, *options).ret == 0
+    assert kept.runpytest_inprocess(*BY_HAND).ret == 0
 
 
 @pytest.mark.slow

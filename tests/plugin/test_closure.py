@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, command, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, command, report
 
 
 def covered(written: dict[str, Any]) -> dict[str, Any]:
@@ -23,15 +23,14 @@ def covered(written: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_the_smallest_suite_covers_as_much_when_it_is_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    assert lamps.runpytest_inprocess("--hri-suite=rl", *options).ret == 0
+def test_the_smallest_suite_covers_as_much_when_it_is_run(lamps: pytest.Pytester) -> None:
+    assert lamps.runpytest_inprocess("--hri-suite=rl").ret == 0
     whole = report(lamps.path)
     steps = whole["closure"]["minimal"]
     done = command("minimal", "hri-report", "small")
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[0] == f"small/rl.txt: {len(steps)} tests"
-    assert lamps.runpytest_inprocess("--hri-suite=small", *options).ret == 0
+    assert lamps.runpytest_inprocess("--hri-suite=small").ret == 0
     small = report(lamps.path)
     assert {test["nodeid"] for test in small["tests"]} == {step["nodeid"] for step in steps}
     assert len(small["tests"]) < len(whole["tests"]) / 2

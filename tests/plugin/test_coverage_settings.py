@@ -59,18 +59,19 @@ CALLS = "level = level_for(wish)\n        logged(level)"
 
 INI = {
     "no file": {},
-    "exclude_lines": {".coveragerc": "[report]\nexclude_lines =\n    if DEBUG:\n    raise NotImplementedError\n"},
     "exclude_also": {"setup.cfg": "[coverage:report]\nexclude_also =\n    if DEBUG:\n    class Lever\n"},
+    "rcfile": {
+        ".coveragerc": "[run]\nomit =\n    lamps/messages.py\n    */unused.py\nrelative_files = true\nparallel = true\n"
+        "[report]\nexclude_lines =\n    if DEBUG:\n    raise NotImplementedError\n"
+    },
     "partial_branches": {"tox.ini": "[coverage:report]\npartial_branches =\n    never ends early\n    if wish.level\n"},
-    "partial_also": {"pyproject.toml": "[tool.coverage.report]\npartial_also = ['never ends early', 'if level > 1']\n"},
-    "omit": {".coveragerc": "[run]\nomit =\n    lamps/messages.py\n    */unused.py\n"},
-    "omit of the report": {"pyproject.toml": "[tool.coverage.report]\nomit = ['lamps/m*.py']\n"},
+    "pyproject": {
+        "pyproject.toml": "[tool.coverage.run]\ncontext = 'lab'\n[tool.coverage.report]\nomit = ['lamps/m*.py']\n"
+        "partial_also = ['never ends early', 'if level > 1']\n"
+    },
     "include of the report": {".coveragerc": "[report]\ninclude = */guide.py\n"},
     "multi-line": {".coveragerc": "[report]\nexclude_also =\n    def checked\\(level\\):\\n    assert.*\n"},
-    "relative files": {".coveragerc": "[run]\nrelative_files = true\n"},
-    "parallel": {".coveragerc": "[run]\nparallel = true\n"},
     "dynamic contexts": {".coveragerc": "[run]\ndynamic_context = test_function\n"},
-    "static context": {"pyproject.toml": "[tool.coverage.run]\ncontext = 'lab'\n"},
     "patch": {".coveragerc": "[run]\npatch = subprocess\n"},
     "core": {".coveragerc": "[run]\ncore = pytrace\n"},
     "toml": {".coveragerc.toml": "[run]\nomit = ['lamps/messages.py']\n"},
@@ -137,7 +138,7 @@ def test_totals_are_those_of_coverages_own_report_of_the_same_run(lamps: pytest.
         why = "it was imported, and the running measurement (--cov) has nothing of that"
         assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"lamps/messages.py": why}
         return
-    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", "-p", "no:cov")
+    lamps.runpytest_inprocess(*SUITE, "-p", "no:xdist", "-p", "no:cov")
     assert ours(lamps.path) == joined
 
 

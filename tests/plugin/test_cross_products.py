@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, report
 
 SUITE = "--hri-suite=by-hand"
 #: Who greets asks for 100 or 10 percent, in either place; who does not for 0, 10 or nothing.
@@ -41,11 +41,8 @@ def product(folder: pytest.Pytester) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_what_the_model_never_does_is_impossible_and_the_rest_is_not_hit_yet(
-    crossed: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    crossed.runpytest_inprocess(SUITE, *options)
+def test_what_the_model_never_does_is_impossible_and_the_rest_is_not_hit_yet(crossed: pytest.Pytester) -> None:
+    crossed.runpytest_inprocess(SUITE)
     written = report(crossed.path)
     declared = written["cross_products"]["greeting"]
     assert declared["proof"] == {"status": "proven", "reason": "", "runs": 10}

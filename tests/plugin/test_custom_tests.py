@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_on_workers
+from tests.plugin.project import change
 
 OWN = '''
 import pytest
@@ -52,13 +52,10 @@ def own(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
-@plain_and_slowly_on_workers
-def test_own_functions_run_what_they_say_with_and_without_a_suite(
-    own: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    own.runpytest_inprocess("test_own.py", *options).assert_outcomes(passed=6)
+def test_own_functions_run_what_they_say_with_and_without_a_suite(own: pytest.Pytester) -> None:
+    own.runpytest_inprocess("test_own.py").assert_outcomes(passed=6)
     assert not (own.path / "hri-report").exists()
-    beside = own.runpytest_inprocess("-o", "hri_suite=by-hand", "-o", "hri_tests=1", *options)
+    beside = own.runpytest_inprocess("-o", "hri_suite=by-hand", "-o", "hri_tests=1")
     beside.assert_outcomes(passed=7, xfailed=1)  # its own function beside `hri_case`, too
     beside.stdout.fnmatch_lines(["1/1 tests reported"])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, report
 
 DECLARED = """code=("lamps",),
         disturbances={
@@ -122,13 +122,10 @@ def test_no_published_method_draws_one(lamps: pytest.Pytester, request: pytest.F
 LINES = ["enter hall", "disturb brownout", "set_lamp level = 10", "set_lamp level = 100"]
 
 
-@plain_and_slowly_on_workers
-def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(
-    disturbed: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(disturbed: pytest.Pytester) -> None:
     (disturbed.path / "mine.txt").write_text("\n".join(LINES) + "\n", encoding="utf-8")
     strict = ["--hri-strict", "--hri-shrink", "--hri-export=out"]
-    disturbed.runpytest_inprocess("--hri-suite=mine.txt", *strict, *options).assert_outcomes(failed=1)
+    disturbed.runpytest_inprocess("--hri-suite=mine.txt", *strict).assert_outcomes(failed=1)
     (test,) = report(disturbed.path)["tests"]
     assert test["abstract"] == LINES
     (level,) = test["concrete"]["actions"][1]["parameters"].values()
@@ -136,7 +133,7 @@ def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(
     assert any("test\tdisturb brownout\t" in each for each in test["timeline"]["messages"])
     assert test["shrunk"]["R2"]["abstract"] == ["set_lamp level = 100"]
     assert "disturb brownout\n" in (disturbed.path / "out" / "mine.txt").read_text(encoding="utf-8")
-    again = disturbed.runpytest_inprocess(f"--hri-replay={test['replay']}", *options)
+    again = disturbed.runpytest_inprocess(f"--hri-replay={test['replay']}")
     again.stdout.fnmatch_lines([f"replay of {test['id']}: the same run, to the bit"])
 
 

@@ -15,7 +15,7 @@ from ucis.scope_type_t import ScopeTypeT
 from ucis.xml import validate_ucis_xml
 from ucis.xml.xml_reader import XmlReader
 
-from tests.plugin.project import change, counted_up_to_313, plain_and_slowly_on_workers, report
+from tests.plugin.project import A_WORKER, change, counted_up_to_313, report
 from tests.report.dtd import faults
 
 SUITE = "--hri-suite=by-hand"
@@ -35,10 +35,9 @@ def lines(path: Path) -> dict[str, dict[int, tuple[bool, str | None]]]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_cobertura_says_what_coverage_itself_says(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_cobertura_says_what_coverage_itself_says(lamps: pytest.Pytester) -> None:
     own = ("--cov=lamps", "--cov-branch", "--cov-report=xml:own.xml")
-    result = lamps.runpytest_subprocess(SUITE, "--hri-tests=2", "--hri-cobertura=out/ours.xml", *own, *options)
+    result = lamps.runpytest_subprocess(SUITE, "--hri-tests=2", "--hri-cobertura=out/ours.xml", *own)
     assert result.ret == 0
     ours, theirs = lines(lamps.path / "out" / "ours.xml"), lines(lamps.path / "own.xml")
     # Coverage names files relative to the package, and we to the project: with their source folder they are the same.
@@ -63,10 +62,9 @@ def test_the_ini_names_files_too_and_lcov_names_files_of_the_project(lamps: pyte
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
 @counted_up_to_313
-def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    lamps.runpytest_inprocess(SUITE, "--junitxml=junit.xml", "--hri-fail-under=plans=99", *options)
+def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE, "--junitxml=junit.xml", "--hri-fail-under=plans=99", *A_WORKER)
     suite = ET.parse(lamps.path / "junit.xml").getroot()[0]
     whole = {each.attrib["name"]: each.attrib["value"] for each in suite.findall("properties/property")}
     assert whole["hri.testbench"] == "lamps"
@@ -86,20 +84,17 @@ def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytest
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_github_gets_annotations_and_one_more_summary(
-    lamps: pytest.Pytester, options: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_github_gets_annotations_and_one_more_summary(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(lamps.path / "job.md"))
     monkeypatch.setenv("GITHUB_WORKSPACE", str(lamps.path.parent))
     (lamps.path / "job.md").write_text("what an earlier step said\n")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--hri-diagnose=0", *options)
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--hri-diagnose=0")
     file = f"{lamps.path.name}/test_lamps.py"
     result.stdout.fnmatch_lines([f"::error file={file},line=4,title=hri%3A R2 failed in 1 test::The lamp shall *"])
     text = (lamps.path / "job.md").read_text()
     assert text.startswith("what an earlier step said\n## Human-robot interaction: lamps, failed\n")
-    lamps.runpytest_inprocess(SUITE, "--hri-tests=1", *options)
+    lamps.runpytest_inprocess(SUITE, "--hri-tests=1")
     assert (lamps.path / "job.md").read_text().count("## Human-robot interaction") == 2
 
 

@@ -14,7 +14,6 @@ from tests.plugin.project import (
     counted_up_to_313,
     in_each_mode,
     outcomes,
-    plain_and_slowly_on_workers,
     report,
 )
 
@@ -52,14 +51,13 @@ def test_every_missed_kind_is_named_with_what_was_reached(lamps: pytest.Pytester
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_gates_of_the_ini_file_hold_for_whole_suites_only(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_gates_of_the_ini_file_hold_for_whole_suites_only(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under =\n    cross=51\n    plans=50")
-    whole = lamps.runpytest_inprocess(*SUITE, *options)
+    whole = lamps.runpytest_inprocess(*SUITE)
     assert whole.ret == 1
     whole.stdout.fnmatch_lines(["FAILED suite by-hand: cross 50.00 %, at least 51 % asked for"])
     whole.stdout.no_fnmatch_line("FAILED suite by-hand: plans*")
-    assert lamps.runpytest_inprocess(*SUITE, *options, "-k", "cellar").ret == 0
+    assert lamps.runpytest_inprocess(*SUITE, "-k", "cellar").ret == 0
 
 
 @pytest.mark.slow
@@ -79,19 +77,16 @@ SILENT = ("--hri-suite=by-hand", "-k", "curt")  # nobody greets, so R3 is never 
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_requirement_that_no_test_of_a_suite_triggers_fails_the_run(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_requirement_that_no_test_of_a_suite_triggers_fails_the_run(lamps: pytest.Pytester) -> None:
     change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
-    result = lamps.runpytest_inprocess(*SUITE, *options)
+    result = lamps.runpytest_inprocess(*SUITE)
     assert result.ret == 1
     result.stdout.fnmatch_lines(
         ["FAILED R3 was not checked: no test triggered it; nearest was by-hand-*, which lacked *in hri_allow_nc"]
     )
     (failed,) = report(lamps.path)["gates"]["failed"]
     assert failed.startswith("R3 was not checked")
-    assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3", *options).ret == 0
+    assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3").ret == 0
 
 
 @pytest.mark.slow
@@ -124,14 +119,11 @@ def test_what_need_not_be_triggered_is_allowed_by_name_in_some_suites_or_in_all(
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_part_of_a_requirement_that_never_decides_is_told_of_whole_suites(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_part_of_a_requirement_that_never_decides_is_told_of_whole_suites(lamps: pytest.Pytester) -> None:
     """Nobody would notice that it is wrong."""
     change(lamps.path, "requirements.toml", "-> lamp_level <= 80", "-> lamp_level <= 80 | lamp_level > 500")
-    lamps.runpytest_inprocess(*SUITE, "-k", "curt", *options).stdout.no_fnmatch_line("*vacuous *")
-    result = lamps.runpytest_inprocess(*SUITE, *options)
+    lamps.runpytest_inprocess(*SUITE, "-k", "curt").stdout.no_fnmatch_line("*vacuous *")
+    result = lamps.runpytest_inprocess(*SUITE)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  vacuous               in R2, never affected the verdict: lamp_level > 500"])
     written = report(lamps.path)
@@ -160,28 +152,24 @@ def until(lamps: pytest.Pytester, day: datetime.date) -> None:
     change(lamps.path, "pytest.ini", "R2: the hall", f"R2 until {day}: the hall")
 
 
-@plain_and_slowly_on_workers
-def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester) -> None:
     last = datetime.datetime.now(datetime.UTC).date() + datetime.timedelta(days=1)  # the test may run over midnight
     until(lamps, last)
-    assert lamps.runpytest_inprocess(*SUITE, *options).ret == 0
+    assert lamps.runpytest_inprocess(*SUITE).ret == 0
     assert report(lamps.path)["known_until"] == {"R2": str(last)}
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_known_violation_that_has_expired_fails_the_run_and_says_so(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_known_violation_that_has_expired_fails_the_run_and_says_so(lamps: pytest.Pytester) -> None:
     until(lamps, datetime.date(2021, 12, 31))
-    result = lamps.runpytest_inprocess(*SUITE, *options)
+    result = lamps.runpytest_inprocess(*SUITE)
     assert result.ret == 1
     result.assert_outcomes(passed=3, failed=1)
     told = "FAILED the known violation of R2 (the hall has no dimmer) was accepted until 2021-12-31, which is over: *"
     result.stdout.fnmatch_lines([told])
     assert report(lamps.path)["known_violations"] == {}
     # Of a part of the tests, only one that violates it is told.
-    part = lamps.runpytest_inprocess(*SUITE, *options, "-k", "cellar")
+    part = lamps.runpytest_inprocess(*SUITE, "-k", "cellar")
     assert part.ret == 0
     part.stdout.no_fnmatch_line("FAILED *")
 
@@ -193,11 +181,10 @@ def test_a_known_violation_that_is_mended_is_reported(lamps: pytest.Pytester) ->
     result.stdout.fnmatch_lines(["unused known violation: no test violated R2 (the hall has no dimmer)"])
 
 
-@plain_and_slowly_on_workers
-def test_an_illegal_bin_that_is_hit_fails_its_test(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_an_illegal_bin_that_is_hit_fails_its_test(lamps: pytest.Pytester) -> None:
     illegal = 'levels}, illegal={("cellar", "*"): "the cellar is closed"})'
     change(lamps.path, "conftest.py", "levels})", illegal)
-    result = lamps.runpytest_inprocess(*SUITE, *options)
+    result = lamps.runpytest_inprocess(*SUITE)
     assert result.ret == 1
     result.assert_outcomes(passed=2, xfailed=1, failed=1)
     result.stdout.fnmatch_lines(["*cross product 'light': cellar x 100 must not be hit: the cellar is closed"])

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.plugin.ide import Client, under_an_ide
-from tests.plugin.project import change, nodeids, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, nodeids, report
 
 DEFAULT = ("hri_known_violations =", "hri_suite = by-hand\nhri_known_violations =")
 GENERATING = "hricdv: generating *"
@@ -22,24 +22,20 @@ def default(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(
-    default: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(default: pytest.Pytester) -> None:
     default.runpytest_inprocess("--collect-only").stdout.fnmatch_lines([GENERATING])
     first, *_others, own = nodeids(default.runpytest_inprocess("--collect-only", "-q"))
     assert first == "test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]"  # the suite and the aim can be read
     assert own == "test_lamps.py::test_of_their_own"
     for selection in (first, str(default.path / first)):
-        result = default.runpytest_inprocess(selection, *options)
+        result = default.runpytest_inprocess(selection)
         result.stdout.no_fnmatch_line(GENERATING)
         assert [test["nodeid"] for test in report(default.path)["tests"]] == [first]
 
 
-@plain_and_slowly_on_workers
-def test_a_node_id_that_is_not_there_is_explained(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_a_node_id_that_is_not_there_is_explained(lamps: pytest.Pytester) -> None:
     saved = "test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]"
-    other = lamps.runpytest_inprocess(saved, "--hri-suite=by-hand", "--hri-seed=1", *options)
+    other = lamps.runpytest_inprocess(saved, "--hri-suite=by-hand", "--hri-seed=1")
     text = other.stdout.str() + other.stderr.str()
     assert "5a5e8c87 is the id of a generated test, and is not among those of --hri-suite=by-hand --hri-seed=1" in text
     assert other.ret in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED)

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from tests.plugin.project import change, command, outcomes, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, command, outcomes, report
 
 SUITE = "--hri-suite=by-hand"
 KNOWN = "R2: the hall has no dimmer"
@@ -25,12 +25,9 @@ def glare_in_the_cellar(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(lamps: pytest.Pytester) -> None:
     known(lamps, "R2 when once[0:10](on(wish) & !wish.cellar) until 2999-12-31: the hall: no dimmer")
-    result = lamps.runpytest_inprocess(SUITE, "-rx", *options)
+    result = lamps.runpytest_inprocess(SUITE, "-rx")
     assert result.ret == 0
     result.assert_outcomes(passed=3, xfailed=1)
     condition = "when once[[]0:10[]](on(wish) & !wish.cellar): the hall: no dimmer"
@@ -50,14 +47,11 @@ def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to_fail(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to_fail(lamps: pytest.Pytester) -> None:
     glare_in_the_cellar(lamps)
-    assert lamps.runpytest_inprocess(SUITE, *options).ret == 0  # this is what a condition is for
+    assert lamps.runpytest_inprocess(SUITE).ret == 0  # this is what a condition is for
     known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
-    result = lamps.runpytest_inprocess(SUITE, *options)
+    result = lamps.runpytest_inprocess(SUITE)
     assert result.ret == 1
     result.assert_outcomes(passed=2, xfailed=1, failed=1)
     result.stdout.fnmatch_lines(

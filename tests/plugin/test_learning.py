@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import A_WORKER, change, nodeids, plain_and_slowly_on_workers, report
+from tests.plugin.project import A_WORKER, change, nodeids, report
 from tests.plugin.test_bad_input import refused, short
 
 RL = "--hri-suite=rl"
@@ -49,9 +49,8 @@ def test_constants_come_from_the_testbench_the_ini_file_and_the_command_line(lam
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = lamps.runpytest_inprocess(RL, "--hri-rl-reward=uncovered", *options)
+def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(RL, "--hri-rl-reward=uncovered")
     assert result.ret == 0
     written = report(lamps.path)
     json_schema.REPORT.validate(written)

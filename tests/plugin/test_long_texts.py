@@ -7,14 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import MODES, change, report
+from tests.plugin.project import A_WORKER, change, report
 
 pytestmark = pytest.mark.slow
 
 SUITE = "--hri-suite=by-hand"
 SWITCH_OFF = ("lamps/guide.py", "    if wish.level == 0.0:\n        return switched_off()\n")
 SAYS = {
-    "an exception": "    raise ValueError('begin ' + 'x' * {size} + ' end')\n",
     "an exception with a text of its own": (
         "    class Odd(Exception):\n        def __str__(self):\n            return 'begin ' + 'x' * {size} + ' end'\n"
         "    raise Odd\n"
@@ -23,11 +22,15 @@ SAYS = {
         "    try:\n        raise ValueError('begin ' + 'x' * {size} + ' end')\n"
         "    except ValueError as error:\n        raise RuntimeError('no lamp') from error\n"
     ),
-    "what it prints": "    print('begin ' + 'x' * {size} + ' end'); raise ValueError('end')\n",
-    "what it logs": "    import logging; logging.error('begin ' + 'x' * {size} + ' end'); raise ValueError('end')\n",
-    "an error group": "    raise ExceptionGroup('begin', [ValueError('x' * {size}), KeyError('y' * {size})])\n",
+    "what it prints and logs": (
+        "    import logging\n    text = 'begin ' + 'x' * {size} + ' end'\n    print(text)\n    logging.error(text)\n"
+        "    raise ValueError('end')\n"
+    ),
+    "an error group with notes": (
+        "    error = ExceptionGroup('begin', [ValueError('x' * {size}), KeyError('y' * {size})])\n"
+        "    error.add_note('x' * {size})\n    raise error\n"
+    ),
     "a failure of pytest": "    import pytest; pytest.fail('begin ' + 'x' * {size} + ' end')\n",
-    "its notes": "    error = ValueError('end'); error.add_note('x' * {size}); raise error\n",
 }
 LIMITED = "import resource\n\nresource.setrlimit(resource.RLIMIT_AS, ({bytes}, {bytes}))\n"
 
@@ -59,13 +62,15 @@ def test_three_megabytes_are_cut(lamps: pytest.Pytester, summary: Path, says: st
     _texts_are_short(lamps, summary, result)
 
 
-@pytest.mark.parametrize("mode", ["plain", "on two workers"])
-def test_200_megabytes_under_a_memory_limit_lose_no_result(lamps: pytest.Pytester, summary: Path, mode: str) -> None:
-    change(lamps.path, *SWITCH_OFF, SAYS["an exception"].format(size=200_000_000))
+@pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "on a worker"])
+def test_200_megabytes_under_a_memory_limit_lose_no_result(
+    lamps: pytest.Pytester, summary: Path, options: tuple[str, ...]
+) -> None:
+    change(lamps.path, *SWITCH_OFF, "    raise ValueError('begin ' + 'x' * 200_000_000 + ' end')\n")
     conftest = lamps.path / "conftest.py"
     limited = LIMITED.format(bytes=1_500_000_000)
     conftest.write_text(limited + conftest.read_text(encoding="utf-8"), encoding="utf-8")
-    result = lamps.runpytest_subprocess(SUITE, "--junitxml=junit.xml", *MODES[mode])
+    result = lamps.runpytest_subprocess(SUITE, "--junitxml=junit.xml", *options)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     _texts_are_short(lamps, summary, result)
     assert len(report(lamps.path)["tests"]) == 4

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from tests.plugin.project import MODES, change, report
+from tests.plugin.conftest import SessionRunner
+from tests.plugin.project import A_WORKER, change, report
 
 pytestmark = pytest.mark.slow
 
@@ -25,29 +28,29 @@ HARMLESS = {
 PLACE = ("lamps/guide.py", "    if wish.level == 0.0:\n        return switched_off()\n")
 
 
-def _hashes(lamps: pytest.Pytester) -> list[str]:
-    return [test["record_sha256"] for test in report(lamps.path)["tests"]]
+def _hashes(folder: Path) -> list[str]:
+    return [test["record_sha256"] for test in report(folder)["tests"]]
 
 
-@pytest.mark.parametrize("options", [MODES["plain"], MODES["on two workers"]], ids=["plain", "on two workers"])
-@pytest.mark.parametrize("name", WRONG)
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [*(pytest.param(name, (), id=name) for name in WRONG), pytest.param("json.dumps", A_WORKER, id="on a worker")],
+)
 def test_what_answers_wrongly_fails_the_session(lamps: pytest.Pytester, name: str, options: tuple[str, ...]) -> None:
     change(lamps.path, *PLACE, f"    {WRONG[name]}\n" + PLACE[1])
     result = lamps.runpytest_subprocess(SUITE, *options)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.stdout.fnmatch_lines([f"*{name} of Python's library answers wrongly: the code under test has replaced*"])
-    assert len(_hashes(lamps)) == 4
+    assert len(_hashes(lamps.path)) == 4
     assert report(lamps.path)["not_run"] == 0
 
 
 @pytest.mark.parametrize("name", HARMLESS)
-def test_what_makes_no_difference_makes_none(lamps: pytest.Pytester, name: str) -> None:
-    lamps.runpytest_subprocess(SUITE)
-    before = _hashes(lamps)
+def test_what_makes_no_difference_makes_none(lamps: pytest.Pytester, finished: SessionRunner, name: str) -> None:
     change(lamps.path, *PLACE, f"    {HARMLESS[name]}\n" + PLACE[1])
     result = lamps.runpytest_subprocess(SUITE)
     assert result.ret == pytest.ExitCode.OK
-    assert _hashes(lamps) == before
+    assert _hashes(lamps.path) == _hashes(finished(SUITE).path)
     result.stdout.fnmatch_lines(["tests: 3 passed, 1 known to fail"])
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests import json_schema
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import change, make_long, outcomes, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, make_long, outcomes, plain_and_slowly_on_a_worker, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 FILE = f"hri-report/failures/{BRIGHT}.json"
@@ -37,7 +37,7 @@ def failed(lamps: pytest.Pytester, after: SessionRunner) -> pytest.Pytester:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
+@plain_and_slowly_on_a_worker
 def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -101,7 +101,7 @@ def test_passing_tests_leave_nothing(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
+@plain_and_slowly_on_a_worker
 def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(failed.path, "lamps/guide.py", "    return wish.level\n", "    return min(wish.level, GLARE)\n")
     told = refused(failed, REPLAY, "--hri-strict", *options)
@@ -187,7 +187,7 @@ def test_a_full_disk_loses_no_result(lamps: pytest.Pytester) -> None:
     assert "replay" not in report(lamps.path)["tests"][0]
 
 
-@plain_and_slowly_on_workers
+@plain_and_slowly_on_a_worker
 @pytest.mark.parametrize(
     ("changed", "told"),
     [

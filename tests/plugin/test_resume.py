@@ -9,7 +9,7 @@ import pytest
 
 from pytest_hricdv.results import journal as journals
 from tests.plugin.killed_session import KILLING, SUITE, dimmed, run
-from tests.plugin.project import change, in_each_mode, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, in_each_mode, plain_and_slowly_on_a_worker, report
 
 
 def resumed_report(lamps: pytest.Pytester) -> dict[str, object]:
@@ -23,7 +23,7 @@ def resumed_report(lamps: pytest.Pytester) -> dict[str, object]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
+@plain_and_slowly_on_a_worker
 def test_a_resumed_session_runs_the_rest_and_reports_what_an_unkilled_one_does(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -72,7 +72,7 @@ def pytest_runtest_logreport(report):
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
+@plain_and_slowly_on_a_worker
 def test_a_session_that_is_stopped_after_its_last_result_judges_no_gates_and_a_resumed_one_does(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -128,7 +128,7 @@ def test_only_the_same_code_and_testbench_are_resumed(
     assert report(lamps.path) == before
 
 
-@plain_and_slowly_on_workers
+@plain_and_slowly_on_a_worker
 def test_only_the_same_options_and_selection_are_resumed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     lamps.runpytest_inprocess(SUITE, *options)
     before = report(lamps.path)

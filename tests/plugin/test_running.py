@@ -14,7 +14,7 @@ from tests.plugin.project import (
     change,
     counted_up_to_313,
     nodeids,
-    plain_and_slowly_on_workers,
+    plain_and_slowly_on_a_worker,
     report,
 )
 
@@ -199,7 +199,7 @@ def two_fidelities(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
+@plain_and_slowly_on_a_worker
 def test_the_fidelity_is_an_option_that_every_run_and_every_command_gets(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

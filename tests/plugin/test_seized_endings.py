@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import MODES, change, report
+from tests.plugin.project import A_WORKER, change, report
 
 pytestmark = pytest.mark.slow
 
@@ -24,8 +24,9 @@ AT = {
     ),
     "run": ("conftest.py", "    ended = run.go(LIMIT_S)\n", "    ended = run.go(LIMIT_S)\n    {}\n"),
 }
-CASES = [pytest.param(word, place, (), id=f"{word} in the {place}") for word in WORDS for place in AT]
-CASES += [pytest.param(word, "code under test", MODES["on two workers"], id=f"{word} on two workers") for word in WORDS]
+CASES = [pytest.param(word, "code under test", (), id=word) for word in WORDS]
+CASES += [pytest.param("pytest.exit", place, (), id=f"pytest.exit in the {place}") for place in [*AT][1:]]
+CASES += [pytest.param("pytest.exit", "code under test", A_WORKER, id="pytest.exit on a worker")]
 
 
 @pytest.mark.parametrize(("word", "place", "options"), CASES)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, plain_and_slowly_on_workers, report
+from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 NODE = f"test_lamps.py::test_lamps[{BRIGHT}]"
@@ -30,8 +30,7 @@ def test_a_node_id_saved_by_an_editor_needs_no_option_with_a_suite_in_the_ini_fi
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_keywords_and_marks(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_keywords_and_marks(lamps: pytest.Pytester) -> None:
     change(
         lamps.path,
         "test_lamps.py",
@@ -39,7 +38,7 @@ def test_keywords_and_marks(lamps: pytest.Pytester, options: tuple[str, ...]) ->
         "import pytest\n\n\n@pytest.mark.lit\ndef test_lamps(",
     )
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nmarkers = lit: with light")
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "cellar", "-m", "lit", *options)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "cellar", "-m", "lit")
     assert result.ret == 0
     assert list(outcomes(lamps.path).values()) == ["passed"]
     assert all("cellar" in name for name in outcomes(lamps.path))
@@ -56,9 +55,8 @@ def test_a_selection_without_tests_leaves_the_last_report_alone(lamps: pytest.Py
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_last_failed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    strict = ("--hri-suite=rl", "--hri-strict", *options)
+def test_last_failed(lamps: pytest.Pytester) -> None:
+    strict = ("--hri-suite=rl", "--hri-strict")
     lamps.runpytest_inprocess(*strict).assert_outcomes(failed=2, passed=32)
     failed = {name for name, outcome in outcomes(lamps.path).items() if outcome == "failed"}
     lamps.runpytest_inprocess(*strict, "--lf").assert_outcomes(failed=2)
@@ -83,11 +81,8 @@ def test_two_paths(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_corners_are_other_tests_with_names_of_their_own(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = lamps.runpytest_inprocess(
-        "--hri-suite=by-hand", "--hri-sampling=corners", "--hri-concretizations=2", *options
-    )
+def test_corners_are_other_tests_with_names_of_their_own(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-sampling=corners", "--hri-concretizations=2")
     assert result.ret == 0
     written = report(lamps.path)
     assert (written["selected"], written["reported"]) == (8, 8)

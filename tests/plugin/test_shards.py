@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import A_WORKER, change, command, counted_up_to_313, plain_and_slowly_on_workers, report
+from tests.plugin.project import A_WORKER, change, command, counted_up_to_313, plain_and_slowly_on_a_worker, report
 
 RL = "--hri-suite=rl"
 
@@ -45,7 +45,7 @@ def decided(result: subprocess.CompletedProcess[str]) -> list[str]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
+@plain_and_slowly_on_a_worker
 def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     parts = shards(lamps, 3, *options)
     assert lamps.runpytest_inprocess(RL).ret == 0

@@ -84,8 +84,13 @@ def wait_for_end(pid: int) -> None:
 BEGIN = '    with open("begun", "a") as begun:\n        print(__import__("os").getpid(), file=begun)\n'
 
 
-@pytest.mark.parametrize("way", STUBBORN)
-@pytest.mark.parametrize("options", [("-p", "no:xdist"), A_WORKER], ids=["without xdist", "on a worker"])
+@pytest.mark.parametrize(
+    ("way", "options"),
+    [
+        *(pytest.param(way, ("-p", "no:xdist"), id=way) for way in STUBBORN),
+        *(pytest.param(way, A_WORKER, id=f"{way}, on a worker") for way in ("a loop that catches all", "in C")),
+    ],
+)
 def test_it_ends_whatever_the_code_under_test_does(lamps: pytest.Pytester, way: str, options: tuple[str, ...]) -> None:
     change(lamps.path, "lamps/guide.py", "    return 10.0", f"{BEGIN}    {STUBBORN[way]}\n    return 10.0")
     assert ended(lamps, *options) not in (0, -15)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import A_WORKER, change, counted_up_to_313, plain_and_slowly_on_workers
+from tests.plugin.project import A_WORKER, change, counted_up_to_313
 
 SUITE = "--hri-suite=rl"
 TITLE = "human-robot interaction"
@@ -18,10 +18,9 @@ def section(result: pytest.RunResult) -> list[str]:
     return result.outlines[start : end + 1]
 
 
-@plain_and_slowly_on_workers
 @counted_up_to_313
-def test_one_line_in_the_header_and_one_section_at_the_end(finished: SessionRunner, options: tuple[str, ...]) -> None:
-    session = finished(SUITE, *options)
+def test_one_line_in_the_header_and_one_section_at_the_end(finished: SessionRunner) -> None:
+    session = finished(SUITE)
     result = session.result
     result.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])
     assert sum(line.startswith("hri") for line in result.outlines) == 2  # and the one that says that it is learning

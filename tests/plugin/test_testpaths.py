@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import change, in_each_mode, nodeids, plain_and_slowly_on_workers
+from tests.plugin.project import change, in_each_mode, nodeids
 
 HOSTS = "hosts/test_lamps.py::test_lamps"
 COLLECT = ("--collect-only", "-q", "--hri-suite=by-hand")
@@ -39,12 +39,9 @@ def test_files_elsewhere_are_not_imported(lamps: pytest.Pytester, options: tuple
     assert result.ret == 0
 
 
-@plain_and_slowly_on_workers
-def test_other_tests_in_the_same_files_are_deselected(
-    lamps: pytest.Pytester, hosts: Path, options: tuple[str, ...]
-) -> None:
+def test_other_tests_in_the_same_files_are_deselected(lamps: pytest.Pytester, hosts: Path) -> None:
     (hosts / "test_more.py").write_text("def test_more():\n    pass\n", encoding="utf-8")
-    listed = nodeids(lamps.runpytest_inprocess(*COLLECT, *options))
+    listed = nodeids(lamps.runpytest_inprocess(*COLLECT))
     assert [line.startswith(HOSTS) for line in listed] == [True] * 4
 
 
@@ -67,12 +64,9 @@ def test_the_key_has_globs_and_several_paths(lamps: pytest.Pytester, value: str)
     assert len(listed) == len(set(listed)) == 4
 
 
-@plain_and_slowly_on_workers
-def test_a_path_that_does_not_exist_is_an_error_with_its_place(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_a_path_that_does_not_exist_is_an_error_with_its_place(lamps: pytest.Pytester) -> None:
     ini(lamps, "hri_testpaths = . hosts/*.txt")
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", *options)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     folder = lamps.path
     result.stderr.fnmatch_lines(
@@ -90,14 +84,11 @@ def test_with_paths_or_without_a_named_suite_all_files_are_collected(
     result.stdout.fnmatch_lines(["*No module named 'a_package_that_is_not_installed'*"])
 
 
-@plain_and_slowly_on_workers
-def test_without_the_key_testpaths_are_collected_and_other_tests_deselected(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_without_the_key_testpaths_are_collected_and_other_tests_deselected(lamps: pytest.Pytester) -> None:
     (lamps.path / "deep").mkdir()
     (lamps.path / "deep" / "test_deep.py").write_text("from test_lamps import test_lamps\n", encoding="utf-8")
-    result = lamps.runpytest_inprocess(*COLLECT, *options)
+    result = lamps.runpytest_inprocess(*COLLECT)
     assert len(nodeids(result)) == 8
     ini(lamps, "testpaths = deep")
-    listed = nodeids(lamps.runpytest_inprocess(*COLLECT, *options))
+    listed = nodeids(lamps.runpytest_inprocess(*COLLECT))
     assert [line.startswith("deep/") for line in listed] == [True] * 4

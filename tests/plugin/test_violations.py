@@ -6,7 +6,7 @@ import shlex
 
 import pytest
 
-from tests.plugin.project import change, outcomes, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, outcomes, report
 from tests.report.parsed import Page, details
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
@@ -18,11 +18,8 @@ def forget(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_known_violation_is_reported_and_does_not_fail_the_run(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "-rx", *options)
+def test_a_known_violation_is_reported_and_does_not_fail_the_run(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "-rx")
     assert result.ret == 0
     result.assert_outcomes(passed=32, xfailed=2)
     result.stdout.fnmatch_lines(
@@ -64,11 +61,8 @@ def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-tests=12", "--hri-strict", "--tb=short", *options)
+def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-tests=12", "--hri-strict", "--tb=short")
     assert result.ret == 1
     failed = [name for name, outcome in outcomes(lamps.path).items() if outcome == "failed"]
     assert failed

@@ -34,7 +34,7 @@ def kill_after_the_last_test(audited: pytest.Pytester) -> None:
     (audited.path / "armed").touch()
 
 
-@project.plain_and_slowly_on_workers
+@project.plain_and_slowly_on_a_worker
 def test_a_resumed_session_audits_the_tests_of_the_killed_one(audited: pytest.Pytester, options: Sequence[str]) -> None:
     state.leave(audited, "list of a module")
     kill_after_the_last_test(audited)
@@ -86,18 +86,22 @@ def test_a_rebuilt_report_names_all_that_it_lacks(audited: pytest.Pytester) -> N
 @pytest.mark.parametrize(
     "asked",
     [
-        ("--hri-mutate", "--hri-mutate-faults=1"),
-        ("--hri-mutate", "--hri-mutate-faults=1", "--hri-fail-under=mutants=1"),
-        ("--hri-suggest", "--hri-suggest-faults=0", "--hri-suggest-further=0"),
-        ("--hri-search=1", "--hri-shrink"),
-        ("--hri-mcap-all",),
         ("--hri-isolate",),
-        ("--hri-shard=1/1",),
-        ("--hri-export=exported",),
-        ("--hri-baseline=baseline.json", "--hri-update-baseline"),
-        ("--hri-no-cov", "--hri-strict", "--hri-fail-on-nc"),
+        (
+            "--hri-mcap-all",
+            "--hri-shard=1/1",
+            "--hri-export=exported",
+            "--hri-no-cov",
+            "--hri-strict",
+            "--hri-fail-on-nc",
+        ),
+        (
+            *("--hri-mutate", "--hri-mutate-faults=1", "--hri-fail-under=mutants=1", "--hri-search=1", "--hri-shrink"),
+            *("--hri-suggest", "--hri-suggest-faults=0", "--hri-suggest-further=0"),
+            *("--hri-baseline=baseline.json", "--hri-update-baseline"),
+        ),
     ],
-    ids=" ".join,
+    ids=["isolated", "other files", "further runs"],
 )
 def test_no_option_disables_the_audit(audited: pytest.Pytester, asked: Sequence[str]) -> None:
     state.leave(audited, "list of a module")

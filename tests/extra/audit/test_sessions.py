@@ -19,7 +19,7 @@ NUMBER_FILE = (
     "    number = int(COUNT.read_text()) if COUNT.exists() else 0\n    COUNT.write_text(str(number + 1))\n"
     "    return number\n"
 )
-SET = "[float(name[1:]) for name in {'j1', 'j2', 'j3', 'j4', 'j5', 'j6', 'j7', 'j8'}][0]"
+SET = "''.join({'1', '2', '3', '4', '5', '6', '7', '8'})"
 FILE_TIME = "import os\nMARK = __file__ + '.mark'\ndef touched():\n    open(MARK, 'w').close()\n"
 
 CAUSES = {
@@ -29,7 +29,7 @@ CAUSES = {
         "(touched(), os.stat(MARK).st_mtime_ns % 1e9)[1]",
         FILE_TIME,
         "times of files",
-        "os.stat at lamps/guide.py",
+        "guide.py.mark at lamps/guide.py",
     ),
     "bytes of the system": (
         "open('/dev/urandom', 'rb').read(1)[0]",
@@ -168,14 +168,14 @@ def test_a_test_that_kills_its_process_alone_is_named(audited: pytest.Pytester) 
 
 
 @pytest.mark.slow
-def test_a_test_that_ends_the_fresh_process_takes_no_other_along(audited: pytest.Pytester) -> None:
+def test_a_fresh_process_that_somebody_kills_is_replaced(audited: pytest.Pytester) -> None:
     once = "from pathlib import Path\nMARK = Path(__file__).with_name('killed')\nimport os\ndef kill():\n"
     once += "    if os.environ.get('PYTHONHASHSEED') == '1' and not MARK.exists():\n        MARK.touch()\n"
     once += "        os.kill(os.getppid(), 9)\n        os.kill(os.getpid(), 9)\n    return 0\n"
     state.say(audited, "kill()", module=once)
-    assert audited.runpytest_subprocess(*RUN).ret == 1
-    (mark,) = marks(audited)
-    assert mark["alone"] == "ended by SIGKILL"
+    assert audited.runpytest_subprocess(*RUN).ret == 0
+    assert (audited.path / "lamps" / "killed").exists()
+    assert (len(project.report(audited.path)["audit"]["tests"]), marks(audited)) == (3, [])
 
 
 def test_it_can_be_switched_off_and_bounded(audited: pytest.Pytester) -> None:

@@ -11,16 +11,15 @@ from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.loop import BatchRunner
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.suite import repeatable_suite
-from tests.plugin.project import counted_up_to_313, outcomes, plain_and_slowly_on_workers, report
+from tests.plugin.project import counted_up_to_313, outcomes, report
 
 SUITE = "--hri-suite=closure"
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
 @counted_up_to_313
-def test_the_loop_reaches_all_that_the_model_can_reach(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "--hri-close-runs=60", *options)
+def test_the_loop_reaches_all_that_the_model_can_reach(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--hri-close-runs=60")
     assert result.ret == 0
     (suite,) = report(lamps.path)["suites"]
     assert (suite["name"], suite["plans"]["visitor"]["missing"], suite["cross"]["missing"]) == ("closure", [], [])
@@ -49,15 +48,6 @@ def _with_online(lamps: pytest.Pytester, declared: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-@pytest.mark.slow
-def test_a_person_who_decides_during_the_run_reaches_what_no_beliefs_lead_to(lamps: pytest.Pytester) -> None:
-    _with_online(lamps, 'InteractiveAgent("visitor", (PerceptMapping("hall", "on(answer)"),))')
-    lamps.runpytest_inprocess(SUITE, "--hri-close-runs=64")
-    (suite,) = report(lamps.path)["suites"]
-    assert "wishes: 2" not in suite["cross"]["missing"], "its tests are not online, and hit it again"
-    assert any("-online-" in nodeid for nodeid in outcomes(lamps.path))
-
-
 def test_a_person_who_cannot_decide_is_an_error_of_the_declaration(lamps: pytest.Pytester) -> None:
     _with_online(lamps, 'InteractiveAgent("visitor", (PerceptMapping("hal", "on(answer)"),))')
     result = lamps.runpytest_inprocess(SUITE)
@@ -68,7 +58,7 @@ def test_a_person_who_cannot_decide_is_an_error_of_the_declaration(lamps: pytest
 
 
 @pytest.mark.slow
-def test_what_a_person_decided_during_the_run_is_done_again_by_the_test_that_it_became(
+def test_a_person_who_decides_during_the_run_reaches_what_no_beliefs_lead_to_and_a_test_does_it_again(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _with_online(lamps, 'InteractiveAgent("visitor", (PerceptMapping("hall", "on(answer)"),))')
@@ -85,3 +75,6 @@ def test_what_a_person_decided_during_the_run_is_done_again_by_the_test_that_it_
     assert len(found) > 5
     for again, first in found:
         assert (again.record_sha256, again.points) == (first.record_sha256, first.points)
+    (suite,) = report(lamps.path)["suites"]
+    assert "wishes: 2" not in suite["cross"]["missing"], "its tests are not online, and hit it again"
+    assert any("-online-" in nodeid for nodeid in outcomes(lamps.path))

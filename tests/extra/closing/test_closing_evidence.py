@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.json_schema import REPORT
+from tests.plugin.conftest import SessionRunner
 from tests.plugin.project import change, counted_up_to_313, report
 
 SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
@@ -12,9 +13,9 @@ SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
 
 @pytest.mark.slow
 @counted_up_to_313
-def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of_it(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(*SUITE)
-    whole = report(lamps.path)
+def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of_it(finished: SessionRunner) -> None:
+    session = finished(*SUITE)
+    whole = report(session.path)
     REPORT.validate(whole)
     closing, tests = whole["closing"], {test["id"]: test for test in whole["tests"]}
     assert closing["kinds"]["statement"] == {"hit": 40, "impossible": 0, "open": 1}
@@ -35,7 +36,7 @@ def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of
     assert (glare["requirement"], glare["part"], glare["known"]) == ("R2", "lamp_level <= 80", True)
     assert tests[glare["test"]]["outcome"] == "known-violation"
     assert sum(sum(step["new"].values()) for step in closing["growth"]) == len(closing["hit"])
-    result.stdout.fnmatch_lines(
+    session.result.stdout.fnmatch_lines(
         [
             "closing: * runs, * simulated; ended: the budget of runs is used up",
             "  statements *  40 *  0 *  1",
@@ -45,10 +46,10 @@ def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of
 
 
 @pytest.mark.slow
-def test_a_suite_from_the_cache_shows_the_same(lamps: pytest.Pytester) -> None:
+def test_a_suite_from_the_cache_shows_the_same(lamps: pytest.Pytester, after: SessionRunner) -> None:
     seen = []
-    for _ in range(2):
-        lamps.runpytest_inprocess(*SUITE)
+    for run in (after, lamps.runpytest_inprocess):
+        run(*SUITE)
         whole = report(lamps.path)
         seen.append((whole["suites"][0]["generation"]["cached"], whole["closing"]))
     assert [cached for cached, _ in seen] == [False, True]
@@ -61,8 +62,9 @@ def test_a_session_without_a_loop_has_none(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-def test_ways_can_be_left_out(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*SUITE, "--hri-close-without=model")
+def test_ways_can_be_left_out_and_few_tests_asked_for(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(*SUITE, "--hri-close-without=model", "--hri-tests=3")
+    assert len(report(lamps.path)["tests"]) == 3
     assert set(report(lamps.path)["closing"]["strategies"]) <= {"disturbances", "untried", "repeated"}
     result = lamps.runpytest_inprocess(*SUITE, "--hri-close-without=luck")
     result.stderr.fnmatch_lines(["ERROR: --hri-close-without: no strategy 'luck'; there are: model, *"])

@@ -86,12 +86,6 @@ def test_after_another_suite_only_what_it_left_open_is_closed(lamps: pytest.Pyte
 
 
 @pytest.mark.slow
-def test_as_many_tests_as_asked_for_are_handed_over(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*SUITE, "--hri-tests=3")
-    assert len(ids(lamps)) == 3
-
-
-@pytest.mark.slow
 def test_ctrl_c_keeps_what_was_reached_and_says_so(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     add = Archive.add
 
@@ -271,6 +265,3 @@ def test_a_lift_that_leaves_as_the_robot_enters_is_found_by_the_search_after_clo
     assert {near["requirement"]: near["searched"] for near in after["closest_runs"]}[
         "R2"
     ] == 0  # it is known, whatever violates it
-    hashes = {test["id"]: test["record_sha256"] for test in report(lamps.path)["tests"]}
-    lamps.runpytest_inprocess(*options, "--hri-close-search=64", *A_WORKER)
-    assert hashes == {test["id"]: test["record_sha256"] for test in report(lamps.path)["tests"]}

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import MODES, change, report
+from tests.plugin.project import A_WORKER, change, report
 
 pytestmark = [
     pytest.mark.slow,  # each test is a session or several
@@ -21,6 +21,8 @@ pytestmark = [
 
 SUITES = ("--hri-suite=by-hand", "--hri-close", "--hri-close-runs=16")  # four tests, then two generations
 BY_HAND = 4
+IN_OTHERS, IN_SECOND_GENERATION = 2, BY_HAND + 11
+WITHOUT_XDIST = ("-p", "no:xdist")
 PLACES = {"beside the session": (), "on a cluster": ("--hri-cluster=local:1",)}
 PATIENCE_S = 500.0
 """Far above the 10 s that such a session takes alone."""
@@ -65,18 +67,24 @@ def ended(project: Path, *options: str) -> tuple[int, str, dict[str, Any]]:
     return session.returncode, session.stdout, report(project)
 
 
-@pytest.mark.parametrize("mode", ["without xdist", "on two workers"])
-@pytest.mark.parametrize("run", [2, BY_HAND + 11], ids=["in the tests of the others", "in the second generation"])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize(
+    ("number", "run", "options"),
+    [
+        pytest.param(signal.SIGINT, IN_OTHERS, WITHOUT_XDIST, id="SIGINT in the tests of the others"),
+        pytest.param(signal.SIGINT, IN_SECOND_GENERATION, A_WORKER, id="SIGINT in the second generation, on a worker"),
+        pytest.param(signal.SIGTERM, IN_OTHERS, A_WORKER, id="SIGTERM in the tests of the others, on a worker"),
+        pytest.param(signal.SIGTERM, IN_SECOND_GENERATION, WITHOUT_XDIST, id="SIGTERM in the second generation"),
+    ],
+)
 def test_a_signal_leaves_a_report_with_what_was_reached(
-    lamps: pytest.Pytester, number: signal.Signals, run: int, mode: str
+    lamps: pytest.Pytester, number: signal.Signals, run: int, options: tuple[str, ...]
 ) -> None:
     kill(lamps.path, "session", number, (run,))
-    status, output, whole = ended(lamps.path, *MODES[mode])
+    status, output, whole = ended(lamps.path, *options)
     assert status == pytest.ExitCode.INTERRUPTED, output
-    assert whole["closing"]["ended"] == "interrupted"
+    assert whole["closing"]["end_reason"] == "interrupted"
     if run > BY_HAND:
-        assert whole["closing"]["given"] == BY_HAND
+        assert whole["closing"]["initial_runs"] == BY_HAND
         assert 8 <= whole["closing"]["runs"] < 16
     assert whole["selected"] >= BY_HAND
     assert whole["reported"] == (whole["selected"] if number == signal.SIGINT else 0)
@@ -105,6 +113,6 @@ def test_after_three_losses_the_loop_ends_with_what_it_has_and_all_else_goes_on(
     assert re.search(f"hricdv: {lost}", output)
     notes = {suite["name"]: suite["generation"]["notes"] for suite in whole["suites"]}
     assert any(re.fullmatch(lost, note) for note in notes["closure"])
-    assert (whole["closing"]["ended"], whole["closing"]["given"]) == ("error", BY_HAND)
+    assert (whole["closing"]["end_reason"], whole["closing"]["initial_runs"]) == ("error", BY_HAND)
     assert 8 <= whole["closing"]["runs"] < 16
     assert whole["reported"] == whole["selected"] > BY_HAND

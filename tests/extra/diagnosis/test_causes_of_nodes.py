@@ -31,7 +31,7 @@ def causes(folder: Path, *options: str) -> list[dict[str, Any]]:
     return made
 
 
-def test_a_bug_of_a_node_is_a_cause_at_its_statement(tmp_path: Path) -> None:
+def test_a_bug_of_a_node_is_a_cause_in_its_function(tmp_path: Path) -> None:
     run("python -m pytest_hricdv init . --robot=cell", tmp_path)
     write_files(blocks("ros2.md"), tmp_path)
     node = tmp_path / "arm_control" / "arm_node.py"
@@ -41,5 +41,5 @@ def test_a_bug_of_a_node_is_a_cause_at_its_statement(tmp_path: Path) -> None:
     (cause,) = causes(tmp_path)
     assert (cause["requirements"], len(cause["tests"])) == (["R2"], 2)
     assert cause["minimal_pair"]["test"] in cause["tests"]
-    assert "moves = True" in [place["text"] for place in cause["locations"]]
-    assert causes(tmp_path, "-n", "2") == [cause]
+    assert "ArmNode.step" in [place["function"] for place in cause["locations"]]
+    assert causes(tmp_path, "-n", "1") == [cause]

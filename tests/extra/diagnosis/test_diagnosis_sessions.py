@@ -7,7 +7,7 @@ import re
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, command, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, command, report
 
 IMPORT = "\n    from pytest_hricdv.testbench import Disturbance"
 SURGE = """code=("lamps",),
@@ -49,11 +49,8 @@ BUDGET = "--hri-diagnose=11"
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_causes_come_before_failures_and_are_confirmed_by_runs(
-    surging: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    result = surging.runpytest_inprocess(*SUITE, BUDGET, *options)
+def test_causes_come_before_failures_and_are_confirmed_by_runs(surging: pytest.Pytester) -> None:
+    result = surging.runpytest_inprocess(*SUITE, BUDGET)
     assert result.ret == 1
     written = report(surging.path)
     json_schema.REPORT.validate(written)

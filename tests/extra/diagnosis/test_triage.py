@@ -26,7 +26,7 @@ def test_an_entry_that_is_pasted_makes_known_what_fails_for_its_cause_and_nothin
     assert len(entries) == len(causes) == 2
     assert "name all, and join conditions by |" in done.stdout
     for entry, cause in zip(entries, causes, strict=True):
-        assert entry.startswith(f"R2 of {cause['id']} while ")
+        assert entry.startswith(f"R2 of {cause['id']} when ")
         before = (surging.path / "pytest.ini").read_text(encoding="utf-8")
         (surging.path / "pytest.ini").write_text(before + f"    {entry}\n", encoding="utf-8")
         again = surging.runpytest_inprocess(SUITE)
@@ -46,7 +46,7 @@ def test_an_entry_joins_the_one_that_is_there(surging: pytest.Pytester) -> None:
     surging.runpytest_inprocess(SUITE)
     done = command("triage", "hri-report")
     (entry,) = re.findall(r"^    (R2 of .*)$", done.stdout, re.MULTILINE)
-    assert re.match(r"R2 of [0-9a-f]{8},[0-9a-f]{8} while \(once\(on\(wish\)\)\) \| \(", entry)
+    assert re.match(r"R2 of [0-9a-f]{8},[0-9a-f]{8} when \(once\(on\(wish\)\)\) \| \(", entry)
     assert entry.endswith(": no dimmer; why is this tolerated? [owner?]")
     assert "instead of the entry R2 when once(on(wish))" in done.stdout
     change(surging.path, "pytest.ini", "R2 when once(on(wish)): no dimmer", entry)
@@ -75,7 +75,7 @@ def test_an_entry_with_a_condition_that_is_too_wide_hides_no_other_cause(surging
     surging.runpytest_inprocess(SUITE)
     surge, wish = (cause["id"] for cause in report(surging.path)["causes"])
     entry = next(iter(re.findall(r"^    (R2 of .*)$", command("triage", "hri-report").stdout, re.MULTILINE)))
-    wide = entry.replace(re.search(r"while (.*): why", entry)[1], "lamp_level >= 0.0")  # type: ignore[index]
+    wide = entry.replace(re.search(r"when (.*): why", entry)[1], "lamp_level >= 0.0")  # type: ignore[index]
     done = surging.runpytest_inprocess(SUITE, f"--hri-known={wide}", "--hri-allow-nc=R3")
     assert done.ret == 1
     done.stdout.fnmatch_lines([f"FAILED R2 is known of cause {surge}, but 2 tests violate it for cause {wish}, *"])

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, report
 
 BY_HAND = "--hri-suite=by-hand"
 
@@ -46,15 +46,12 @@ def outcomes(lamps: pytest.Pytester) -> dict[str, list[dict[str, Any]]]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_the_first_engine_is_used_unless_another_one_is_asked_for(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_the_first_engine_is_used_unless_another_one_is_asked_for(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=0.5)
-    lamps.runpytest_inprocess(BY_HAND, *options)
+    lamps.runpytest_inprocess(BY_HAND)
     assert {test["engine"] for test in report(lamps.path)["tests"]} == {"bulb"}
     hashes = {test["record_sha256"] for test in report(lamps.path)["tests"]}
-    result = lamps.runpytest_inprocess(BY_HAND, "--hri-engine=led", "--hri-strict", *options)
+    result = lamps.runpytest_inprocess(BY_HAND, "--hri-engine=led", "--hri-strict")
     result.stdout.fnmatch_lines(
         [
             "hri: physics by led",
@@ -99,12 +96,11 @@ def test_a_testbench_without_engines_says_so(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_engines_that_agree_change_nothing(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_engines_that_agree_change_nothing(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=-1e-9)
-    lamps.runpytest_inprocess(BY_HAND, *options)
+    lamps.runpytest_inprocess(BY_HAND)
     alone = report(lamps.path)
-    result = lamps.runpytest_inprocess(BY_HAND, "--hri-engine=both", *options)
+    result = lamps.runpytest_inprocess(BY_HAND, "--hri-engine=both")
     assert result.ret == 0
     result.stdout.fnmatch_lines(
         [
@@ -125,10 +121,9 @@ def test_engines_that_agree_change_nothing(lamps: pytest.Pytester, options: tupl
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_verdict_that_depends_on_the_engine_is_no_pass(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_a_verdict_that_depends_on_the_engine_is_no_pass(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=0.5)
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both", "--hri-strict", "-rx", *options)
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both", "--hri-strict", "-rx")
     found = outcomes(lamps)
     json_schema.REPORT.validate(report(lamps.path))
     text = "R2: passed on bulb by +0, failed on led by -0.5: within engine tolerance"

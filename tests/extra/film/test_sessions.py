@@ -13,7 +13,7 @@ from PIL import Image
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.extra.film.film_maker import FilmMaker
 from pytest_hricdv.extra.film.records import FilmResult
-from tests.plugin.project import change, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, report
 from tests.report.parsed import Page, details
 
 for _name in ("PIL.Image", "PIL.ImageDraw", "PIL.ImageFont", "PIL.PngImagePlugin", "PIL.GifImagePlugin"):
@@ -81,11 +81,8 @@ def films(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_failing_and_known_failing_tests_are_filmed_and_linked(
-    filmed: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", *options)
+def test_failing_and_known_failing_tests_are_filmed_and_linked(filmed: pytest.Pytester) -> None:
+    result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film")
     assert result.ret == 0
     made = films(filmed.path)
     written = report(filmed.path)
@@ -104,7 +101,8 @@ def test_failing_and_known_failing_tests_are_filmed_and_linked(
     with Image.open(folder / film["strip"]) as strip:
         assert strip.size == (3 * 640, 2 * (round(320 / 640 * 640) + 30))
     page = Page((folder / "index.html").read_text(encoding="utf-8"))
-    assert [test["film"] for test in details(page) if BRIGHT in test["nodeid"]] == [film]
+    shown = [*details(page, 0), *details(page, 1)]
+    assert [test["film"] for test in shown if BRIGHT in test["nodeid"]] == [film]
     result.stdout.fnmatch_lines(["films: 2 of 2 failing tests, beside the report"])
 
 
@@ -190,13 +188,11 @@ def test_a_camera_that_fails_costs_the_film_and_not_the_report(filmed: pytest.Py
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mode", [("-p", "no:xdist"), ("-n", "1")], ids=["without xdist", "on a worker"])
 @pytest.mark.parametrize(
-    ("death", "how"),
+    ("death", "how", "mode"),
     [
-        ("os.kill(os.getpid(), 11)", "ended by SIGSEGV"),
-        ("os.abort()", "ended by SIGABRT"),
-        ("os.kill(os.getpid(), 9)", "ended by SIGKILL"),
+        ("os.abort()", "ended by SIGABRT", ("-p", "no:xdist")),
+        ("os.kill(os.getpid(), 9)", "ended by SIGKILL", ("-n", "1")),
     ],
 )
 def test_a_renderer_that_dies_costs_the_film_and_not_the_session(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, report
 
 SUITE = "--hri-suite=rl"
 DECLARED = """
@@ -30,9 +30,8 @@ def compared(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_run_that_conforms_passes_and_is_reported(compared: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = compared.runpytest_inprocess(SUITE, *options)
+def test_a_run_that_conforms_passes_and_is_reported(compared: pytest.Pytester) -> None:
+    result = compared.runpytest_inprocess(SUITE)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  R3 *", "  model", "  MODEL The code * 0 *"])
     written = report(compared.path)
@@ -41,10 +40,9 @@ def test_a_run_that_conforms_passes_and_is_reported(compared: pytest.Pytester, o
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_run_that_deviates_fails_and_says_how(compared: pytest.Pytester, options: tuple[str, ...]) -> None:
+def test_a_run_that_deviates_fails_and_says_how(compared: pytest.Pytester) -> None:
     change(compared.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 0.6")
-    result = compared.runpytest_inprocess(SUITE, *options)
+    result = compared.runpytest_inprocess(SUITE)
     assert result.ret == 1
     result.stdout.fnmatch_lines(
         [

@@ -53,7 +53,8 @@ def test_the_command_line_is_that_of_a_launch_description() -> None:
 
 
 _TEXTS = st.text(st.characters(codec="ascii", min_codepoint=32, max_codepoint=126))
-_SCALARS = st.booleans() | st.integers() | st.floats(allow_nan=False) | _TEXTS
+_INTEGERS = st.integers(-(2**63), 2**63 - 1)  # beyond that rcl reads a float
+_SCALARS = st.booleans() | _INTEGERS | st.floats(allow_nan=False) | _TEXTS
 _NAMES = st.from_regex(r"[a-z]{1,5}", fullmatch=True)
 
 

@@ -7,7 +7,7 @@ import shlex
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, plain_and_slowly_on_workers, report
+from tests.plugin.project import change, report
 from tests.plugin.test_replay import refused
 
 TIGHT = ("eventually[0:2](on(answer))", "eventually[0:0.98](on(answer))")
@@ -22,12 +22,9 @@ def tight(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(
-    tight: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    assert tight.runpytest_inprocess("--hri-suite=rl", *options).ret == 0
-    result = tight.runpytest_inprocess("--hri-suite=rl", "--hri-search=40", *options)
+def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(tight: pytest.Pytester) -> None:
+    assert tight.runpytest_inprocess("--hri-suite=rl").ret == 0
+    result = tight.runpytest_inprocess("--hri-suite=rl", "--hri-search=40")
     assert result.ret == 1
     result.assert_outcomes(passed=32, xfailed=2)
     written = report(tight.path)
@@ -44,7 +41,7 @@ def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(
             f"FAILED R3 is violated by a test that a search found: {found['id']}",
         ]
     )
-    again = tight.runpytest_inprocess(*shlex.split(command)[1:], *options)
+    again = tight.runpytest_inprocess(*shlex.split(command)[1:])
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(["R3 Failed: *", f"replay of {found['id']}: the same run, to the bit"])
 

@@ -7,7 +7,7 @@ import shlex
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import A_WORKER, change, plain_and_slowly_on_workers, report
+from tests.plugin.project import A_WORKER, change, report
 from tests.plugin.test_replay import refused
 
 LONG = ["enter hall", "greet", *(f"set_lamp level = {level}" for level in (10, 0, 100, 10)), "leave"]
@@ -23,11 +23,8 @@ def long(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 @pytest.mark.slow
-@plain_and_slowly_on_workers
-def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replayed(
-    long: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    result = long.runpytest_inprocess(SUITE, "--hri-shrink", "--hri-strict", *options)
+def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replayed(long: pytest.Pytester) -> None:
+    result = long.runpytest_inprocess(SUITE, "--hri-shrink", "--hri-strict")
     assert result.ret == 1
     written = report(long.path)
     json_schema.REPORT.validate(written)
@@ -46,7 +43,7 @@ def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replaye
             f"  {command}",
         ]
     )
-    again = long.runpytest_inprocess(*shlex.split(command)[1:], *options)
+    again = long.runpytest_inprocess(*shlex.split(command)[1:])
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines([f"replay of {shrunk['id']}: the same run, to the bit"])
     (replayed,) = report(long.path)["tests"]
