@@ -30,7 +30,6 @@ class Drift:
         location: in the code, as `barista.py:12`; empty where it is gone.
         text: a sentence for people.
         message: of a message that is lacking.
-        parameter: of a parameter that is never varied.
         is_undeclared: of a transition: the testbench does not declare it; otherwise no test reaches it.
     """
 
@@ -39,7 +38,6 @@ class Drift:
     location: str
     text: str
     message: Message | None = None
-    parameter: Parameter | None = None
     is_undeclared: bool = False
 
     @property
@@ -174,7 +172,7 @@ def _parameters(code: CodeModel, testbench: Testbench) -> Iterator[Drift]:
         # A switch or a number with a unit is what tests can vary; what else is handed over is the world's.
         if parameter.name not in varied and parameter.unit and parameter.type in ("float", "int", ""):
             text = f"{parameter.owner}.{parameter.name} ({parameter.default or 'no default'}) is never varied"
-            yield Drift("parameter", parameter.name, str(parameter.location), text, parameter=parameter)
+            yield Drift("parameter", parameter.name, str(parameter.location), text)
 
 
 def _of_entry(code: CodeModel) -> Iterator[Parameter]:

@@ -20,6 +20,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.draft.drift import Drift
 from pytest_hricdv.extra.draft.feature import FEATURE, find_drift
 from pytest_hricdv.hooks import HOOK
+from pytest_hricdv.results import journal
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.run_context import RunContext
@@ -73,11 +74,11 @@ def _propose(context: RunContext, change: tuple[Path, str, str], *, write: bool,
     path, before, after = change
     say("")
     if after == before:
-        say("nothing of it is a line of conftest.py: plans and disturbances lead to states; what may be so goes to")
-        say("hri_known_drift in the ini file, one a line: KIND NAME: reason")
+        say("nothing of it is a line of conftest.py: plans and disturbances lead to states, and run hands parameters")
+        say("to the code, run.test.run[NAME]; what may be so goes to hri_known_drift, a line each: KIND NAME: reason")
     elif write:
         write_text(path, after)
-        say(f"{path}: changed; review it, above all the ranges")
+        say(f"{path}: changed; review it")
     else:
         name = os.path.relpath(path, context.collection.config.invocation_params.dir)
         for line in difference(before, after, name).splitlines():
@@ -87,12 +88,17 @@ def _propose(context: RunContext, change: tuple[Path, str, str], *, write: bool,
 
 
 def _tests(context: RunContext) -> tuple[tuple[TestResult, ...] | None, str]:
-    """The tests of the last report, and what is to be said where there are none."""
+    """The tests of the last report of whole suites, and what is to be said where there are none."""
     folder = context.options.report
     try:
         report = load(folder)
+        if report.full_report:
+            return load((folder / report.full_report).parent).tests, ""
     except ReportError:
         return None, f"no report in {folder}: run pytest first, and states that no plan leads to are told, too"
+    kept = folder / journal.NAME
+    if kept.is_file() and not journal.read(kept).is_whole:
+        return None, f"the report in {folder} is of a part of the suites: run all tests first, to be told of states"
     return report.tests, ""
 
 
@@ -113,7 +119,7 @@ def add_lines(conftest: str, drift: Sequence[Drift]) -> str:
 
     Args:
         conftest: the text of the file.
-        drift: what the code has; messages, values, transitions and parameters can be added, states cannot.
+        drift: what the code has; messages, values and transitions can be added; the rest is for people.
     """
     try:
         tree = ast.parse(conftest)
@@ -156,13 +162,6 @@ def _insertions(tree: ast.Module, drift: Sequence[Drift]) -> Iterator[_Insertion
         if one.kind == "value" and isinstance(fields, ast.Dict):
             name, _, text = one.name.partition("=")
             yield from _value(fields, name, text)
-    concretization = _call(tree, "Concretization")
-    parameters = [one.parameter for one in drift if one.parameter is not None]
-    if parameters and concretization is not None:
-        entries = [
-            f'"{parameter.name}": Uniform({_ends(parameter.default)}, "{parameter.unit}")' for parameter in parameters
-        ]
-        yield from _add(concretization, "run", entries, "{", "}")
 
 
 def _call(tree: ast.AST, name: str) -> ast.Call | None:
@@ -213,15 +212,6 @@ def _value(fields: ast.Dict, name: str, text: str) -> Iterator[_Insertion]:
             last = value.elts[-1]
             if last.end_lineno is not None and last.end_col_offset is not None:
                 yield _Insertion(last.end_lineno, last.end_col_offset, f', "{text}"')
-
-
-def _ends(default: str) -> str:
-    """Ends of a range around a default: half and twice of it (for a person to set)."""
-    try:
-        value = float(default)
-    except ValueError:
-        value = 1.0
-    return f"{value / 2:g}, {value * 2:g}"
 
 
 # --- the process

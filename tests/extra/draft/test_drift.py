@@ -171,7 +171,7 @@ def test_the_lines_to_add_are_a_diff_of_the_conftest_file(of_lift: list[Drift]) 
     after = add_lines(CONFTEST, of_lift)
     assert "messages=(Call, State, Alarm)," in after
     assert "    from lift import Alarm\n    return Testbench(" in after
-    assert 'run={"patience_s": Uniform(2.5, 10, "s")}' in after
+    assert "patience_s" not in after, "nothing would read it"
     compile(after, "conftest.py", "exec")
     shown = difference(CONFTEST, after, "conftest.py").splitlines()
     assert shown[0] == "--- a/conftest.py"
@@ -189,6 +189,28 @@ def test_a_package_that_is_not_there_is_said(tmp_path: Path) -> None:
     assert model == []
     assert len(problems) == 1
     assert "nowhere" in problems[0]
+
+
+@pytest.mark.slow
+def test_the_whole_report_counts_after_a_part_of_the_tests(tmp_path: Path) -> None:
+    write_files(blocks("vacuum.md"), tmp_path)
+
+    def run(*command: str) -> str:
+        ran = subprocess.run(
+            [sys.executable, "-m", *command], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        return ran.stdout + ran.stderr
+
+    update = ("pytest_hricdv", "init", "--update")
+    assert "no report in" in run(*update)
+    session = ("pytest", "-q", "--hri-tests=3", "test_vacuum.py")
+    run(*session, "-k", "relaxed")
+    assert "is of a part of the suites: run all tests first" in run(*update)
+    run(*session)
+    whole = run(*update)
+    assert "a part of the suites" not in whole
+    run(*session, "-k", "relaxed")
+    assert run(*update) == whole
 
 
 @pytest.mark.slow
