@@ -17,6 +17,7 @@ from pytest_hricdv.bdi.language.collection import CollectionTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.syntax_tree import call_with_values
 from pytest_hricdv.bdi.language.terms import (
+    NOT_NUMERIC,
     VALUE_BY_RULE,
     Call,
     ListTerm,
@@ -26,6 +27,7 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
     is_ground,
+    render,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings
@@ -95,11 +97,14 @@ def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
     """The value of a function call in an expression.
 
     Returns:
-        A number, or the call itself as long as its arguments are not bound.
+        A number, or the call itself as long as its arguments are not bound, or if it has no value for them.
 
     Raises:
-        EvaluationError: it is not a function, or has no value for these arguments.
+        EvaluationError: it is not a function.
     """
+    if call.name == NOT_NUMERIC:
+        agent.run.warn(f"{agent.name}: {agent.activity()}: {call.args[0]} is not a number, in {render(call.args[1])}")  # type: ignore[arg-type]
+        return Number(math.nan)
     if not is_function(call):
         check_exists(call)
         # As in Jason, an action in the place of a term is handed over, and is a condition where its variable is one.
@@ -114,7 +119,8 @@ def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
     try:
         return Number(_value(agent, call.name, args))
     except (ArithmeticError, ValueError, TypeError, statistics.StatisticsError):
-        raise EvaluationError(f"{call.name}({','.join(map(str, args))}) has no value") from None
+        agent.run.warn(f"{agent.name}: {agent.activity()}: {call.name}({','.join(map(str, args))}) has no value")
+        return call
 
 
 def _value_by_rule(agent: AgentState, term: Term) -> Term:

@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.logic.unify import undo, unify
 
 def _pursues(intention: Intention, goal: Term) -> bool:
     """Whether some plan of an intention is for a goal."""
-    return any(means.sign == "+!" and unify(goal, means.literal, dict(means.unifier), []) for means in intention.stack)
+    return any(unify(goal, pursued, dict(means.unifier), []) for means in intention.stack if (pursued := means.goal))
 
 
 def _concerns(event: Event, goal: Term) -> bool:
@@ -40,9 +40,11 @@ def _fail(invocation: Invocation) -> Outcome:
 
 @internal_action("intend", 1, inspects=True)
 def _intend(invocation: Invocation) -> Iterator[object]:
-    for intention, _ in invocation.agent.all_intentions():
-        for means in intention.stack:
-            if means.sign == "+!" and invocation.unify(0, means.literal):
+    agent = invocation.agent
+    intentions = [] if agent.current is None else [agent.current]
+    for intention in dict.fromkeys([*intentions, *(other for other, _ in agent.all_intentions())]):
+        for means in reversed(intention.stack):
+            if (pursued := means.goal) is not None and invocation.unify(0, pursued):
                 yield means
 
 
@@ -200,7 +202,7 @@ def _resume(invocation: Invocation) -> Outcome:
 
 @internal_action("suspended", 2, inspects=True)
 def _find_suspended_goal(invocation: Invocation) -> Outcome:
-    """The second argument is the reason, in the words of Jason 1.4.2: ``suspended``, or what it also waits for."""
+    """The second argument is the reason, in the words of Jason 1.4.2: ``suspended-1``, or what it also waits for."""
     agent = invocation.agent
     held = [intention for _, _, intention in agent.held_events if intention is not None]
     for intention in (*agent.suspended, *agent.suspending, *held):
@@ -216,7 +218,8 @@ def _reason(agent: AgentState, intention: Intention) -> Term:
             if wait.trigger is None and wait.condition is None and wait.deadline is not None:
                 return String(f"{intention.number}/time{Number((wait.deadline - wait.since) / TICKS_PER_MS)}")
             return String(f"{intention.number}/{wait.trigger or wait.condition}")
-    return Structure("suspended")
+    by_itself = intention in agent.suspended and str(intention.top.statement) == ".suspend"
+    return String(f"suspended-{'self-' if by_itself else ''}{intention.number}")
 
 
 @internal_action("current_intention", 1, inspects=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 from pytest_hricdv.bdi.actions.registry import MANY, Invocation, check_calls, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
@@ -11,6 +12,7 @@ from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.limits import limit_answers, spend
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
 from pytest_hricdv.bdi.language.syntax import Plan, PlanTrigger, Rule
+from pytest_hricdv.bdi.language.syntax_tree import parts_of, with_values
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     ListTerm,
@@ -25,7 +27,7 @@ from pytest_hricdv.bdi.language.terms import (
     term_order,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
-from pytest_hricdv.bdi.logic.substitution import rename_apart
+from pytest_hricdv.bdi.logic.substitution import Bindings, rename_apart, substitute_only
 from pytest_hricdv.bdi.logic.unify import undo, unify
 
 
@@ -78,7 +80,10 @@ def _belief(invocation: Invocation) -> Iterator[object]:
 
 @internal_action("abolish", 1)
 def _abolish(invocation: Invocation) -> Outcome:
-    """Remove every belief that matches, with all its sources; each removal is an event. A variable matches all."""
+    """Remove every belief that matches, with all its sources; a variable matches all.
+
+    As in Jason, the events that say so have no annotations.
+    """
     agent = invocation.agent
     pattern = invocation.value(0)
     if isinstance(pattern, (Variable, AnnotatedVariable, QualifiedLiteral)):
@@ -91,8 +96,9 @@ def _abolish(invocation: Invocation) -> Outcome:
         trail: list[object] = []
         matches = unify(pattern, entry, invocation.bindings, trail)  # type: ignore[arg-type]
         undo(invocation.bindings, trail, 0)  # type: ignore[arg-type]
-        if matches:
-            agent.disbelieve(entry)
+        if matches and agent.beliefs.remove(entry):
+            agent.run.progress += 1
+            agent.post("-", entry.without_annotations(), None)
     return True
 
 
@@ -159,7 +165,7 @@ def _perceive(invocation: Invocation) -> Outcome:
 
 def _plan(invocation: Invocation, term: Term) -> Plan:
     if isinstance(term, String):
-        return invocation.read(term.value, parse_plan)
+        return invocation.read(term.value, parse_plan, "unknown")
     if isinstance(term, PlanTerm) and isinstance(term.plan, Plan):
         return term.plan
     raise EvaluationError(f"{term} is not a plan")
@@ -179,7 +185,7 @@ def _add_plan(invocation: Invocation) -> Outcome:
         except BdiError as error:
             raise BdiError(f"{invocation.call.location}: in the plan that is added here: {error}") from None
         if not plan.has_label:
-            plan = replace(plan, label=f"_added{len(agent.library.plans) + 1}")
+            plan = replace(plan, label=f"{AUTOMATIC}{1 + sum(map(_is_numbered, agent.library.plans))}")
         agent.library = agent.library.with_plan(plan, origin, at_the_beginning=first)
         agent.run.progress += 1
     return True
@@ -193,9 +199,36 @@ def _remove_plan(invocation: Invocation) -> Outcome:
     origin = _source_of_plans(invocation)
     for term in value.items if isinstance(value, ListTerm) else (value,):
         spend(1 + len(agent.library.plans))
-        agent.library = agent.library.without(_label(term), origin)
+        plan = _find_plan(invocation, term)
+        agent.library = agent.library if plan is None else agent.library.without(plan.label, origin)
         agent.run.progress += 1
     return True
+
+
+AUTOMATIC = "l__"
+"""Before the number of a plan that its author has given no label: what it is called in terms."""
+
+
+def _is_numbered(plan: Plan) -> bool:
+    return not plan.builtin and (not plan.has_label or plan.label.startswith(AUTOMATIC))
+
+
+def _label_term(invocation: Invocation, plan: Plan) -> Structure:
+    """The label of one of the agent's plans."""
+    label = plan.label
+    if not plan.has_label:
+        numbered = [own.label for own in invocation.agent.library.plans if _is_numbered(own)]
+        label = f"{AUTOMATIC}{1 + numbered.index(label)}"
+    return Structure(label, annots=plan.annots)
+
+
+def _plan_term(invocation: Invocation, plan: Plan) -> PlanTerm:
+    """One of the agent's plans as a term that shares no variable with the plan that asks for it."""
+    literal = plan.trigger.literal
+    parts = parts_of((literal.annots if isinstance(literal, Structure) else (), plan))
+    own: Bindings = {part: invocation.agent.fresh() for part in dict.fromkeys(parts) if isinstance(part, Variable)}
+    named = PlanTerm(replace(plan, label=_label_term(invocation, plan).functor))
+    return with_values(named, partial(substitute_only, bindings=own))
 
 
 def _source_of_plans(invocation: Invocation) -> Structure:
@@ -211,11 +244,18 @@ def _label(term: Term) -> str:
     return term.value if isinstance(term, String) else str(term)
 
 
+def _find_plan(invocation: Invocation, term: Term) -> Plan | None:
+    """The agent's plan that a term names."""
+    label = _label(term)
+    plans = (plan for plan in invocation.agent.library.plans if not plan.builtin)
+    return next((plan for plan in plans if label in (plan.label, _label_term(invocation, plan).functor)), None)
+
+
 @internal_action("relevant_plan", 2, inspects=True)
 def _relevant_plan(invocation: Invocation) -> Iterator[object]:
     """As ``.relevant_plans``, one plan a solution."""
     for plan in _plans_for(invocation):
-        if invocation.unify(1, PlanTerm(plan)):
+        if invocation.unify(1, _plan_term(invocation, plan)):
             yield plan
 
 
@@ -242,8 +282,8 @@ def _plans_for(invocation: Invocation) -> list[Plan]:
 @internal_action("relevant_plans", 2, 3, inspects=True)
 def _relevant_plans(invocation: Invocation) -> Outcome:
     plans = _plans_for(invocation)
-    labels = ListTerm(tuple(Structure(plan.label, annots=plan.annots) for plan in plans))
-    return invocation.unify(1, ListTerm(tuple(PlanTerm(plan) for plan in plans))) and (
+    labels = ListTerm(tuple(_label_term(invocation, plan) for plan in plans))
+    return invocation.unify(1, ListTerm(tuple(_plan_term(invocation, plan) for plan in plans))) and (
         len(invocation.args) == 2 or invocation.unify(2, labels)
     )
 
@@ -254,8 +294,5 @@ def _is_for(plan: Plan, trigger: PlanTrigger) -> bool:
 
 @internal_action("plan_label", 2, inspects=True)
 def _plan_label(invocation: Invocation) -> Outcome:
-    label = _label(invocation.value(1))
-    for plan in invocation.agent.library.plans:
-        if plan.label == label:
-            return invocation.unify(0, PlanTerm(plan))
-    return False
+    plan = _find_plan(invocation, invocation.value(1))
+    return plan is not None and invocation.unify(0, _plan_term(invocation, plan))

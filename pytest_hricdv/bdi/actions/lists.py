@@ -16,6 +16,7 @@ from pytest_hricdv.bdi.language.terms import (
     String,
     Structure,
     Term,
+    is_name,
     render,
     size_of,
     sort_terms,
@@ -57,7 +58,8 @@ def _concat(invocation: Invocation) -> Outcome:
     if isinstance(values[0], ListTerm):
         items = tuple(item for index in range(len(values)) for item in invocation.items(index))
         return invocation.unify(len(values), ListTerm(items))
-    texts = [render(value) for value in values]
+    # As in Jason, a quoted name is joined without its quotes, where printing it shows them.
+    texts = [render(value).strip("'") if is_name(value) else render(value) for value in values]
     check_text(sum(map(len, texts)))
     text = "".join(texts)
     return invocation.unify(len(values), String(text))

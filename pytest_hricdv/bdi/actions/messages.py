@@ -10,9 +10,18 @@ from pytest_hricdv.bdi.agent.directory import DIRECTORY
 from pytest_hricdv.bdi.agent.intentions import PendingQuestion, SpeechAct
 from pytest_hricdv.bdi.agent.messages import send, text_of
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.parser import parse_term
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Not, Or
-from pytest_hricdv.bdi.language.terms import FormulaTerm, ListTerm, Number, String, Structure, Term, Variable, render
+from pytest_hricdv.bdi.language.terms import (
+    FormulaTerm,
+    ListTerm,
+    Number,
+    String,
+    Structure,
+    Term,
+    Variable,
+    is_name,
+    render,
+)
 
 _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 
@@ -25,7 +34,7 @@ def _send(invocation: Invocation) -> Outcome:
     a list in the order in which they came.
     """
     agent, argument_count = invocation.agent, len(invocation.args)
-    to, force = invocation.value(0), text_of(invocation.value(1))
+    to, force = invocation.value(0), _force(invocation, 1)
     if argument_count == 3 and type(to) is Structure and not to.args:
         send(agent, to.functor, force, invocation.value(2))
         return True
@@ -37,6 +46,15 @@ def _send(invocation: Invocation) -> Outcome:
     if waits and names:
         _wait_for_answers(invocation, force, names, len(receivers) if isinstance(to, ListTerm) else None)
     return True
+
+
+def _force(invocation: Invocation, index: int) -> str:
+    force = invocation.value(index)
+    if not is_name(force):
+        name = invocation.call.name.removeprefix(".")
+        reason = f"illocutionary force parameter ('{force}') must be an atom!"
+        raise EvaluationError(f"Wrong argument for internal action '{name}': {reason}", "wrong_arguments")
+    return str(force)
 
 
 def _wait_for_answers(invocation: Invocation, force: str, names: list[str], asked: int | None) -> None:
@@ -51,14 +69,14 @@ def _wait_for_answers(invocation: Invocation, force: str, names: list[str], aske
 
 @internal_action("broadcast", 2)
 def _broadcast(invocation: Invocation) -> Outcome:
-    force, content = text_of(invocation.value(0)), invocation.value(1)
+    force, content = _force(invocation, 0), invocation.value(1)
     for name in invocation.agent.run.agents:
         if name != invocation.agent.name:
             send(invocation.agent, name, force, content)
     return True
 
 
-_EXPRESSION = re.compile(r"#\{([^}]*)\}")
+_NAMED = re.compile(r"#\{([A-Z]\w*)\}")
 
 
 def _text(invocation: Invocation, start: int = 0) -> str:
@@ -98,7 +116,7 @@ def _configure(invocation: Invocation) -> Outcome:
 
 @internal_action("puts", 1, MANY)
 def _puts(invocation: Invocation) -> Outcome:
-    """As ``.print``, with the values of the expressions in the texts, as in ``"#{X+1} left"``."""
+    """As ``.print``, with the values of the variables that are named in the texts, as in ``"#{X} left"``."""
     agent, bindings = invocation.agent, invocation.bindings
 
     def fill(index: int) -> str:
@@ -106,9 +124,7 @@ def _puts(invocation: Invocation) -> Outcome:
         text = _plain_text(value)
         if not isinstance(value, String):
             return text
-        return _EXPRESSION.sub(
-            lambda match: _plain_text(agent.value(invocation.read(match[1], parse_term), bindings)), text
-        )
+        return _NAMED.sub(lambda match: render(agent.value(Variable(match[1]), bindings)), text)
 
     agent.run.print(agent.name, "".join(map(fill, range(len(invocation.args)))))
     return True

@@ -126,7 +126,7 @@ def _event(invocation: Invocation, index: int) -> String | PlanTerm:
 
 def _trigger(invocation: Invocation, value: String | PlanTerm) -> PlanTrigger:
     if isinstance(value, String):
-        return invocation.read(value.value, parse_trigger)
+        return invocation.read(value.value, parse_trigger, "unknown")
     if not isinstance(value.plan, Plan):
         raise EvaluationError(f"{value} is not an event")
     return value.plan.trigger

@@ -7,6 +7,8 @@ of a plan for a belief event, is not handled: that intention is dropped with a w
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.intentions import ADDED_GOALS, Event, HardDeadline, IntendedMeans, Intention
 from pytest_hricdv.bdi.language.errors import BdiError, Location
@@ -57,7 +59,7 @@ def _note_failed(agent: AgentState, sign: str, goal: Structure) -> None:
 
 def _error_message(error: str, message: str, means: IntendedMeans) -> str:
     """The error message that a plan for the failure gets: Jason's, where that is known."""
-    if error in ("ia_failed", "action_failed"):  # Jason's is empty for these
+    if error in ("ia_failed", "action_failed", "unknown"):  # Jason's is empty for these
         return ""
     if error == "test_goal_failed":
         return f"Failed to test '{'; '.join(map(str, means.body[means.pc :]))}'"
@@ -90,7 +92,7 @@ def _place(place: Location | None) -> tuple[Structure, ...]:
     """Where that is written; ``no_code`` for what no plan's body asked for."""
     if place is None:
         return (Structure("code_src", (NO_CODE,)), Structure("code_line", (NO_CODE,)))
-    return (Structure("code_src", (String(place.file),)), Structure("code_line", (Number(place.line),)))
+    return (Structure("code_src", (String(Path(place.file).name),)), Structure("code_line", (Number(place.line),)))
 
 
 def no_applicable_plan(agent: AgentState, event: Event) -> bool:
@@ -258,12 +260,13 @@ def drop_goal(agent: AgentState, intention: Intention, goal: Term, succeeded: bo
     """
     stack = intention.stack
     for depth, means in enumerate(stack):
-        if means.sign == "+!" and unify(goal, means.literal, dict(means.unifier), []):
+        pursued = means.goal
+        if pursued is not None and unify(goal, pursued, dict(means.unifier), []):
             agent.leave_fork(intention, depth)
             del stack[depth:]
             if succeeded:
                 agent.go_on(intention)
-            else:
-                fail_goal(agent, intention, "+!", means.literal, "", f"goal {goal} was failed")
+            elif means.sign == "+!" or not _handle(agent, intention, depth - 1, ()):
+                fail_goal(agent, intention, "+!", pursued, "", f"goal {goal} was failed")
             return True
     return False

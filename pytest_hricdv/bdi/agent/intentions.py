@@ -17,6 +17,8 @@ from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
 
 TICKS_PER_MS = 10
 """Ticks of the virtual clock: one per round, which is what Jason itself takes for a cycle, within a factor of two."""
+OF_FAILURES = frozenset({"error", "error_msg", "code", "code_src", "code_line"})
+"""The annotations that say how a goal has failed."""
 ADDED_GOALS = frozenset({"+!", "+?"})
 """The signs of events that add a goal or a test goal."""
 
@@ -56,6 +58,15 @@ class IntendedMeans:
         """The enclosing bodies of the block being executed, the innermost last, and where to continue in them."""
         self.loop: LoopState | None = None
         """The loop whose statement is next, if it has been executed at least once."""
+
+    @property
+    def goal(self) -> Structure | None:
+        """The achievement goal that it pursues, or whose failure it handles: as in Jason, that is pursued still."""
+        if self.sign != "-!":
+            return self.literal if self.sign == "+!" else None
+        annots = self.literal.annots
+        own = tuple(annot for annot in annots if not isinstance(annot, Structure) or annot.functor not in OF_FAILURES)
+        return self.literal.with_annotations(own)
 
     def copy(self) -> IntendedMeans:
         """The plan at the same statement, with bindings of its own."""

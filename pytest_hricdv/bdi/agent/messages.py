@@ -90,7 +90,7 @@ def receive(agent: AgentState, message: SpeechAct) -> None:
             return
     content, force = message.content, message.force
     if not is_processed_directly(agent, message):
-        args = (Structure(message.sender), Structure(message.force), content, String(message.name))
+        args = (Structure(message.sender), Structure(message.force), content, Structure(message.name))
         agent.post("+!", Structure("kqml_received", args), None)
         return
     if force == "tell" and content.ground:  # type: ignore[union-attr]

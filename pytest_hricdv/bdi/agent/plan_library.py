@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
 from pytest_hricdv.bdi.language.syntax import (
     GOAL_STATE,
@@ -60,7 +61,7 @@ class PlanLibrary:
         """Whether a plan is for the states of goals."""
         self._steady: dict[Key, bool] = {}
         message_plans = self.relevant("+!", KQML_RECEIVED)
-        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
+        self.has_own_message_plans = any(plan.trigger.key and not plan.builtin for plan in message_plans)
 
     def relevant(self, sign: str, key: Key) -> tuple[Plan, ...]:
         """The plans whose trigger has this sign and predicate, or is a variable, in source order."""
@@ -96,6 +97,9 @@ class PlanLibrary:
                     return self
                 own = replace(own, annots=_in_order((*_with_source(own), origin)))
                 return PlanLibrary((*self.plans[:index], own, *self.plans[index + 1 :]), self.private)
+            if own.label == plan.label:
+                label = Structure(own.label).with_annotations(_with_source(own))
+                raise EvaluationError(f"There already is a plan with label {label}", "internal_action")
         own_annots = tuple(annot for annot in plan.annots if annot not in _sources(plan))
         plan = replace(plan, annots=_in_order((*own_annots, origin)))
         return PlanLibrary((plan, *self.plans) if at_the_beginning else (*self.plans, plan), self.private)

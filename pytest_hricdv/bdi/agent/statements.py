@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.bdi.agent.agent_state import AgentState
@@ -29,6 +30,7 @@ from pytest_hricdv.bdi.language.syntax import (
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import (
     SOURCE_SELF,
+    AnnotatedVariable,
     PlanTerm,
     QualifiedLiteral,
     Structure,
@@ -36,6 +38,8 @@ from pytest_hricdv.bdi.language.terms import (
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_all
+
+_UNKNOWN = (Variable, AnnotatedVariable)
 
 
 def _achieve(agent: AgentState, intention: Intention, means: IntendedMeans, statement: AchievementGoal) -> None:
@@ -51,6 +55,9 @@ def _achieve(agent: AgentState, intention: Intention, means: IntendedMeans, stat
 
 def _test(agent: AgentState, intention: Intention, means: IntendedMeans, statement: TestGoal) -> None:
     formula = statement.formula
+    if isinstance(formula, _UNKNOWN) and isinstance(agent.value(formula, means.unifier), _UNKNOWN):
+        place = f"{Path(statement.location.file).name}:{statement.location.line}"
+        raise EvaluationError(f"{place}: Variable '{formula}' must be ground.", "body_var_without_value")
     solution = first(agent, formula, means.unifier)
     if solution is not None:
         means.unifier = solution

@@ -165,7 +165,7 @@ class _ProgramReader:
         plans: list[Plan] = []
         from pytest_hricdv.bdi.language.plan_patterns import PlanPattern
 
-        items, warnings = self._items(text, file, space)
+        items, warnings, last_number = self._items(text, file, space)
         for item in filter(None, items):
             if isinstance(item, Plan):
                 plans.append(item)
@@ -181,20 +181,22 @@ class _ProgramReader:
                 goals.extend(included.goals)
                 plans.extend(included.plans)
                 warnings.extend(included.warnings)
+                last_number = max(last_number, included.last_number)
             elif isinstance(item, InitialGoal):
                 goals.append(item.literal)
             else:
                 beliefs.append(item)
-        return Program(file, tuple(beliefs), tuple(goals), _with_automatic_labels(plans), tuple(warnings))
+        labelled = _with_automatic_labels(plans)
+        return Program(file, tuple(beliefs), tuple(goals), labelled, tuple(warnings), last_number)
 
-    def _items(self, text: str, file: str, space: str) -> tuple[list[Any], list[str]]:
-        """The parts of a source, and what its author should know."""
+    def _items(self, text: str, file: str, space: str) -> tuple[list[Any], list[str], int]:
+        """The parts of a source, what its author should know, and the greatest number of a variable ``_n``."""
         items: list[Any] = _parse(text, file, "start")
         _, transformer = _grammar()
-        warnings = transformer.warnings
+        warnings, last_number = transformer.warnings, transformer.last_number
         if space != name_spaces.DEFAULT or transformer.has_spaces:
             items = name_spaces.in_spaces(items, space, self._local_spaces)
-        return items, warnings
+        return items, warnings, last_number
 
     def _check(self, path: Path, text: str, named_at: Location | None, naming_text: str) -> None:
         """Refuse what includes itself, or grows beyond the limits: files that include others twice double."""
@@ -252,7 +254,7 @@ def parse_trigger(text: str) -> PlanTrigger:
 
 
 def parse_plan(text: str) -> Plan:
-    """Parse a plan, with or without its final full stop. Raises BdiSyntaxError: the text is not a plan."""
+    """Parse a plan with its final full stop. Raises BdiSyntaxError: the text is not a plan."""
     plan: Plan = _parse(text, "<plan>", "one_plan")
     return plan
 

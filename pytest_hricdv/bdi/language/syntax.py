@@ -46,7 +46,7 @@ class Not:
     part: Formula
 
     def __str__(self) -> str:
-        return f"not {self.part}"
+        return f"not ({self.part})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,8 +160,8 @@ class If:
     location: Location = field(compare=False)
 
     def __str__(self) -> str:
-        otherwise = f" else {block_text(self.otherwise)}" if self.otherwise else ""
-        return f"if ({self.condition}) {block_text(self.then)}{otherwise}"
+        otherwise = f",{block_text(self.otherwise)}" if self.otherwise else ""
+        return f".if_then_else({self.condition},{block_text(self.then)}{otherwise})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +173,7 @@ class While:
     location: Location = field(compare=False)
 
     def __str__(self) -> str:
-        return f"while ({self.condition}) {block_text(self.body)}"
+        return f".loop({self.condition},{block_text(self.body)})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +185,7 @@ class For:
     location: Location = field(compare=False)
 
     def __str__(self) -> str:
-        return f"for ({self.condition}) {block_text(self.body)}"
+        return f".foreach({self.condition},{block_text(self.body)})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +197,7 @@ class ForkStatement:
     location: Location = field(compare=False)
 
     def __str__(self) -> str:
-        return (" |&| " if self.needs_all else " ||| ").join("; ".join(map(str, branch)) for branch in self.branches)
+        return f".fork({'and' if self.needs_all else 'or'},{','.join(map(block_text, self.branches))})"
 
 
 Statement = (
@@ -352,3 +352,5 @@ class Program:
     goals: tuple[Structure, ...]
     plans: tuple[Plan, ...]
     warnings: tuple[str, ...] = ()
+    last_number: int = 0
+    """No variable is ``_n`` for a greater number n."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from pytest_hricdv.bdi.language import syntax
+from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import MAX_SIZE, spend, too_large
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
@@ -75,7 +76,10 @@ def with_constants_evaluated(term: Term) -> Term:
         EvaluationError: see :meth:`~pytest_hricdv.bdi.language.terms.Arithmetic.value`.
     """
     if isinstance(term, Arithmetic):
-        return term.value(tuple(map(with_constants_evaluated, term.operands)))
+        value = term.value(tuple(map(with_constants_evaluated, term.operands)))
+        if isinstance(value, Call):
+            raise EvaluationError(f"{value.args[0]} is not a number, in {term}")
+        return value
     if isinstance(term, Structure) and term.evaluable:
         args, annots = (tuple(map(with_constants_evaluated, part)) for part in (term.args, term.annots))
         return Structure(term.functor, args, (), term.negated).with_annotations(annots, term.annots_tail)

@@ -29,9 +29,9 @@ from pytest_hricdv.bdi.language.terms import (
     Variable,
     is_name,
     source,
+    unescape,
 )
 
-_ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
 _NUMBERED = re.compile(r"\b_(\d{1,9})\b")
 _FORMULA_ONLY = (And, Or, Not, Comparison)
 Children = list[Any]
@@ -60,6 +60,11 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         """The conditions found in the place of a term: what hands none over must not have any."""
         self._numbered = {int(number) for number in _NUMBERED.findall(text)} if "_" in text else set()
         """The numbers of variables that the author has named so, as `_1`: they are not given to other ones."""
+
+    @property
+    def last_number(self) -> int:
+        """The greatest number of a variable `_n`, or more."""
+        return max(self._anonymous, *self._numbered, 0)
 
     def _at(self, meta: Meta) -> Location:
         return Location(self._file, getattr(meta, "line", 1), getattr(meta, "column", 1))
@@ -117,10 +122,16 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
 
     def binary(self, meta: Meta, items: Children) -> Term:
         left, operator, right = items
-        return Arithmetic(str(operator), (self._term(meta, left), self._term(meta, right)))
+        return Arithmetic(str(operator), (self._operand(meta, left), self._operand(meta, right)))
+
+    def _operand(self, meta: Meta, value: Any) -> Term:
+        term = self._term(meta, value)
+        if isinstance(term, (String, Structure, ListTerm, PlanTerm)):  # refused as in Jason: it can never be a number
+            raise self._error(meta, f"expected a number or a variable in arithmetic, found {term}")
+        return term
 
     def minus(self, meta: Meta, items: Children) -> Term:
-        operand = self._term(meta, items[0])
+        operand = self._operand(meta, items[0])
         # A negative number is a constant, which matches without being computed.
         return Number(-operand) if isinstance(operand, Number) else Arithmetic("-", (operand,))
 
@@ -128,11 +139,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return Number(items[0])
 
     def string(self, meta: Meta, items: Children) -> Term:
-        return String(self._unquote(items[0]))
-
-    @staticmethod
-    def _unquote(token: str) -> str:
-        return re.sub(r"\\(.)", lambda m: _ESCAPES.get(m[1], m[1]), token[1:-1], flags=re.DOTALL)
+        return String(unescape(items[0][1:-1]))
 
     def call(self, meta: Meta, items: Children) -> Term:
         name, args = str(items[0]), tuple(items[1] or ())
@@ -186,8 +193,8 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         space, negation, token, annotations = items
         name = str(token)
         if name[0] == "_" and not name[1:2].isdigit():
-            # Each is a variable of its own, in Jason also those with a name, `_q`; numbered from 1 (see `FIRST_FRESH`
-            # of the runs). Only `_1` is the same variable wherever it stands in a plan.
+            # Each is a variable of its own, in Jason also those with a name, `_q`; numbered from 1, as are
+            # those that runs make. Only `_1` is the same variable wherever it stands in a plan.
             name = self._new_name()
         annots, tail = annotations or ((), None)
         variable: Variable | AnnotatedVariable = Variable(name)

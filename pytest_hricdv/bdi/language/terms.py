@@ -16,7 +16,7 @@ from operator import neg
 from pytest_hricdv.bdi.language.arithmetic import OPERATIONS
 from pytest_hricdv.bdi.language.arithmetic import Number as Number
 from pytest_hricdv.bdi.language.collection import CollectionTerm
-from pytest_hricdv.bdi.language.errors import EvaluationError, Location
+from pytest_hricdv.bdi.language.errors import NO_LOCATION, EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import CHARACTERS, ITEMS, MAX_SIZE, spend, too_large
 
 Key = tuple[bool, str, int]
@@ -41,8 +41,7 @@ class String:
     value: str
 
     def __str__(self) -> str:
-        text = self.value.replace("\\", "\\\\").replace('"', '\\"')
-        return '"' + text.replace("\n", "\\n").replace("\t", "\\t").replace("\r", "\\r") + '"'
+        return '"' + self.value.replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
 class Structure:
@@ -234,18 +233,20 @@ class Arithmetic:
             raise too_large()
         object.__setattr__(self, "size", size)
 
-    def value(self, operands: tuple[Term, ...]) -> Number | Arithmetic:
+    def value(self, operands: tuple[Term, ...]) -> Number | Arithmetic | Call:
         """Its value with these operands in place of its own; an expression, if an operand has no value yet.
 
+        If an operand is not a number, the call of a function that says so.
+
         Raises:
-            EvaluationError: an operand is not a number, or the result is not defined.
+            EvaluationError: the result is not defined.
         """
         for operand in operands:
             if type(operand) is Number:
                 continue
             if isinstance(operand, Variable) or is_evaluable(operand):
                 return Arithmetic(self.operator, operands)
-            raise EvaluationError(f"{operand} is not a number, in {self}")
+            return Call(NOT_NUMERIC, (operand, String(str(self))), NO_LOCATION)
         operation: Callable[..., float] = neg if len(operands) == 1 else OPERATIONS[self.operator]
         try:
             return Number(operation(*operands))
@@ -254,13 +255,15 @@ class Arithmetic:
 
     def __str__(self) -> str:
         if len(self.operands) == 1:
-            return f"({self.operator}({self.operands[0]}))"
+            return f"({self.operator}{self.operands[0]})"
         operator = f" {self.operator} " if self.operator.isalpha() else self.operator
         right = str(self.operands[1])
         # A negative right operand would fuse with the operator into another token (``1--2``, ``2*-1``).
         return f"({self.operands[0]}{operator}{f'({right})' if right.startswith('-') else right})"
 
 
+NOT_NUMERIC = ".not_numeric"
+"""The function that stands for arithmetic with a term that is not a number, which has none as its value."""
 VALUE_BY_RULE = ".value_by_rule"
 """The function that stands for those which a source registers: the value of the last argument of a rule."""
 
@@ -356,16 +359,19 @@ Term = (
 )
 """A term of AgentSpeak."""
 
-_ESCAPE = re.compile(r'\\(["\\ntr])')
-_ESCAPED = {"n": "\n", "t": "\t", "r": "\r"}
+_ESCAPE = re.compile(r'\\([n"])')
+
+
+def unescape(text: str) -> str:
+    """The text that is written so within quotes: as in Jason 3.3, a line end is ``\\n`` and a quote ``\\"``."""
+    return _ESCAPE.sub(lambda match: match[1].replace("n", "\n"), text)
 
 
 def render(term: Term) -> str:
     """A term as Jason prints it: a text without quotes, and those in a term without escapes."""
     if isinstance(term, String):
         return term.value
-    text = str(term)
-    return _ESCAPE.sub(lambda match: _ESCAPED.get(match[1], match[1]), text) if "\\" in text else text
+    return unescape(str(term))
 
 
 def size_of(term: object) -> int:

@@ -21,6 +21,7 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
     is_name,
+    unescape,
 )
 
 _NO_NAME = "_plan"
@@ -86,7 +87,7 @@ class AgentSpeakTransformer(TermTransformer):
             raise self._error(meta, str(error)) from None
 
     def include(self, meta: Meta, items: Children) -> syntax.Include:
-        return syntax.Include(self._unquote(items[0]), self._at(meta), None if items[1] is None else str(items[1]))
+        return syntax.Include(unescape(items[0][1:-1]), self._at(meta), None if items[1] is None else str(items[1]))
 
     def declaration(self, meta: Meta, items: Children) -> syntax.NameSpaceBlock:
         return self._name_space(meta, Structure("namespace", tuple(items[0])), None)
@@ -101,7 +102,7 @@ class AgentSpeakTransformer(TermTransformer):
         return syntax.NameSpaceBlock(str(name), scope, None if items is None else tuple(items), self._at(meta))
 
     def function(self, meta: Meta, items: Children) -> None:
-        name = self._unquote(items[0])
+        name = unescape(items[0][1:-1])
         if items[1] is None:
             if "." in name:
                 return  # a class of Java, which there is none of: as that of an action, an error where it is called
@@ -110,7 +111,7 @@ class AgentSpeakTransformer(TermTransformer):
                 f"{name} is a function in Java; expected one of a rule: "
                 f'{{ register_function("{name}", 1, "p") }} for a rule p(X, Value)',
             )
-        self._functions[name, int(items[1])] = self._unquote(items[2])
+        self._functions[name, int(items[1])] = unescape(items[2][1:-1])
 
     def pattern(self, meta: Meta, items: Children) -> PlanPattern | syntax.NameSpaceBlock:
         directive, *parts = items

@@ -67,7 +67,8 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         value = walk(value, bindings)
         return value if type(value) is Variable or is_ground(value) else substitute(value, bindings, functions)
     if type(term) is Arithmetic:
-        return term.value(substitute_all(term.operands, bindings, functions))
+        result = term.value(substitute_all(term.operands, bindings, functions))
+        return functions(result, bindings) if type(result) is Call else result
     if isinstance(term, Structure):
         return term if term.ground else _substitute_structure(term, bindings, functions)
     if isinstance(term, ListTerm):

@@ -12,7 +12,6 @@ from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, without_space
 from pytest_hricdv.bdi.language.syntax import TRUE, And, Comparison, Formula, Not, Or, Plan
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
-    Arithmetic,
     FormulaTerm,
     ListTerm,
     Number,
@@ -197,7 +196,7 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
     right = substitute(comparison.right, bindings, functions)
     operator = comparison.operator
     if operator == "=":
-        return unify(_require_value(left), _require_value(right), bindings, trail)
+        return unify(left, right, bindings, trail)
     if operator in ("==", "\\=="):
         equal = left.matches(right) if isinstance(left, CollectionTerm) else left == right
         return equal == (operator == "==")
@@ -213,13 +212,6 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
     if operator == ">":
         return above
     return not above if operator == "<=" else not below
-
-
-def _require_value(term: Term) -> Term:
-    # An expression without value is no term: `X = Y + 1` must not bind X to the expression.
-    if isinstance(term, Arithmetic):
-        raise EvaluationError(f"{term} has no value: a variable in it is not bound")
-    return term
 
 
 def _univ(left: Term, right: Term, bindings: Bindings, trail: Trail, functions: Functions) -> bool:

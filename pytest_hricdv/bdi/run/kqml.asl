@@ -37,5 +37,8 @@
 +!kqml_received(Sender, tellHow, Plan, _)
    <- .add_plan(Plan, Sender).
 
+-!kqml_received(_, _, _, _)[error(Error), error_msg(Message)]
+   <- .print("Communication error -- ", Error, ": ", Message).
+
 +!kqml_received(Sender, untellHow, Label, _)
    <- .remove_plan(Label, Sender).

@@ -51,6 +51,7 @@ class AgentTemplate:
 
     def agent(self, run: SystemRun, kind: Callable[..., Agent] = Agent) -> Agent:
         """The agent for a run; ``kind`` is its class."""
+        run.note_variables(self.program.last_number)
         return kind(self.name, run, _ACTIONS, BeliefBase(self.beliefs), self.library, self.events)
 
 

@@ -36,8 +36,8 @@ from pytest_hricdv.bdi.logic.unify import unify
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import LivelockDetector
 
-FIRST_FRESH = 100_000
-"""Variables made in a run are numbered from here, those of the sources from 1 (so many need 300 kB of source)."""
+FRESH_OF_MESSAGES = 16
+"""Variables that Jason 1.4.2 numbers for each agent's plans for messages: those that a run makes come after them."""
 
 
 class SystemRun:
@@ -73,7 +73,7 @@ class SystemRun:
         """What it may still do beside one statement in each cycle, see `pytest_hricdv.bdi.language.limits`."""
         self._seed = seed
         self._random: random.Random | None = None
-        self._fresh = FIRST_FRESH
+        self._first_fresh = self._fresh = 0
         self.order: Iterable[Agent] = ()
         """The agents in the order in which they act in the next round."""
         self.earliest_deadline = math.inf
@@ -124,6 +124,11 @@ class SystemRun:
         self.progress += 1
         return self._random.random()
 
+    def note_variables(self, last_number: int) -> None:
+        """An agent takes part whose source numbers so many: those made in the run come after them, as in Jason."""
+        self._fresh += FRESH_OF_MESSAGES + last_number
+        self._first_fresh = self._fresh
+
     def fresh(self) -> Variable:
         """A variable that occurs nowhere else in the run."""
         self._fresh += 1
@@ -131,7 +136,7 @@ class SystemRun:
 
     def is_fresh(self, variable: Variable) -> bool:
         """Whether :meth:`fresh` made the variable."""
-        return variable[:1] == "_" and variable[1:].isdigit() and int(variable[1:]) > FIRST_FRESH
+        return variable[:1] == "_" and variable[1:].isdigit() and int(variable[1:]) > self._first_fresh
 
     def deliver(self, receiver: str, message: SpeechAct) -> None:
         """Put a message into its receiver's mailbox."""

@@ -46,9 +46,9 @@ PROGRAMS = {
         "p(1). p(2). !g. +!g : p(X) & X > 1 <- .print(X). +!g <- .print(no).",
         ["2"],
     ),
-    "expression without a value fails the goal": (
-        '!go. +!go <- !t(1); !t(2); .print(end). +!t(1) <- X = "a" + 1. +!t(2) <- X = Y + 1. -!t(N) <- .print(N).',
-        ["1", "2", "end"],
+    "arithmetic with what is no number has none as its value, without a value it stays": (
+        '!go. +!go <- A = "a"; X = A + 1; .print(X); Z = Y + 1; .print(Z); Y = 2; .print(Z, -W, math.abs(A)).',
+        ["NaN", "(Y+1)", "3(-W)math.abs(A)"],
     ),
     "sending to nobody fails": (
         "!go. +!go <- .send(ghost, tell, p). -!go[error_msg(M)] <- .print(M).",

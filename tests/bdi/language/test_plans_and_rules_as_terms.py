@@ -40,7 +40,7 @@ def _prints(tmp_path: Path, **sources: str) -> list[str]:
         (
             "@orig[a1] +!g(X) : X > 2 <- .print(orig, X). "
             "+!go <- .relevant_plans({+!g(_)}, [P|_]); P =.. [L,T,C,B]; .print(L, C); !g(3).",
-            ["orig[a1](X > 2)", "orig3"],
+            ["orig[a1](_19 > 2)", "orig3"],
         ),
         # Rules as terms, added and removed.
         (

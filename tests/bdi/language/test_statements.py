@@ -48,7 +48,7 @@ def test_updates_in_parentheses_change_the_strongly_negated_belief(tmp_path: Pat
         ("+(a & b)", "expected a literal in the parentheses, found (a & b)"),
         ("!(3)", "expected a literal in the parentheses, found 3"),
         ("-(.print(a))", "expected a literal in the parentheses, found .print(a)"),
-        ("-(not a)", "expected a literal in the parentheses, found not a"),
+        ("-(not a)", "expected a literal in the parentheses, found not (a)"),
     ],
 )
 def test_what_is_no_literal_in_parentheses_is_an_error_with_its_place(text: str, message: str) -> None:

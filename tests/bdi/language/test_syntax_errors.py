@@ -32,7 +32,7 @@ def test_caret_stays_under_its_column_behind_tabs() -> None:
     ("text", "message"),
     [
         ("+!a <- b\n+!c <- d.", "human.asl:2:1: expected '.' before the next plan, found '+!'"),
-        ("+!a <- b", "human.asl:1:9: expected '.', found the end of the file"),
+        ("+!a <- b", "human.asl:1:9: expected '.' or ';', found the end of the file"),
         ("+!a <- f(b, c.", "human.asl:1:14: expected ',' or ')', found '.'"),
         ("+!a <- b;; c.", "human.asl:1:10: expected a statement, found ';'"),
         ('p("never closed).', "human.asl:1:3: a string that is not closed"),
