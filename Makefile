@@ -1,6 +1,6 @@
 # make suite: learn tests from the BDI models and run each against the simulated world, on two workers.
 # make home-care: the same for the second testbench, examples/home_care.
-# make test:  the project's own tests (4 minutes), without the long ones; those are make slow (half an hour).
+# make test:  the project's own tests (4 minutes), without the long ones; those are make slow (20 minutes).
 # OPTIONS=... is handed on to pytest by these.
 # make experiment: docs/experiment.md and docs/studies/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
 # make adequacy: docs/adequacy.md, seeded faults with each suite (hours; ended at any time, it goes on where it was).

@@ -101,7 +101,7 @@ def test_the_closing_loop_gives_the_same_on_any_number_of_processes(
 ) -> None:
     monkeypatch.setenv("WHERE", "hospital")
     suites = {}
-    for workers in ("1", "2", "3"):
+    for workers in ("1", "2"):
         options = ("--hri-suite=closure", "--hri-close-runs=48", f"-n{workers}", "-p", "no:cacheprovider")
         project.runpytest_inprocess(*options, f"--hri-report=r{workers}")
         text = (project.path / f"r{workers}" / "report.json").read_text(encoding="utf-8")
@@ -110,4 +110,4 @@ def test_the_closing_loop_gives_the_same_on_any_number_of_processes(
         suites[workers] = identities(written)
         assert {"interleaving", "online", "disturbances"} <= {step["strategy"] for step in written["closing"]["growth"]}
         assert "do not do again what they did" not in text
-    assert suites["1"] == suites["2"] == suites["3"]
+    assert suites["1"] == suites["2"]

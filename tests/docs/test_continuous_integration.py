@@ -104,7 +104,7 @@ def test_shards_are_run_and_merged_in_a_project(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_workflow_runs_in_fresh_environments(tmp_path: Path) -> None:
-    """With only what the workflow installs, and not with the packages that this project is developed with."""
+    """With only what the workflow installs, not with what this project is developed with; here with fewer tests."""
     folder, summary = checkout(tmp_path / "checkout"), tmp_path / "job.md"
     programs = environment(tmp_path / "run")
     install, *shards = steps("run")
@@ -113,13 +113,13 @@ def test_the_workflow_runs_in_fresh_environments(tmp_path: Path) -> None:
     installed = run("pip list", folder, programs, summary)
     assert "hypothesis" not in installed
     for shard in shards:
-        run(shard, folder, programs, summary)
+        run(f"{shard} --hri-tests=24", folder, programs, summary)
     programs = environment(tmp_path / "merge")
     install, merge, export = steps("merge")
     assert install == "pip install -e ."
     run(install, folder, programs, summary, INSTALL_S)
     assert "pybullet" not in run("pip list", folder, programs, summary)
-    assert "134/134 tests merged" in run(merge, folder, programs, summary)
+    assert "24/24 tests merged" in run(merge, folder, programs, summary)
     run(export, folder, programs, summary)
     assert (folder / "hri-report" / "cobertura.xml").is_file()
     shutil.rmtree(tmp_path)  # environments are large, and pytest keeps the folders of several sessions

@@ -12,7 +12,6 @@ from tests.plugin.project import (
     change,
     command,
     counted_up_to_313,
-    in_each_mode,
     outcomes,
     report,
 )
@@ -228,10 +227,7 @@ def test_gates_hold_for_a_run_without_results(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-@in_each_mode
-def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
+def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(lamps: pytest.Pytester) -> None:
     """The guide goes on announcing, and nothing answers any more."""
     change(lamps.path, "requirements.toml", "always(on(wish) -> ev", "always(on(switched) -> ev")
     change(lamps.path, "requirements.toml", "(on(switched)))", "(on(switched) & switched.level > 200))")
@@ -249,7 +245,7 @@ def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(
         'code=("lamps",),\n        time=VirtualTime(allowed_endings=("limit",)),',
     )
     said = "  pending at the end    R1: * triggers, undecided when a run ended"
-    lamps.runpytest_inprocess(*SUITE, *options).stdout.fnmatch_lines([said])
+    lamps.runpytest_inprocess(*SUITE).stdout.fnmatch_lines([said])
     for test in report(lamps.path)["tests"]:
         assert test["sim_s"] == pytest.approx(61.0, abs=0.1)
         assert 8 <= test["requirements"]["R1"]["pending"] <= 11
@@ -259,7 +255,7 @@ def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(
     assert command("gate", "hri-report").returncode == 1
     assert "was pending" not in command("gate", "hri-report").stdout
     assert "R1 was pending at the end" in command("gate", "hri-report", "--fail-on-pending").stdout
-    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-pending", *options)
+    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-pending")
     result.stdout.fnmatch_lines(["FAILED R1 was pending at the end: * triggers undecided when their runs ended, for *"])
     assert report(lamps.path)["policy"]["fail_on_pending"]
 

@@ -26,6 +26,9 @@ from pytest_hricdv.extra.cluster.private_folder import require_safe
 from pytest_hricdv.session.identity import Identity
 from pytest_hricdv.session.remote import Answer, Service, WorkerName
 
+BEGIN_S = 120.0
+"""A process that is silent for so long (s of wall time) while it loads the project will not begin."""
+
 
 def ask(service: Service, message: bytes) -> Answer:
     """Ask this worker's process, which is started where there is none. Run by Dask, on the worker."""
@@ -101,7 +104,7 @@ class _WorkerProcess:
         )
         self._process.send(service.job)
         lines: list[bytes] = []
-        self._read(self._process, service.silent_s, lines)
+        self._read(self._process, max(service.silent_s, BEGIN_S), lines)
         self._identity = msgspec.json.decode(lines[-1], type=Identity)
         if service.project:
             _require_same(service.project, self._identity.project)

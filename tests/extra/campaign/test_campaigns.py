@@ -139,7 +139,8 @@ def test_a_run_that_kills_its_worker_is_named_and_the_others_go_on(lamps: Path, 
 
 @pytest.mark.slow
 def test_a_run_that_hangs_is_named(lamps: Path, campaign: Campaign) -> None:
-    crash_at(lamps, "import select; select.select([], [], [], 60)", "wish.cellar")
+    lock = "ctypes.CDLL(None).pthread_mutex_lock(mutex)"
+    crash_at(lamps, f"import ctypes; mutex = ctypes.create_string_buffer(64); {lock}; {lock}", "wish.cellar")
     done = campaign("run", *SUITE, "--cluster=local:2", "--state=a.db", "--run-seconds=2")
     assert "its process: no sign of life for 2 s, 3 times" in done.stdout
 

@@ -11,6 +11,7 @@ import os
 import pty
 import select
 import selectors
+import signal
 import sys
 import termios
 import tty
@@ -367,6 +368,7 @@ def at_a_real_terminal() -> list[Any]:
     """What the program reads at a terminal of the system."""
     child, master = pty.fork()
     if child == 0:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # what a shell starts in the background ignores it
         os.execv(sys.executable, [sys.executable, terminal_program.__file__])
     output, typed = b"", 0
     try:
