@@ -21,6 +21,15 @@ def error_text(error: BaseException) -> str:
     return ", from ".join(texts)
 
 
+def causes(error: BaseException | None) -> Iterator[BaseException]:
+    """An error and what it came of, each once: the code under test may let them come of each other."""
+    seen: set[int] = set()
+    while error is not None and id(error) not in seen:
+        seen.add(id(error))
+        yield error
+        error = error.__cause__ or error.__context__
+
+
 def _alone(error: BaseException) -> str:
     try:
         message = str(error)
@@ -38,9 +47,11 @@ def _alone(error: BaseException) -> str:
 
 
 def _leaves(group: BaseExceptionGroup[BaseException]) -> Iterator[BaseException]:
-    for error in group.exceptions:
+    pending: list[BaseException] = [group]
+    while pending:  # no recursion: it may be of any depth
+        error = pending.pop()
         if isinstance(error, BaseExceptionGroup):
-            yield from _leaves(error)
+            pending += reversed(error.exceptions)
         else:
             yield error
 

@@ -1,7 +1,8 @@
 """What the session needs of its process: code under test may take it away, and it is put back after each run.
 
-What is replaced by something that can be called stays: libraries do that, and `self_check` asks whether it answers
-rightly. What is deleted, or replaced by what nobody can call, would end pytest itself.
+What is deleted, or replaced by what nobody can call, is a fault of the run. What is replaced by something that can be
+called, as libraries do when they are imported, is there again in the next run, and only there: pytest, reports and
+other tests never see it. `self_check` asks whether it answers rightly.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import contextlib
 import datetime
 import errno
 import functools
+import gc
 import hashlib
 import importlib
 import inspect
@@ -37,23 +39,42 @@ import types
 import warnings
 import weakref
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import greenlet
 import msgspec
 import pytest
 
-try:
-    import resource
-except ImportError:
-    resource = None  # type: ignore[assignment]  # not on Windows
+from pytest_hricdv._base import self_check
 
 # As they are now: what is put back is looked at with them.
 _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
-_LIMIT, _SET_LIMIT = sys.getrecursionlimit, sys.setrecursionlimit
 _MODULES = sys.modules
 _MODULE = types.ModuleType
+_HANDLER, _HANDLE, _MASK = signal.getsignal, signal.signal, getattr(signal, "pthread_sigmask", None)
+_STREAMS = {("sys", name) for name in ("stdin", "stdout", "stderr", "__stdin__", "__stdout__", "__stderr__")}
+
+
+def _umask() -> int:
+    mask = os.umask(0o77)
+    os.umask(mask)
+    return mask
+
+
+_SETTINGS: tuple[tuple[Callable[[], Any], Callable[[Any], object]], ...] = (
+    (gc.get_debug, gc.set_debug),
+    (gc.get_threshold, lambda threshold: gc.set_threshold(*threshold)),
+    (gc.isenabled, lambda enabled: gc.enable() if enabled else gc.disable()),
+    (sys.getswitchinterval, sys.setswitchinterval),
+    (sys.get_int_max_str_digits, sys.set_int_max_str_digits),
+    (threading.stack_size, threading.stack_size),
+    (_umask, os.umask),
+)
+"""What says how the process works is set: how to ask, and how to set it again."""
+
+_MADE: dict[tuple[str, str], tuple[object, object]] = {}
+"""What code has replaced in runs of this process: module or class and name -> what was there, and what is there now."""
 
 _KEPT: Mapping[str, types.ModuleType | type] = {
     module.__name__: module
@@ -77,70 +98,86 @@ _OWN = sys.stdlib_module_names | {
 _OWN |= {"pluggy", "pytest", "pytest_hricdv", "xdist"}
 """Packages whose modules the session imports itself; others may be taken out of `sys.modules`, to import them again."""
 
-_LIMITS = ("RLIMIT_NOFILE", "RLIMIT_FSIZE", "RLIMIT_AS", "RLIMIT_DATA", "RLIMIT_NPROC", "RLIMIT_STACK")
-
 
 class ProcessState:
-    """What the process is like when this is made."""
+    """What the process is like when this is made, before what code replaced in earlier runs is there again."""
 
     def __init__(self) -> None:
         self._names = {name: _DICT(kept.__dict__) for name, kept in _KEPT.items()}
         self._modules = _DICT(_MODULES)
-        self._recursion_limit = sys.getrecursionlimit()
         self._is_main = threading.current_thread() is threading.main_thread()
-        self._children = signal.getsignal(signal.SIGCHLD) if _HASATTR(signal, "SIGCHLD") else None
-        self._mask = signal.pthread_sigmask(signal.SIG_BLOCK, ()) if _HASATTR(signal, "pthread_sigmask") else None
+        self._handlers = {number: _HANDLER(number) for number in signal.valid_signals()}
+        self._mask = _MASK(signal.SIG_BLOCK, ()) if _MASK is not None else None
         self._folder = _folder()
+        self._variables = _DICT(os.environ)
         searched: tuple[list[Any], ...] = (sys.path, sys.meta_path, sys.path_hooks)
         self._finders = [(finders, [*finders]) for finders in searched]
-        self._limits = {} if resource is None else {name: _limit(name) for name in _LIMITS if _HASATTR(resource, name)}
+        self._settings = [ask() for ask, _ in _SETTINGS]
+        for (kept, name), (before, made) in _MADE.items():
+            if _KEPT[kept].__dict__.get(name) is before:
+                _SETATTR(_KEPT[kept], name, made)
 
     def put_back(self) -> tuple[str, ...]:
-        """Put back what is missing; the names of what nobody could have called, and of modules that were taken out."""
-        if _LIMIT() < self._recursion_limit:  # first: all that follows needs a deeper stack
-            _SET_LIMIT(self._recursion_limit)
-        lost = [*self._put_back_names(), *self._put_back_modules()]
-        if self._is_main and self._children is not None:
-            signal.signal(signal.SIGCHLD, self._children)
-        if self._mask is not None:
-            signal.pthread_sigmask(signal.SIG_SETMASK, self._mask)
-        if self._folder and not _folder():
+        """Put all back; what is wrong with what the code did to the process, a sentence each."""
+        lost = [*self._put_back_lost(), *self._put_back_modules()]
+        wrong = self_check.wrong_answers()
+        for kept, name, before, made in self._changes():
+            if _CALLABLE(before) or (kept, name) in _STREAMS:
+                _MADE[kept, name] = before, made
+                _SETATTR(_KEPT[kept], name, before)
+        self._put_back_signals()
+        if self._folder != _folder():
             with contextlib.suppress(OSError):
                 os.chdir(self._folder)
-        for finders, kept in self._finders:
-            finders[:] = finders or kept
-        for name, before in self._limits.items():
-            if _limit(name) != before:
-                with contextlib.suppress(OSError, ValueError):  # only root raises what nobody may exceed
-                    resource.setrlimit(getattr(resource, name), before)
-        return (*lost,)
+        for name, value in self._variables.items():
+            os.environ.setdefault(name, value)
+        for finders, found in self._finders:
+            finders[:] = finders or found
+        sys.path, sys.meta_path, sys.path_hooks = (finders for finders, _ in self._finders)
+        for (ask, set_again), setting in zip(_SETTINGS, self._settings, strict=True):
+            if ask() != setting:
+                set_again(setting)
+        return (*([complaint((*lost,))] if lost else ()), *([self_check.complaint(wrong)] if wrong else ()))
 
-    def _put_back_names(self) -> Iterator[str]:
-        for kept_name, before in self._names.items():
-            kept = _KEPT[kept_name]
-            now = kept.__dict__
-            for name, value in before.items():
-                taken = now.get(name)
-                if taken is value or value is None:
-                    continue
-                # Not what may well be None, as a cache that is emptied.
-                is_lost = not _CALLABLE(taken) if _CALLABLE(value) else taken is None and type(value) is _MODULE
-                if is_lost:
-                    _SETATTR(kept, name, value)
-                    yield f"{kept_name}.{name}"
+    def _changes(self) -> list[tuple[str, str, object, object]]:
+        """Module or class, name, what was there, and what is there now."""
+        return [
+            (kept, name, value, _KEPT[kept].__dict__.get(name))
+            for kept, before in self._names.items()
+            for name, value in before.items()
+            if value is not None and _KEPT[kept].__dict__.get(name) is not value
+        ]
+
+    def _put_back_lost(self) -> Iterator[str]:
+        for kept, name, before, taken in self._changes():
+            # Not what may well be None, as a cache that is emptied.
+            is_lost = not _CALLABLE(taken) if _CALLABLE(before) else taken is None and type(before) is _MODULE
+            if is_lost:
+                _SETATTR(_KEPT[kept], name, before)
+                yield f"{kept}.{name}"
 
     def _put_back_modules(self) -> Iterator[str]:
         sys.modules = _MODULES
-        missing = self._modules.keys() - _MODULES.keys()
         if _MODULES.get("sys") is not sys or _MODULES.get("builtins") is not builtins:
             _MODULES.update(self._modules)
             yield "sys.modules"
             return
-        own = [name for name in missing if name.partition(".")[0] in _OWN]
+        own = [
+            name
+            for name, module in self._modules.items()
+            if _MODULES.get(name) is not module and name.partition(".")[0] in _OWN
+        ]
         for name in own:
             _MODULES[name] = self._modules[name]
         if own:
             yield f"sys.modules[{min(own)!r}]"
+
+    def _put_back_signals(self) -> None:
+        for number, handler in self._handlers.items():
+            if self._is_main and handler is not None and _HANDLER(number) is not handler:
+                _HANDLE(number, handler)
+        if _MASK is not None:
+            _MASK(signal.SIG_SETMASK, self._mask)
 
 
 def _folder() -> str:
@@ -149,10 +186,6 @@ def _folder() -> str:
         return os.getcwd()
     except OSError:
         return ""
-
-
-def _limit(name: str) -> tuple[int, int]:
-    return resource.getrlimit(getattr(resource, name))
 
 
 def complaint(names: tuple[str, ...]) -> str:

@@ -21,6 +21,8 @@ from threading import get_ident
 from types import ModuleType
 from typing import Any
 
+from pytest_hricdv._base.error_text import causes
+
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 Measuring = Callable[[str], AbstractContextManager[None]]
@@ -164,11 +166,7 @@ class ImportWatch(MetaPathFinder):
 
         Of several modules that import each other, the one that raised it itself.
         """
-        chain: list[BaseException] = []
-        raised: BaseException | None = error
-        while raised is not None and raised not in chain:
-            chain.append(raised)
-            raised = raised.__cause__ or raised.__context__
+        chain = [*causes(error)]
         for name, failure in self.failures.items():  # inner ones first
             if any(failure is link for link in chain):
                 return name, failure

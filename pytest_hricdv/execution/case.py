@@ -12,7 +12,6 @@ from functools import cached_property
 from msgspec.structs import replace
 
 from pytest_hricdv._base import process_state
-from pytest_hricdv._base.self_check import complaint, wrong_answers
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
@@ -232,8 +231,7 @@ def execute(
         modules = run.middleware.modules
         kernel.virtual |= run.middleware.virtual
     kernel.code = modules.packages
-    state = process_state.ProcessState()
-    taken: tuple[str, ...] = ()
+    tampering: tuple[str, ...] = ()
     try:
         with (
             leave_host_loop(),
@@ -243,11 +241,14 @@ def execute(
             seed_run(test.seed),
             kernel.supervision.watch(),
         ):
+            state = process_state.ProcessState()
             try:
                 outcome, verdicts, record = _finish(settings, followers, run)
             finally:
-                taken = state.put_back()
+                tampering = state.put_back()
     except BaseException as error:
+        for sentence in tampering:
+            error.add_note(sentence)
         if isinstance(error, Exception) and run.ending is not None and run.ending.error is not None:
             raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
         if word_of(error):
@@ -259,9 +260,7 @@ def execute(
     covered = measurement.take(context)
     ended = [*faults.of_ending(run.ending, code, testbench.time.allowed_endings)] if run.ending else []
     ended += faults.of_simulation(kernel, run.ending)
-    ended += [process_state.complaint(taken)] if taken else []
-    replaced = wrong_answers()
-    ended += [complaint(replaced)] if replaced else []
+    ended += tampering
     ended += faults.of_actors(name for name in run.idle_actors() if _acts(name, testbench))
     ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(

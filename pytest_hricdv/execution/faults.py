@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import FrameType
 
-from pytest_hricdv._base.error_text import error_text
+from pytest_hricdv._base.error_text import causes, error_text
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.monitor import Verdict
 from pytest_hricdv.run import INSTANT_S
-from pytest_hricdv.runtime import Kernel, Node, NodeError
+from pytest_hricdv.runtime import Kernel, KernelError, Node, NodeError
 from pytest_hricdv.testbench import Ending, Outcome, Testbench
 
 Body = Callable[[], None]
@@ -148,11 +148,8 @@ def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
 
 def _caught_refusals(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
     """What was refused to the code, which caught the error and went on: what it did after that is no behaviour."""
-    raised: BaseException | None = None if ending is None else ending.error
-    told = set()
-    while raised is not None:
-        told.add(str(raised))
-        raised = raised.__cause__ or raised.__context__
+    raised = () if ending is None else causes(ending.error)
+    told = {str(error) for error in raised if isinstance(error, KernelError)}
     for text in dict.fromkeys(map(str, kernel.refusals)):
         if text not in told:
             yield f"{text}. The code caught this error and went on"

@@ -27,6 +27,7 @@ with contextlib.suppress(ImportError):  # Windows has none, and no signals that 
 # As they are now: the code under test may replace them for the whole process, and by a clock that stands still nobody
 # waits.
 _monotonic, _process_time = time.monotonic, time.process_time
+_HANDLE = signal.signal  # in a run nobody else may handle what is its own
 _clock_gettime: Callable[[int], float] = getattr(time, "clock_gettime", lambda clock: time.process_time())
 
 _HAS_SIGNALS = hasattr(signal, "pthread_kill") and hasattr(signal, "SIGVTALRM")
@@ -110,13 +111,13 @@ class Watch:
         if not _HAS_SIGNALS or threading.current_thread() is not self._watched:
             yield
             return
-        previous = signal.signal(signal.SIGVTALRM, self._interrupt)
+        previous = _HANDLE(signal.SIGVTALRM, self._interrupt)
         self._start()
         try:
             yield
         finally:
             self._stop()
-            signal.signal(signal.SIGVTALRM, previous)
+            _HANDLE(signal.SIGVTALRM, previous)
 
     def _start(self) -> None:
         self._thread = stopping, ended = _thread.allocate_lock(), _thread.allocate_lock()

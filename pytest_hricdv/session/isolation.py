@@ -158,6 +158,15 @@ class Isolation:
         values[_ARGUMENTS] = list(arguments_of(self._context.collection.config))
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_protocol(self) -> Iterator[None]:
+        """The fork goes no further than its test, whatever becomes of its report: it would be a second session."""
+        try:
+            return (yield)
+        finally:
+            if self._in_fork is not None:
+                self._send(self._in_fork, CallResult(problem="it could not report its end"))
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
         """Forks, or starts a process, before anything is called."""
         if case_of(item) is None or self._context.debugger_reason:

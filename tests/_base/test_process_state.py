@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import builtins
+import gc
 import os
+import signal
 import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
 
 from pytest_hricdv._base.process_state import ProcessState, complaint
 
@@ -13,35 +19,69 @@ def test_what_nobody_can_call_is_put_back_and_named() -> None:
     state, kept = ProcessState(), os.getpid
     builtins.open, os.getpid = None, None  # type: ignore[assignment]
     try:
-        lost = state.put_back()
+        wrong = state.put_back()
     finally:
         os.getpid = kept
-    assert lost == ("builtins.open", "os.getpid")
-    assert "builtins.open, os.getpid" in complaint(lost)
+    assert wrong == (complaint(("builtins.open", "os.getpid")),)
+    assert "builtins.open, os.getpid" in wrong[0]
     assert callable(open)
 
 
-def test_what_a_library_replaces_stays() -> None:
+def test_what_a_library_replaces_is_there_in_runs_only() -> None:
     state, kept = ProcessState(), os.getpid
-    os.getpid = lambda: 7
+    replaced = lambda: 7  # noqa: E731
     try:
+        os.getpid = replaced
         assert state.put_back() == ()
-        assert os.getpid() == 7
+        assert os.getpid is kept
+        state = ProcessState()
+        assert os.getpid is replaced
+        assert state.put_back() == ()
+        assert os.getpid is kept
     finally:
         os.getpid = kept
+
+
+def test_what_answers_wrongly_is_put_back_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pytest_hricdv._base.process_state._MADE", {})
+    state, kept = ProcessState(), builtins.isinstance
+    builtins.isinstance = lambda *_: True
+    try:
+        (wrong,) = state.put_back()
+        assert builtins.isinstance is kept
+    finally:
+        builtins.isinstance = kept
+    assert "builtins.isinstance of Python's library answer wrongly" in wrong
 
 
 def test_modules_that_the_session_imports_come_back() -> None:
     state, kept = ProcessState(), dict(sys.modules)
     del sys.modules["zlib"]
-    assert state.put_back() == ("sys.modules['zlib']",)
+    assert state.put_back() == (complaint(("sys.modules['zlib']",)),)
     sys.modules.clear()
-    assert state.put_back() == ("sys.modules",)
+    assert state.put_back() == (complaint(("sys.modules",)),)
     assert sys.modules == kept
 
 
-def test_a_recursion_limit_is_raised_again() -> None:
-    state, before = ProcessState(), sys.getrecursionlimit()
-    sys.setrecursionlimit(before - 100)
+SETTINGS: dict[str, tuple[Callable[[], object], Callable[[Path], object]]] = {
+    "folder": (os.getcwd, os.chdir),
+    "variables": (lambda: os.environ.get("PATH"), lambda _: os.environ.clear()),
+    "finders": (lambda: [*sys.path], lambda _: sys.path.clear()),
+    "signals": (
+        lambda: signal.getsignal(signal.SIGTERM),
+        lambda _: signal.signal(signal.SIGTERM, signal.SIG_IGN),
+    ),
+    "collector": (gc.get_threshold, lambda _: gc.set_threshold(1)),
+    "streams": (lambda: sys.stdout, lambda _: setattr(sys, "stdout", None)),
+}
+"""What of the process -> how to ask for it, and how code spoils it."""
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_how_the_process_works_is_put_back_without_a_word(name: str, tmp_path: Path) -> None:
+    ask, spoil = SETTINGS[name]
+    state, before = ProcessState(), ask()
+    spoil(tmp_path)
+    assert ask() != before
     assert state.put_back() == ()
-    assert sys.getrecursionlimit() == before
+    assert ask() == before

@@ -22,7 +22,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from pytest_hricdv._base.error_text import error_text
+from pytest_hricdv._base.error_text import causes, error_text
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError
@@ -236,7 +236,7 @@ def _all_of(file: LaunchFile, errors: Sequence[BaseException]) -> str:
 def _as_input_error(file: LaunchFile, error: BaseException) -> InputError:
     if isinstance(error, InputError):
         return error
-    lost = next((cause for cause in _causes(error) if type(cause).__name__ == "PackageNotFoundError"), None)
+    lost = next((cause for cause in causes(error) if type(cause).__name__ == "PackageNotFoundError"), None)
     if lost is not None:
         package = re.search(r"'([^']+)'", str(lost.args[0]))  # "package 'cell' not found, searching: ..."
         return LaunchError(
@@ -244,12 +244,6 @@ def _as_input_error(file: LaunchFile, error: BaseException) -> InputError:
             "the workspace; name the folder with its sources: Launch(..., workspace=[...])"
         )
     return LaunchError(f"{file.launch}: {error_text(error)}")
-
-
-def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    while error is not None:
-        yield error
-        error = error.__cause__ or error.__context__
 
 
 async def _run(file: LaunchFile, folder: Path, errors: list[BaseException]) -> None:

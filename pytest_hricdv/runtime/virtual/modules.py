@@ -143,7 +143,8 @@ class VirtualModules:
             nonlocal loaded
             module = real_import(name, globals, locals, fromlist or (), level)
             is_reached = (globals or {}).get("__name__") in self._reach
-            if (is_reached or name in self._reach) and len(sys.modules) != loaded:
+            is_new = len(sys.modules) != loaded and (is_reached or name in self._reach)
+            if is_new or (is_reached and self._reach.lacks(name)):  # an earlier run may have loaded it
                 self._replace(sys.modules.keys() & {name, *(f"{name}.{each}" for each in fromlist or ())})
                 loaded = len(sys.modules)
                 for notify in self.imported:
@@ -161,7 +162,7 @@ class VirtualModules:
         def import_module(name: str, package: str | None = None) -> ModuleType:
             loaded, module = len(sys.modules), real(name, package)
             if sys._getframe(1).f_globals.get("__name__") in self._reach:
-                if len(sys.modules) != loaded:
+                if len(sys.modules) != loaded or self._reach.lacks(module.__name__):
                     self._replace({module.__name__})
                 if name in _PROVIDERS:
                     return _stand_in(name)

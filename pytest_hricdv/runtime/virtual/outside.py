@@ -9,6 +9,8 @@ the watchdog of the kernel, which interrupts it.
 from __future__ import annotations
 
 import datetime
+import faulthandler
+import math
 import os
 import selectors
 import signal
@@ -29,7 +31,7 @@ from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
 from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module
-from pytest_hricdv.runtime.virtual.real_time import RealTimeError
+from pytest_hricdv.runtime.virtual.real_time import RealTimeError, RefusedError
 
 try:
     import resource
@@ -53,15 +55,22 @@ _SELECTORS = tuple(
 )
 
 _TIMERS = ("setitimer", "alarm")
-_CLOCKED = frozenset((*_TIMERS, "setrlimit"))
+_CLOCKED = frozenset((*_TIMERS, "setrlimit", "dump_traceback_later"))
+_LIMITS = ("RLIMIT_NOFILE", "RLIMIT_FSIZE", "RLIMIT_AS", "RLIMIT_DATA", "RLIMIT_NPROC", "RLIMIT_STACK")
+_LIMITED = frozenset(getattr(resource, name) for name in _LIMITS if hasattr(resource, name))
 _SIGNALS = ("sigwait", "sigwaitinfo", "sigtimedwait", "pause")
 _REFUSED: dict[str, Callable[..., Any]] = {
     "os.system": os.system,
     **{f"signal.{name}": getattr(signal, name) for name in (*_SIGNALS, *_TIMERS) if hasattr(signal, name)},
-    **({"resource.setrlimit": resource.setrlimit} if resource is not None else {}),
+    **{f"resource.{name}": getattr(resource, name) for name in ("setrlimit", "prlimit") if hasattr(resource, name)},
+    "faulthandler.dump_traceback_later": faulthandler.dump_traceback_later,
+    "signal.signal": signal.signal,
+    "sys.addaudithook": sys.addaudithook,
+    "sys.setrecursionlimit": sys.setrecursionlimit,
 }
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
-timers of the machine strike by its own clock, or never, as a run is over soon."""
+timers of the machine strike by its own clock, or never, as a run is over soon. And what takes from the process what
+nobody can give back: the session would go on with less."""
 
 _REAP_S = 1.0
 """A process that was ended because its wait was refused is waited for so long (s; chosen: it takes milliseconds)."""
@@ -74,6 +83,7 @@ class _Guard:
         self._kernel = kernel
         self._thread = threading.current_thread()
         self._pid = os.getpid()
+        self._depth = sys.getrecursionlimit()
         self._threads: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
         self._refused: weakref.WeakSet[subprocess.Popen[Any]] = weakref.WeakSet()
         self._reaps = False
@@ -96,6 +106,11 @@ class _Guard:
     def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
         """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
         node = current_node()
+        if os.getpid() == self._pid and self._takes_away(name, args):
+            raise RefusedError(
+                f"{place_of(sys._getframe(1))}: {name} takes from the whole process, pytest included, what the session "
+                "needs: let the code do so where it is started, which a test does not do, or in a process of its own"
+            )
         if node is not None and self._is_node() and not _is_harmless(name, args):
             if name.rpartition(".")[2] not in _CLOCKED:
                 self._refuse(name)
@@ -104,6 +119,18 @@ class _Guard:
                 'a run has its own; use threading.Timer, with time=VirtualTime(apis=("time", "threading"))'
             )
         return real(*args, **keywords)
+
+    def _takes_away(self, name: str, args: tuple[Any, ...]) -> bool:
+        """Whether it leaves the session with less than it had."""
+        match name, args:
+            case ("sys.addaudithook", _) | ("signal.signal", (signal.SIGVTALRM, _)):
+                return True
+            case "sys.setrecursionlimit", (int(depth),):
+                return depth < self._depth
+            case "resource.setrlimit" | "resource.prlimit", (*_, what, (int(soft), int(hard))) if what in _LIMITED:
+                now_soft, now_hard = map(_amount, resource.getrlimit(what))
+                return _amount(soft) < now_soft or _amount(hard) < now_hard
+        return False
 
     def start(self, thread: threading.Thread) -> None:
         """As `Thread.start`; those that nodes start are remembered."""
@@ -183,7 +210,13 @@ def _is_harmless(name: str, args: tuple[Any, ...]) -> bool:
             return args[:1] == (0,)
         case "setrlimit":
             return args[:1] != (getattr(resource, "RLIMIT_CPU", None),)
+        case "addaudithook" | "setrecursionlimit" | "prlimit" | "signal":
+            return True
     return False
+
+
+def _amount(limit: int) -> float:
+    return math.inf if limit == resource.RLIM_INFINITY else limit
 
 
 @contextmanager

@@ -55,6 +55,10 @@ class Reach:
             return False
         return module in self._reached or module.partition(".")[0] in self._installed or self.is_code(module)
 
+    def lacks(self, module: str) -> bool:
+        """Whether virtual time belongs to a module as soon as one that is reached imports it, and not yet."""
+        return module not in self and _is_followed(module)
+
     def is_code(self, module: str) -> bool:
         """Whether a module is of the code under test."""
         return any(module == package or module.startswith(f"{package}.") for package in self.packages)

@@ -12,17 +12,18 @@ from pytest_hricdv.runtime.source_location import place_of
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
-class RealTimeError(KernelError):
-    """The code under test asked for real time; the message says where, and how to let it have virtual time.
-
-    The run knows of it, so it cannot be caught and forgotten.
-    """
+class RefusedError(KernelError):
+    """The code under test asked for what it cannot have; the run knows of it, so it cannot be caught and forgotten."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
         node = current_node()
         if node is not None:
             node.kernel.refusals.append(self)
+
+
+class RealTimeError(RefusedError):
+    """It asked for real time; the message says where, and how to let it have virtual time."""
 
 
 def check(node: Node, kind: str, name: str) -> None:
