@@ -27,7 +27,10 @@ with contextlib.suppress(ImportError):  # Windows has none, and no signals that 
 # As they are now: the code under test may replace them for the whole process, and by a clock that stands still nobody
 # waits.
 _monotonic, _process_time = time.monotonic, time.process_time
-_HANDLE = signal.signal  # in a run nobody else may handle what is its own
+_HANDLE, _SET_DEPTH = signal.signal, sys.setrecursionlimit  # refused in runs
+
+_ROOM = 100
+"""Calls for which there is room to interrupt code that recurs without end (chosen: it takes some ten)."""
 _clock_gettime: Callable[[int], float] = getattr(time, "clock_gettime", lambda clock: time.process_time())
 
 _HAS_SIGNALS = hasattr(signal, "pthread_kill") and hasattr(signal, "SIGVTALRM")
@@ -104,6 +107,7 @@ class Watch:
         self._seen = WatchState(-1, math.inf)
         self._waited_s = {True: 0.0, False: 0.0}  # where it adds up, and where progress ends it
         self._worked_s = self._second_s = 0.0
+        self._deepened = 0
 
     @contextmanager
     def watch(self) -> Iterator[None]:
@@ -133,6 +137,8 @@ class Watch:
         (stopping, ended), self._thread = self._thread, None
         stopping.release()
         ended.acquire()
+        _SET_DEPTH(sys.getrecursionlimit() - self._deepened)
+        self._deepened = 0
 
     def _run(self, stopping: _thread.LockType, ended: _thread.LockType) -> None:
         try:
@@ -165,6 +171,9 @@ class Watch:
         else:
             return
         assert self._watched.ident is not None, "the main thread has begun"
+        # Where the stack is as deep as it may be, the handler could not be called.
+        _SET_DEPTH(sys.getrecursionlimit() + _ROOM)
+        self._deepened += _ROOM
         signal.pthread_kill(self._watched.ident, signal.SIGVTALRM)
 
     def _waits(self) -> bool:

@@ -64,13 +64,17 @@ _REFUSED: dict[str, Callable[..., Any]] = {
     **{f"signal.{name}": getattr(signal, name) for name in (*_SIGNALS, *_TIMERS) if hasattr(signal, name)},
     **{f"resource.{name}": getattr(resource, name) for name in ("setrlimit", "prlimit") if hasattr(resource, name)},
     "faulthandler.dump_traceback_later": faulthandler.dump_traceback_later,
-    "signal.signal": signal.signal,
+    **{f"signal.{name}": getattr(signal, name) for name in ("signal", "pthread_sigmask") if hasattr(signal, name)},
+    "sys.setswitchinterval": sys.setswitchinterval,
     "sys.addaudithook": sys.addaudithook,
     "sys.setrecursionlimit": sys.setrecursionlimit,
 }
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
 timers of the machine strike by its own clock, or never, as a run is over soon. And what takes from the process what
 nobody can give back: the session would go on with less."""
+
+_SWITCHES_S = 0.1
+"""The watchdog is a thread: who keeps it from running for longer (s) could keep it from looking."""
 
 _REAP_S = 1.0
 """A process that was ended because its wait was refused is waited for so long (s; chosen: it takes milliseconds)."""
@@ -118,6 +122,8 @@ class _Guard:
                 f"{place_of(sys._getframe(1))}: node {node.name} uses {name}, which strikes by the machine's clock: "
                 'a run has its own; use threading.Timer, with time=VirtualTime(apis=("time", "threading"))'
             )
+        if name == "signal.pthread_sigmask":
+            args = (args[0], {*args[1]} - {signal.SIGVTALRM})  # of the watchdog, who has to come through
         return real(*args, **keywords)
 
     def _takes_away(self, name: str, args: tuple[Any, ...]) -> bool:
@@ -125,6 +131,8 @@ class _Guard:
         match name, args:
             case ("sys.addaudithook", _) | ("signal.signal", (signal.SIGVTALRM, _)):
                 return True
+            case "sys.setswitchinterval", (interval_s,):
+                return interval_s > _SWITCHES_S
             case "sys.setrecursionlimit", (int(depth),):
                 return depth < self._depth
             case "resource.setrlimit" | "resource.prlimit", (*_, what, (int(soft), int(hard))) if what in _LIMITED:
@@ -210,7 +218,7 @@ def _is_harmless(name: str, args: tuple[Any, ...]) -> bool:
             return args[:1] == (0,)
         case "setrlimit":
             return args[:1] != (getattr(resource, "RLIMIT_CPU", None),)
-        case "addaudithook" | "setrecursionlimit" | "prlimit" | "signal":
+        case "addaudithook" | "setrecursionlimit" | "setswitchinterval" | "prlimit" | "signal" | "pthread_sigmask":
             return True
     return False
 
