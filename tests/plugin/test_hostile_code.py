@@ -13,6 +13,7 @@ LOUD = {
     "os.write": "import os; os.write = None",
     "os.fork": "import os; os.fork = os.waitpid = os.pipe = os.close = None",
     "sys.modules": "import sys; sys.modules.clear()",
+    "builtins.isinstance": "import builtins; builtins.isinstance = lambda *_: True",
 }
 """What is taken away -> how; the test fails for it."""
 
@@ -20,9 +21,20 @@ SILENT = {
     "children": "import signal; signal.signal(signal.SIGCHLD, signal.SIG_IGN)",
     "signals": "import signal; signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGCHLD})",
     "folder": "import os, tempfile; folder = tempfile.mkdtemp(); os.chdir(folder); os.rmdir(folder)",
-    "files": "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (20, 20))",
+    "lies": "import os; os.stat = os.replace = os.path.exists = lambda *_, **__: True",
+    "streams": "import sys; sys.stdout = sys.stderr = None",
 }
 """What code may do: nobody else notices."""
+
+REFUSED = {
+    "resource.setrlimit": "import resource; resource.setrlimit(resource.RLIMIT_AS, (1 << 28, 1 << 28))",
+    "sys.setrecursionlimit": "import sys; sys.setrecursionlimit(60)",
+    "sys.addaudithook": "import sys; sys.addaudithook(print)",
+    "sys.setswitchinterval": "import sys; sys.setswitchinterval(1e3)",
+    "signal.signal": "import signal; signal.signal(signal.SIGVTALRM, signal.SIG_IGN)",
+    "faulthandler.dump_traceback_later": "import faulthandler; faulthandler.dump_traceback_later(0.1, exit=True)",
+}
+"""What nobody can give back, or strikes by the machine's clock -> how code does it."""
 
 
 def does(lamps: pytest.Pytester, statement: str) -> pytest.RunResult:
@@ -30,6 +42,34 @@ def does(lamps: pytest.Pytester, statement: str) -> pytest.RunResult:
     serving = "    greetings, wishes = "
     project.change(lamps.path, "lamps/guide.py", serving, f"    {statement}\n{serving}")
     return lamps.runpytest_subprocess(*RUN, timeout=120)
+
+
+def test_what_cannot_be_given_back_is_refused_with_its_line(lamps: pytest.Pytester) -> None:
+    tried = "".join(
+        f"    try:\n        {statement}\n    except Exception:\n        pass\n" for statement in REFUSED.values()
+    )
+    serving = "    greetings, wishes = "
+    project.change(lamps.path, "lamps/guide.py", serving, f"{tried}{serving}")
+    result = lamps.runpytest_inprocess(*RUN[:-1], "-k", "hall-polite")
+    assert result.ret == 1
+    (test,) = project.report(lamps.path)["tests"]
+    assert [name for name in REFUSED if name not in " ".join(test["errors"])] == []
+    assert "guide.py:" in test["errors"][0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", [(), ("-n", "2"), ("--hri-isolate",)], ids=str)
+def test_a_session_of_any_mode_ends_with_a_report(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:
+    """Errors that come of each other, a replaced builtin, and a limit of memory."""
+    serving = "    greetings, wishes = "
+    circle = "first, second = ValueError(), ValueError(); first.__cause__, second.__cause__ = second, first"
+    statements = (REFUSED["resource.setrlimit"], LOUD["builtins.isinstance"], circle, "raise first")
+    tried = f"    try:\n        {statements[0]}\n    finally:\n        {'; '.join(statements[1:])}\n"
+    project.change(lamps.path, "lamps/guide.py", serving, f"{tried}{serving}")
+    result = lamps.runpytest_subprocess(*RUN, *mode, timeout=120)
+    assert result.ret == 1
+    assert project.report(lamps.path)["reported"] == 4
+    assert "INTERNALERROR" not in result.stdout.str()
 
 
 @pytest.mark.slow

@@ -73,6 +73,9 @@ _REFUSED: dict[str, Callable[..., Any]] = {
 timers of the machine strike by its own clock, or never, as a run is over soon. And what takes from the process what
 nobody can give back: the session would go on with less."""
 
+_WATCHDOGS = getattr(signal, "SIGVTALRM", None)
+"""The signal of the watchdog, which has to come through; Windows has none."""
+
 _SWITCHES_S = 0.1
 """The watchdog is a thread: who keeps it from running for longer (s) could keep it from looking."""
 
@@ -123,16 +126,18 @@ class _Guard:
                 'a run has its own; use threading.Timer, with time=VirtualTime(apis=("time", "threading"))'
             )
         if name == "signal.pthread_sigmask":
-            args = (args[0], {*args[1]} - {signal.SIGVTALRM})  # of the watchdog, who has to come through
+            args = (args[0], {*args[1]} - {_WATCHDOGS})
         return real(*args, **keywords)
 
     def _takes_away(self, name: str, args: tuple[Any, ...]) -> bool:
         """Whether it leaves the session with less than it had."""
         match name, args:
-            case ("sys.addaudithook", _) | ("signal.signal", (signal.SIGVTALRM, _)):
+            case "sys.addaudithook", _:
                 return True
+            case "signal.signal", (number, _):
+                return bool(number == _WATCHDOGS)
             case "sys.setswitchinterval", (interval_s,):
-                return interval_s > _SWITCHES_S
+                return float(interval_s) > _SWITCHES_S
             case "sys.setrecursionlimit", (int(depth),):
                 return depth < self._depth
             case "resource.setrlimit" | "resource.prlimit", (*_, what, (int(soft), int(hard))) if what in _LIMITED:
