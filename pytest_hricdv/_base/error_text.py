@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 from pytest_hricdv._base.message import MAX_LINE, MAX_TEXT, cut
+
+MAX_CAUSES = 20
+"""So many errors that came of each other are shown (chosen): each has a traceback."""
 
 
 def error_text(error: BaseException) -> str:
@@ -61,6 +65,8 @@ def shorten(error: BaseException) -> None:
 
     The error stays the same object, of the same or a derived class, so that `pytest.raises` and marks still know it.
     """
+    for last in islice(causes(error), MAX_CAUSES - 1, None):  # of a recursion that catches itself there are thousands
+        last.__cause__ = last.__context__ = None
     pending: list[BaseException | None] = [error]
     seen: set[int] = set()
     while pending:

@@ -6,7 +6,7 @@ import traceback
 
 import pytest
 
-from pytest_hricdv._base.error_text import error_text, shorten
+from pytest_hricdv._base.error_text import MAX_CAUSES, causes, error_text, shorten
 from pytest_hricdv._base.message import cut
 
 
@@ -114,3 +114,27 @@ def test_beginning_and_end_of_a_text_are_kept_with_how_much_is_left_out() -> Non
     assert text.endswith("xx end")
     assert " ... (2,999,710 of 3,000,010 characters are left out here) ... " in text
     assert cut("x" * 300, 300) == "x" * 300
+
+
+def test_errors_that_come_of_each_other_are_told_once() -> None:
+    first, second = ValueError("first"), ValueError("second")
+    first.__cause__, second.__cause__ = second, first
+    assert [*causes(first)] == [first, second]
+    shorten(first)
+    assert first.__cause__ is second
+
+
+def test_of_thousands_of_causes_some_are_shown() -> None:
+    error = ValueError("first")
+    for number in range(5000):
+        outer = ValueError(str(number))
+        outer.__context__, error = error, outer
+    shorten(error)
+    assert len([*causes(error)]) == MAX_CAUSES
+
+
+def test_a_group_of_any_depth_is_told() -> None:
+    error: Exception = ValueError("leaf")
+    for _ in range(5000):
+        error = ExceptionGroup("group", [error])
+    assert error_text(error) == "ExceptionGroup: group (1 sub-exception): ValueError: leaf"

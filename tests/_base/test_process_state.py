@@ -15,6 +15,12 @@ import pytest
 from pytest_hricdv._base.process_state import ProcessState, complaint
 
 
+@pytest.fixture(autouse=True)
+def replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What these tests replace is of no later run of this process."""
+    monkeypatch.setattr("pytest_hricdv._base.process_state._MADE", {})
+
+
 def test_what_nobody_can_call_is_put_back_and_named() -> None:
     state, kept = ProcessState(), os.getpid
     builtins.open, os.getpid = None, None  # type: ignore[assignment]
@@ -29,21 +35,20 @@ def test_what_nobody_can_call_is_put_back_and_named() -> None:
 
 def test_what_a_library_replaces_is_there_in_runs_only() -> None:
     state, kept = ProcessState(), os.getpid
-    replaced = lambda: 7  # noqa: E731
+    other = lambda: 7  # noqa: E731
     try:
-        os.getpid = replaced
+        os.getpid = other
         assert state.put_back() == ()
         assert os.getpid is kept
         state = ProcessState()
-        assert os.getpid is replaced
+        assert os.getpid is other
         assert state.put_back() == ()
         assert os.getpid is kept
     finally:
         os.getpid = kept
 
 
-def test_what_answers_wrongly_is_put_back_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pytest_hricdv._base.process_state._MADE", {})
+def test_what_answers_wrongly_is_put_back_and_named() -> None:
     state, kept = ProcessState(), builtins.isinstance
     builtins.isinstance = lambda *_: True
     try:

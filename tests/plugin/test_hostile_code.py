@@ -29,7 +29,8 @@ SILENT = {
 REFUSED = {
     "resource.setrlimit": "import resource; resource.setrlimit(resource.RLIMIT_AS, (1 << 28, 1 << 28))",
     "sys.setrecursionlimit": "import sys; sys.setrecursionlimit(60)",
-    "sys.addaudithook": "import sys; sys.addaudithook(print)",
+    "time.clock_settime": "import time; time.clock_settime(-1, 0.0)",
+    "sys.addaudithook": "import sys; sys.addaudithook(lambda *_: None)",
     "sys.setswitchinterval": "import sys; sys.setswitchinterval(1e3)",
     "signal.signal": "import signal; signal.signal(signal.SIGVTALRM, signal.SIG_IGN)",
     "faulthandler.dump_traceback_later": "import faulthandler; faulthandler.dump_traceback_later(0.1, exit=True)",

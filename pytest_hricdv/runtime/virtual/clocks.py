@@ -17,8 +17,9 @@ from typing import Any, cast
 
 from pytest_hricdv.runtime.blocking_calls import TIME
 from pytest_hricdv.runtime.kernel import current_node
+from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.copies import stand_in
-from pytest_hricdv.runtime.virtual.real_time import check
+from pytest_hricdv.runtime.virtual.real_time import RealTimeError, check
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -42,6 +43,8 @@ def sleep(duration_s: float) -> None:
         real_time.sleep(duration_s)  # outside of a run, time is real
         return
     check(node, TIME, "time.sleep")
+    if not duration_s >= 0:
+        raise ValueError("sleep length must be non-negative")  # as Python does
     node.kernel.sleep(duration_s)
 
 
@@ -225,7 +228,25 @@ def _of_moment(name: str, position: int) -> Callable[..., Any]:
     return read
 
 
+def _setter(name: str) -> Callable[..., None]:
+    real: Callable[..., None] = getattr(real_time, name)
+
+    def set_time(*args: Any) -> None:
+        node = current_node()
+        if node is not None:
+            place = place_of(sys._getframe(1))
+            raise RealTimeError(
+                f"{place}: time.{name} in node {node.name} would set the machine's clock: a run has its own"
+            )
+        real(*args)
+
+    return set_time
+
+
 _TIME = {"sleep": sleep}
+_TIME |= {
+    name: _with_name(name, _setter(name)) for name in ("clock_settime", "clock_settime_ns") if hasattr(real_time, name)
+}
 _TIME |= {name: _with_name(name, _of_moment(name, 0)) for name in ("localtime", "gmtime", "ctime", "asctime")}
 _TIME |= {"strftime": _with_name("strftime", _of_moment("strftime", 1))}
 _TIME |= {

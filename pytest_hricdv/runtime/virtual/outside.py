@@ -44,7 +44,8 @@ if HAS_TERMINALS:
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
-_EXIT = os._exit
+# As they are now: the code under test may replace them.
+_EXIT, _PID = os._exit, os.getpid
 _SLEEP = time.sleep
 _START = threading.Thread.start
 _WAIT = subprocess.Popen.wait
@@ -89,7 +90,7 @@ class _Guard:
     def __init__(self, kernel: Kernel) -> None:
         self._kernel = kernel
         self._thread = threading.current_thread()
-        self._pid = os.getpid()
+        self._pid = _PID()
         self._depth = sys.getrecursionlimit()
         self._threads: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
         self._refused: weakref.WeakSet[subprocess.Popen[Any]] = weakref.WeakSet()
@@ -113,7 +114,7 @@ class _Guard:
     def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
         """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
         node = current_node()
-        if os.getpid() == self._pid and self._takes_away(name, args):
+        if _PID() == self._pid and self._takes_away(name, args):
             raise RefusedError(
                 f"{place_of(sys._getframe(1))}: {name} takes from the whole process, pytest included, what the session "
                 "needs: let the code do so where it is started, which a test does not do, or in a process of its own"
@@ -199,14 +200,14 @@ class _Guard:
         caller = sys._getframe(2)
         is_ours = str(caller.f_globals.get("__name__")).partition(".")[0] == _OURS  # a signal handler of the session
         is_beside = threading.current_thread() is not self._thread and not self._is_node()
-        if is_ours or is_beside or os.getpid() != self._pid:
+        if is_ours or is_beside or _PID() != self._pid:
             _EXIT(status)
         place = place_of(caller)
         raise KernelError(f"os._exit({status}) at {place}: it would end all tests at once, without results")
 
     def _is_node(self) -> bool:
         """Whether the caller is a node: a process that one forks is a copy of it, and none; who waits for it is."""
-        return current_node() is not None and os.getpid() == self._pid
+        return current_node() is not None and _PID() == self._pid
 
     def _refuse(self, what: str) -> NoReturn:
         node, frame = current_node(), sys._getframe(2)
