@@ -66,13 +66,14 @@ def _init(options: argparse.Namespace) -> int:
 def _draft(options: argparse.Namespace) -> int:
     asked = {"launch": options.launch, "ros2": options.ros2, "from": options.source}
     given = {"folder": options.folder, "robot": options.robot or "", "person": options.person,
-             "runs": not options.no_run, "recordings": tuple(options.recording)}  # fmt: skip
+             "runs": not options.no_run, "recordings": tuple(options.recording),
+             "budget_s": options.budget}  # fmt: skip
     for line in _drafts().draft(asked, given):
         print(visible(line), flush=True)
     where = "" if options.folder == Path() else f"cd {options.folder}; "
     print()
     print(visible(f"now:  {where}pytest"))
-    print(visible("then: its README lists the lines to edit next; TODO marks what the code does not say"))
+    print(visible("then: QUESTIONS.md has what the code does not say, the most useful first"))
     return OK
 
 
@@ -123,6 +124,13 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         help="of a draft, take ranges of times and values from a recording of the real system: a bag of "
         "ROS 2 or an MCAP file; several times for several (docs/draft.md)",
+    )
+    init.add_argument(
+        "--budget",
+        type=float,
+        default=60.0,
+        metavar="S",
+        help="of a draft, processor time for its first runs (default: %(default)g)",
     )
     init.add_argument("--no-run", action="store_true", help="of a draft, leave out the first runs: only read the code")
     init.add_argument(

@@ -14,6 +14,7 @@ from pytest_hricdv.extra.draft.code.messages import MessageFinder
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Sources
 from pytest_hricdv.extra.draft.code.states import StateMachines
+from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code.waits import constants, parameters, problems, virtual, waits
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
@@ -43,14 +44,14 @@ def analyse(package: str, start: Path | None = None) -> CodeModel:
     return analyse_sources(find(name, (start or Path.cwd()).resolve()), name, entry_name)
 
 
-def analyse_sources(sources: Sources, name: str, entry_name: str) -> CodeModel:
-    """The same of code that was read.
+def analyse_sources(sources: Sources, name: str, entry_name: str, usage: Usage | None = None) -> CodeModel:
+    """The same of code that was read; `usage` is how programs use it.
 
     Raises:
         DraftError: there is no such function.
     """
     flow = Flow(sources)
-    entry = EntryFinder(sources, flow).entry(entry_name)
+    entry = EntryFinder(sources, flow, usage).entry(entry_name)
     messages = MessageFinder(sources, flow).messages()
     machines = _with_fields(_unique(StateMachines(sources, flow).machines()), messages, flow)
     ros = ros_nodes(sources, flow)
@@ -69,7 +70,7 @@ def analyse_sources(sources: Sources, name: str, entry_name: str) -> CodeModel:
         problems=tuple(problems(sources, flow)),
         ros=ros,
     )
-    return replace(model, questions=tuple(_questions(model)))
+    return replace(model, questions=tuple(questions(model)))
 
 
 # --- states
@@ -124,7 +125,7 @@ def _with_states(messages: Sequence[Message], machines: Sequence[StateMachine]) 
 # --- questions
 
 
-def _questions(model: CodeModel) -> Iterator[Question]:
+def questions(model: CodeModel) -> Iterator[Question]:
     """What only a person can say of the code; what it receives and publishes first."""
     for endpoint in model.ros.endpoints:
         yield from _endpoint_questions(endpoint)

@@ -17,6 +17,9 @@ Direction = Literal["published", "received", "both"]
 Imports = tuple[tuple[str, str], ...]
 """Names that a piece of source text needs, each as (module, name)."""
 
+OWN_MODULE = "hri_messages"
+"""The module of a draft with the messages for which the code has no class."""
+
 
 @dataclass(frozen=True)
 class FieldValue:
@@ -44,6 +47,7 @@ class MessageField:
         is_partial: whether the code also makes it of texts that are not known: `values` are some of them.
         neutral: source text of a neutral value of its type; empty where nothing is known of the type.
         imports: names that the neutral value needs.
+        observed: the least and the greatest number of a recording; empty without one.
     """
 
     name: str
@@ -58,6 +62,7 @@ class MessageField:
     is_partial: bool = False
     neutral: str = ""
     imports: Imports = ()
+    observed: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,8 +78,10 @@ class Message:
         location: of the definition.
         uses: where it is published or received.
         form: "dataclass", "namedtuple", "typeddict", "model" (pydantic, attrs, msgspec), "enum"; of ROS 2 "topic",
-            "service", "action".
+            "service", "action"; "call" of what gets to the code as a call, and "item" of what the draft converts.
         channel: the queue that carries it, or its name in ROS 2; empty for a bus of classes.
+        delivery: source text of how it gets to the code, of a call; of an item, of the function that converts it.
+        delivery_imports: names that it needs.
     """
 
     name: str
@@ -86,6 +93,8 @@ class Message:
     uses: tuple[CodeLine, ...]
     form: str = "dataclass"
     channel: str = ""
+    delivery: str = ""
+    delivery_imports: Imports = ()
 
 
 @dataclass(frozen=True)
@@ -177,6 +186,9 @@ class Operation:
         is_async: whether it is awaited.
         is_set: whether the attribute is set.
         arguments: number of positional arguments of a method.
+        callbacks: functions of the code that it passes to the method, or sets the attribute to: the first text that is
+            passed with it, and the function's name.
+        result: what it returns, where this is a truth, a number or one of a few texts; None where it is not known.
     """
 
     name: str
@@ -188,6 +200,8 @@ class Operation:
     is_async: bool = False
     is_set: bool = False
     arguments: int = 0
+    callbacks: tuple[tuple[str, str], ...] = ()
+    result: MessageField | None = None
 
 
 @dataclass(frozen=True)
@@ -203,6 +217,7 @@ class Port:
         is_keyword: whether it can be passed by name only.
         neutral: source text of a neutral value of its type, where the type says one.
         imports: names that the neutral value needs.
+        made_from: of an object that the code makes itself, what it is made from, as "package.module:mqtt.Client".
     """
 
     name: str
@@ -215,6 +230,7 @@ class Port:
     is_keyword: bool = False
     neutral: str = ""
     imports: Imports = ()
+    made_from: str = ""
 
 
 @dataclass(frozen=True)
@@ -228,6 +244,7 @@ class Entry:
         ports: parameters of the function or constructor.
         method_ports: parameters of the method.
         is_certain: whether it was named, or is the only candidate.
+        period_s: the method is called again and again, with this period; 0: once.
     """
 
     module: str
@@ -238,6 +255,7 @@ class Entry:
     method_ports: tuple[Port, ...]
     location: CodeLine
     is_certain: bool = False
+    period_s: float = 0.0
 
     @property
     def is_class(self) -> bool:
@@ -284,6 +302,7 @@ class CodeModel:
         problems: what keeps it from running as it is.
         ros: nodes of ROS 2, with their topics, services and actions.
         roots: other folders from which its modules can be imported, of several packages.
+        inner: objects that the code makes itself, and that a stand-in replaces.
     """
 
     package: str
@@ -300,6 +319,7 @@ class CodeModel:
     problems: tuple[Problem, ...] = ()
     ros: RosNodes = field(default_factory=RosNodes)
     roots: tuple[str, ...] = ()
+    inner: tuple[Port, ...] = ()
 
     @property
     def outputs(self) -> tuple[Message, ...]:

@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import CodeModel
-from pytest_hricdv.extra.draft.first_runs import FirstRuns, remedy, settle
+from pytest_hricdv.extra.draft.draft_analysis import CodeReader
+from pytest_hricdv.extra.draft.first_runs import FirstRuns
 from pytest_hricdv.extra.draft.launch_analysis import analyse_launch, read_launch_file
 from pytest_hricdv.extra.draft.node_analysis import analyse_node
+from pytest_hricdv.extra.draft.observe.observations import (
+    Observations,
+    is_observations,
+    merge_observations,
+    read_observations,
+)
 from pytest_hricdv.extra.draft.observed import Observation
 from pytest_hricdv.extra.draft.project.draft import Draft, robot_name
 from pytest_hricdv.extra.draft.project.files import check, write
+from pytest_hricdv.extra.draft.record import add_command as add_command
 from pytest_hricdv.extra.draft.ros.executable import find_executable
 from pytest_hricdv.extra.draft.ros_model import ros_lines
+from pytest_hricdv.extra.draft.settling import BUDGET_S, Reread, settle
 from pytest_hricdv.skeleton.skeleton import name_like
 
 NO_NODES = (
@@ -36,6 +45,7 @@ class DraftOptions:
         person: name of the person's agent.
         runs: whether first runs are made.
         recordings: of the real system, whose ranges it has.
+        budget_s: processor time of the first runs.
     """
 
     folder: Path
@@ -43,6 +53,7 @@ class DraftOptions:
     person: str = "person"
     runs: bool = True
     recordings: tuple[Path, ...] = ()
+    budget_s: float = BUDGET_S
 
 
 def draft(package: str, options: DraftOptions) -> Iterator[str]:
@@ -51,15 +62,39 @@ def draft(package: str, options: DraftOptions) -> Iterator[str]:
     Raises:
         DraftError: there is no such code, or a file of the draft exists.
     """
-    model = analyse(package)
-    model, observed = _with_recordings(model, options, {})
+    seen, bags = _observations(options.recordings)
+    options = replace(options, recordings=bags)
+    reader = CodeReader(package)
+
+    def reread(more: Observations | None, faulty: frozenset[str]) -> CodeModel:
+        both = merge_observations(part for part in (seen, more) if part is not None)
+        return reader.model(both, faulty)
+
+    model, observed = _with_recordings(reader.model(seen), options, {})
     name = options.robot or robot_name(model)
     made = Draft(model, name, options.person, options.folder.resolve(), observed=observed)
     check(made, options.folder)
     yield from _summary(model)
     if model.ros.nodes or model.ros.endpoints:
         yield NO_NODES
-    yield from _write(made, options.folder, options.runs)
+    yield from _write(made, options, options.runs, reread)
+
+
+def _observations(paths: tuple[Path, ...]) -> tuple[Observations | None, tuple[Path, ...]]:
+    """What recordings of `record` have seen, and the other recordings: bags.
+
+    Raises:
+        DraftError: a recording cannot be read.
+    """
+    parts = []
+    for path in paths:
+        if is_observations(path):
+            try:
+                parts.append(read_observations(path))
+            except (ValueError, OSError) as error:
+                raise DraftError(f"--recording={path}: {error}") from None
+    bags = tuple(path for path in paths if not is_observations(path))
+    return (merge_observations(parts) if parts else None), bags
 
 
 def _with_recordings(
@@ -95,7 +130,7 @@ def draft_node(node: str, options: DraftOptions) -> Iterator[str]:
     check(made, options.folder)
     yield from _summary(model)
     is_runnable = all(problem.kind != "missing module" for problem in model.problems)
-    yield from _write(made, options.folder, options.runs and is_runnable)
+    yield from _write(made, options, options.runs and is_runnable)
 
 
 def draft_launch(file: str, options: DraftOptions) -> Iterator[str]:
@@ -116,15 +151,21 @@ def draft_launch(file: str, options: DraftOptions) -> Iterator[str]:
     yield f"{nodes.file}: starts {len(nodes.nodes)} processes, {python} of them nodes of Python"
     yield from _summary(model)
     is_runnable = all(problem.kind != "missing module" for problem in model.problems)
-    yield from _write(made, options.folder, options.runs and is_runnable)
+    yield from _write(made, options, options.runs and is_runnable)
 
 
-def _write(made: Draft, folder: Path, runs: bool) -> Iterator[str]:
+def _write(made: Draft, options: DraftOptions, runs: bool, reread: Reread | None = None) -> Iterator[str]:
     if runs:
-        made, runs_of = settle(made)
-        yield from _outcomes(runs_of, made)
-    for name in write(made, folder):
-        yield str(folder / name)
+        made, trials = settle(made, reread, options.budget_s, lambda line: print(visible(line), flush=True))
+        yield from (
+            f"first runs: {_place(trial)}{trial.error}: the draft is not green" for trial in trials if trial.error
+        )
+    for name in write(made, options.folder):
+        yield str(options.folder / name)
+
+
+def _place(trial: FirstRuns) -> str:
+    return f"{trial.raised_at}: " if trial.raised_at is not None else ""
 
 
 def _summary(model: CodeModel) -> Iterator[str]:
@@ -139,21 +180,10 @@ def _summary(model: CodeModel) -> Iterator[str]:
     elif not model.messages:
         yield (
             f"no messages found in {model.package}: its tests are nearly empty until conftest.py says what makes it "
-            "act; the README lists what could not be read"
+            "act; QUESTIONS.md says what is missing"
         )
     for problem in model.problems:
         yield f"{problem.location}: {problem.text}" if problem.location is not None else problem.text
-
-
-def _outcomes(trials: tuple[FirstRuns, ...], made: Draft) -> Iterator[str]:
-    for trial in trials:
-        if trial.error:
-            at = f"{trial.raised_at}: " if trial.raised_at is not None else ""
-            yield f"first runs: {at}{' '.join(trial.error.split())}: the draft is not green; {remedy(made, trial)}"
-        elif trial.is_ended:
-            yield (f"first runs: ended after {trial.tests} tests, as they take long; pytest.ini keeps this number")
-        else:
-            yield f"first runs: {trial.tests} tests, {trial.passed} of them passed before requirements were settled"
 
 
 class InitCommand:

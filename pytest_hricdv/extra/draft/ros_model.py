@@ -21,7 +21,8 @@ class CodeLine:
     line: int
 
     def __str__(self) -> str:
-        return f"{self.file}:{self.line}" if self.line else self.file
+        file = "".join(each if each.isprintable() else "?" for each in self.file)  # it stands in comments
+        return f"{file}:{self.line}" if self.line else file
 
 
 @dataclass(frozen=True)

@@ -116,7 +116,10 @@ def _of_partial(value: partial[Any]) -> Iterator[Reference]:
 
 
 def _of_instance(value: object) -> Iterator[Reference]:
-    own = getattr(value, "__dict__", None)
+    try:
+        own = object.__getattribute__(value, "__dict__")  # an attribute hook of its class may raise anything
+    except AttributeError:
+        own = None
     if type(own) is dict:
         for name, item in [*own.items()]:
             yield item, partial(own.__setitem__, name)

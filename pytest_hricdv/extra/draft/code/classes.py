@@ -28,10 +28,10 @@ def form_of(sources: Sources, scope: Scope) -> str:
     """The form of a class that can be a message; empty where it cannot be one."""
     node = scope.node
     assert isinstance(node, ast.ClassDef)
+    if _is_dataclass(scope):
+        return "dataclass"
     for decorator in node.decorator_list:
         name = resolve_import(scope.module, decorator.func if isinstance(decorator, ast.Call) else decorator)
-        if name.rpartition(".")[2] == "dataclass":
-            return "dataclass"
         if name in ("attr.s", "attrs.define", "attrs.frozen", "attr.define", "attr.frozen", "attr.attrs"):
             return "model"
     bases = {base.rpartition(".")[2] for base in sources.bases(scope)}
@@ -39,27 +39,24 @@ def form_of(sources: Sources, scope: Scope) -> str:
                        ("Struct", "model")):  # fmt: skip
         if base in bases:
             return form
-    if any(form_of(sources, base) == "dataclass" for base in own_bases(sources, scope)):
+    if any(_is_dataclass(base) for base in sources.base_classes(scope)):
         return "dataclass"
     return "enum" if is_enum(sources, scope) else ""
 
 
-def own_bases(sources: Sources, scope: Scope) -> list[Scope]:
-    """Its bases that are classes of the code."""
-    assert isinstance(scope.node, ast.ClassDef)
-    bases = [sources.class_of(scope.module, base) for base in scope.node.bases]
-    return [base for base in bases if base is not None and base.node is not scope.node]
+def _is_dataclass(scope: Scope) -> bool:
+    return any(name_with_dots(each.func if isinstance(each, ast.Call) else each).rpartition(".")[2] == "dataclass"
+               for each in scope.node.decorator_list)  # fmt: skip
 
 
 def methods_of(sources: Sources, scope: Scope) -> dict[str, Scope]:
     """The methods of a class by their names, with those of its bases in the code."""
-    assert isinstance(scope.node, ast.ClassDef)
     methods: dict[str, Scope] = {}
-    for base in reversed(own_bases(sources, scope)):
-        methods |= methods_of(sources, base)
-    for statement in scope.node.body:
-        if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef):
-            methods[statement.name] = Scope(scope.module, statement, scope.node)
+    for each in (*reversed(sources.base_classes(scope)), scope):
+        assert isinstance(each.node, ast.ClassDef)
+        for statement in each.node.body:
+            if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef):
+                methods[statement.name] = Scope(each.module, statement, each.node)
     return methods
 
 
@@ -126,7 +123,7 @@ def _instance(sources: Sources, scope: Scope, depth: int) -> Neutral | None:
     if form_of(sources, scope) not in ("dataclass", "namedtuple", "model", "typeddict"):
         return None
     arguments, imports = [], list(own)
-    for base in (*own_bases(sources, scope), scope):
+    for base in (*reversed(sources.base_classes(scope)), scope):
         assert isinstance(base.node, ast.ClassDef)
         for statement in base.node.body:
             if not isinstance(statement, ast.AnnAssign) or not isinstance(statement.target, ast.Name):

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
-from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
+from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameter_names
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import DraftError, Scope, Sources
+from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code_model import Entry
 
 _RUNS = ("run", "main", "work", "serve", "loop", "start", "spin")
@@ -32,8 +33,8 @@ class _Candidate:
 class EntryFinder:
     """Finds the entry, and reads its ports."""
 
-    def __init__(self, sources: Sources, flow: Flow) -> None:
-        self._sources, self._flow = sources, flow
+    def __init__(self, sources: Sources, flow: Flow, usage: Usage | None = None) -> None:
+        self._sources, self._flow, self._usage = sources, flow, usage or Usage()
         self._ports = PortReader(sources, flow)
 
     def entry(self, name: str) -> Entry | None:
@@ -94,6 +95,8 @@ class EntryFinder:
         """More where nothing of the code calls it, most where its main program does."""
         calls = [call.scope for call in self._flow.calls.get(scope.node.name, ())
                  if call.scope is None or call.scope.node is not scope.node]  # fmt: skip
+        if self._usage.of(scope.node.name).count:
+            return 2.5 if calls else 3.5
         return 2.5 if None in calls else -1.0 if calls else 1.5
 
     def _read(self, candidate: _Candidate, *, is_certain: bool) -> Entry:
@@ -113,7 +116,19 @@ class EntryFinder:
 
 
 def _run_method(methods: dict[str, Scope]) -> str:
-    return next((name for name in _RUNS if name in methods), "")
+    """The method that runs the robot: one with a name that says so, or the only public one with a loop that waits."""
+    named = next((name for name in _RUNS if name in methods), "")
+    loops = [name for name, method in methods.items() if not name.startswith("_") and _is_loop(method)]
+    return named or (loops[0] if len(loops) == 1 else "")
+
+
+def _is_loop(method: Scope) -> bool:
+    for node in ast.walk(method.node):
+        if isinstance(node, ast.While):
+            calls = {last_name(each.func) for each in ast.walk(node) if isinstance(each, ast.Call)}
+            if calls & {"sleep", "wait", "get", "recv", "poll"}:
+                return True
+    return False
 
 
 def _is_async(scope: Scope) -> bool:

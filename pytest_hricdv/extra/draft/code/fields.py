@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from pytest_hricdv.extra.draft.code.classes import neutral_value, own_bases, parse_annotation
+from pytest_hricdv.extra.draft.code.classes import neutral_value, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import Member, UnknownConstantError, evaluate, is_enum, members
 from pytest_hricdv.extra.draft.code.flow import Flow, Origin, last_name, parameter_names, texts
 from pytest_hricdv.extra.draft.code.naming import unit_of
@@ -31,13 +31,15 @@ class FieldReader:
         if is_enum(self._sources, scope):
             values = tuple(FieldValue(m.text, scope.module.location(s)) for m, s in members(self._sources, scope))
             return (MessageField("name", node.name, "str", scope.location, values, by_type=True),)
-        fields = {part.name: part for base in own_bases(self._sources, scope) for part in self.fields(base)}
-        for statement in node.body:
-            if not isinstance(statement, ast.AnnAssign) or not isinstance(statement.target, ast.Name):
-                continue
-            if "ClassVar" not in ast.unparse(statement.annotation):
-                part = self._field(scope.module, statement.target.id, statement)
-                fields[part.name] = part
+        fields: dict[str, MessageField] = {}
+        for each in (*reversed(self._sources.base_classes(scope)), scope):
+            assert isinstance(each.node, ast.ClassDef)
+            for statement in each.node.body:
+                if not isinstance(statement, ast.AnnAssign) or not isinstance(statement.target, ast.Name):
+                    continue
+                if "ClassVar" not in ast.unparse(statement.annotation):
+                    part = self._field(each.module, statement.target.id, statement)
+                    fields[part.name] = part
         return tuple(self._with_values(scope, part) for part in fields.values())
 
     def _field(self, module: Module, name: str, statement: ast.AnnAssign) -> MessageField:
@@ -47,6 +49,7 @@ class FieldReader:
         neutral, imports = neutral_value(self._sources, module, statement.annotation) or ("", ())
         part = MessageField(name, written, kind, module.location(statement), default=default, neutral=neutral,
                             imports=imports, unit=unit_of(name) if kind == "float" else "")  # fmt: skip
+        part = replace(part, observed=self._limits(module, statement))
         own = self._sources.class_of(module, statement.annotation)
         if own is not None and is_enum(self._sources, own):
             values = tuple(FieldValue(m.text, own.module.location(s)) for m, s in members(self._sources, own))
@@ -57,6 +60,16 @@ class FieldReader:
         contents = [self._constant(module, option) for option in literal]
         values = tuple(FieldValue(text, part.location) for text in contents if isinstance(text, str))
         return replace(part, kind="str" if values else "float", values=values, by_type=True)
+
+    def _limits(self, module: Module, statement: ast.AnnAssign) -> tuple[float, ...]:
+        """The limits of a number that pydantic, msgspec or attrs check: `Field(ge=1, le=4)`; empty without both."""
+        limits: dict[str, float] = {}
+        for node in ast.walk(statement):
+            for keyword in node.keywords if isinstance(node, ast.Call) else ():
+                value = self._constant(module, keyword.value) if keyword.arg in ("ge", "gt", "le", "lt") else None
+                if isinstance(value, int | float) and keyword.arg is not None:
+                    limits[keyword.arg[0]] = float(value)
+        return (limits["g"], limits["l"]) if len(limits) == 2 else ()
 
     def _literal_of(self, module: Module, annotation: ast.expr) -> list[ast.expr] | None:
         """The options of a `Literal`, also of one that has a name."""
@@ -75,6 +88,41 @@ class FieldReader:
         except UnknownConstantError:
             return None
         return value.text if isinstance(value, Member) else value
+
+    def annotated(self, scope: Scope, name: str, annotation: ast.expr) -> MessageField:
+        """A field of an annotated type, as far as this says which values it has."""
+        statement = ast.AnnAssign(ast.Name(name), annotation, None, simple=1)
+        return replace(self._field(scope.module, name, statement), location=scope.location)
+
+    def parameter(self, scope: Scope, name: str, annotation: ast.expr | None) -> MessageField:
+        """A parameter of a function as a field, with the values that the function compares it with."""
+        if annotation is not None:
+            part = self.annotated(scope, name, annotation)
+            if part.by_type:
+                return part
+        else:
+            part = MessageField(name, "", "", scope.location, unit=unit_of(name))
+        return self._compared(part, list(self._comparisons_of_name(name, scope, 0)))
+
+    def read_value(self, node: ast.expr, scope: Scope, name: str) -> MessageField:
+        """A value that a function reads as a field: of a key of a dict."""
+        part = MessageField(name, "", "", scope.module.location(node), unit=unit_of(name))
+        return self._compared(part, list(self._comparisons(node, scope.module, scope, 0)))
+
+    def compared_texts(self, node: ast.expr, scope: Scope) -> tuple[FieldValue, ...]:
+        """The texts that a function compares an expression with."""
+        return self.read_value(node, scope, "text").values
+
+    def _compared(self, part: MessageField, others: list[Origin]) -> MessageField:
+        """A field with what it is compared with; this says its kind, where nothing else does."""
+        numbers = tuple(dict.fromkeys(number for other in others for number in self._numbers(other)))
+        values: dict[str, CodeLine] = {}
+        for other in others if part.kind in ("", "str") else ():
+            for text, location in texts(self._flow.constants(*other)).items():
+                values.setdefault(text, location)
+        kind = part.kind or ("str" if values else "float" if numbers or part.unit else "")
+        known = tuple(FieldValue(*value) for value in values.items()) if kind == "str" else ()
+        return replace(part, kind=kind, compared=numbers if kind == "float" else (), values=known)
 
     def values_in(self, functions: Iterable[Scope], name: str) -> tuple[FieldValue, ...]:
         """The texts that functions compare the field of this name of a message with, whatever its class."""

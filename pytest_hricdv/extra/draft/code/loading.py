@@ -12,8 +12,11 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Sources
 from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 
-NOT_CODE = ("test", "tests", "conftest", "setup", "docs")
-"""Modules of these names, and those that begin with `test_`, are not the code under test."""
+MAX_BYTES = 2_000_000
+"""A longer file is no code that anybody wrote."""
+
+NOT_CODE = ("test", "tests", "conftest", "setup", "docs", "demo", "demos", "example", "examples", "__main__")
+"""Modules of these names, and those that begin with `test_`, use the code under test and are no part of it."""
 
 
 def find(package: str, start: Path) -> Sources:
@@ -26,7 +29,7 @@ def find(package: str, start: Path) -> Sources:
     Raises:
         DraftError: there is no such package, or it has no Python source.
     """
-    root, name, file = _locate(package, start)
+    root, name, file = locate(package, start)
     files = [(name, file)]
     if file.is_dir() or file.name == "__init__.py":
         folder = file if file.is_dir() else file.parent
@@ -37,28 +40,33 @@ def find(package: str, start: Path) -> Sources:
     problems: list[Problem] = []
     modules = {module.name: module for module in _parse(files, root, problems)}
     outside = _follow(modules, root, problems)
-    if not modules and not problems:
-        raise DraftError(f"{package}: no module could be read")
+    if not modules:
+        reasons = "; ".join(f"{problem.location}: {problem.text}" for problem in problems[:3])
+        raise DraftError(f"{package}: no module could be read{f': {reasons}' if reasons else ''}")
     return Sources(package, root, tuple(modules.values()), tuple(problems), outside)
 
 
-def _locate(package: str, start: Path) -> tuple[Path, str, Path]:
+def locate(package: str, start: Path) -> tuple[Path, str, Path]:
     as_path = (start / package).expanduser()
-    if ("/" in package or package.endswith(".py")) and as_path.exists():
+    is_name = all(part.isidentifier() for part in package.split("."))
+    if ("/" in package or package.endswith(".py") or not is_name) and as_path.exists():
         file = as_path.resolve()
         root = file.parent
         while (root / "__init__.py").is_file():
             root = root.parent
         return root, _module_name(file, root), file
     parts = package.split(".")
-    if not all(part.isidentifier() for part in parts):
+    if not is_name:
         raise DraftError(
             f"--from={package}: expected PACKAGE, PACKAGE:FUNCTION, or the path of a folder or file of Python"
         )
     search: list[str] | None = [str(start), str(start / "src"), *sys.path]
     found_at, spec = None, None
     for number in range(len(parts)):
-        spec = PathFinder.find_spec(".".join(parts[: number + 1]), search)
+        try:
+            spec = PathFinder.find_spec(".".join(parts[: number + 1]), search)
+        except (ImportError, KeyError, ValueError, AttributeError):  # of a package that is none
+            spec = None
         if spec is None:
             there = sorted(
                 path.stem for path in start.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()
@@ -94,8 +102,12 @@ def _parse(files: Sequence[tuple[str, Path]], root: Path, problems: list[Problem
     for name, path in files:
         relative = path.relative_to(root).as_posix()
         try:
-            text = path.read_bytes()
-            tree = ast.parse(text)
+            if path.stat().st_size > MAX_BYTES:
+                raise OSError(f"longer than {MAX_BYTES:,} bytes")
+            tree = ast.parse(path.read_bytes())
+        except RecursionError:
+            problems.append(Problem("syntax", "nested too deeply: the file is left out", CodeLine(relative, 1)))
+            continue
         except SyntaxError as error:
             location = CodeLine(relative, error.lineno or 1)
             problems.append(Problem("syntax", f"{error.msg}: the file is left out; fix it, and draft again", location))

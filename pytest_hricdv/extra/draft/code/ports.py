@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of, neutral_value, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import assignments, is_enum
+from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import (
     Flow,
     argument_of,
@@ -18,7 +19,7 @@ from pytest_hricdv.extra.draft.code.flow import (
 )
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots
-from pytest_hricdv.extra.draft.code_model import Operation, Port
+from pytest_hricdv.extra.draft.code_model import MessageField, Operation, Port
 
 _QUEUE = {"get", "put", "get_nowait", "put_nowait", "empty", "qsize", "task_done", "join", "full"}
 _CLOCK = {"sleep", "now_s", "now", "time", "monotonic"}
@@ -32,6 +33,7 @@ class PortReader:
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow
+        self._fields = FieldReader(sources, flow)
 
     def ports(self, scope: Scope, skip: int = 0) -> Iterator[Port]:
         """The parameters of a function, without the first ones."""
@@ -47,6 +49,12 @@ class PortReader:
                 name, default = statement.target.id, ast.unparse(statement.value) if statement.value else ""
                 operations = list(self._of_attribute(scope.node, name, 0))
                 yield self._port(scope.module, name, statement.annotation, default, operations, statement)
+
+    def attribute(self, owner: Scope, name: str, made_from: str, node: ast.AST) -> Port:
+        """An attribute of a class that the code makes itself."""
+        assert isinstance(owner.node, ast.ClassDef)
+        operations = list(self._of_attribute(owner.node, name, 0))
+        return replace(self._port(owner.module, name, None, "", operations, node), made_from=made_from)
 
     def port(self, scope: Scope, name: str) -> Port:
         """A parameter of a function."""
@@ -80,6 +88,8 @@ class PortReader:
         received, published = used & {"get", "get_nowait"}, used & {"put", "put_nowait"}
         side = "received" if received and not published else "published" if published and not received else ""
         neutral, imports = neutral_value(self._sources, module, annotation) or ("", ())
+        if default == "None" and role in ("device", "bus", "queue", "publish", "clock"):
+            default = ""  # what the code makes itself where it gets nothing is its hardware
         return Port(name, role, written, default, declared, module.location(node), side, False, neutral, imports)
 
     def _role(self, name: str, written: str, default: str, used: set[str], own: Scope | None) -> str:
@@ -115,7 +125,14 @@ class PortReader:
         neutral, imports = neutral_value(self._sources, own.module, annotation) or ("", ())
         returns = ast.unparse(annotation).strip("'\"") if annotation is not None else ""
         location = own.module.location(at)
-        return replace(operation, returns=returns, neutral=neutral, imports=imports, location=location)
+        result = operation.result
+        if annotation is not None:
+            declared = self._fields.annotated(own, "value", annotation)
+            compared = result.compared if result is not None and declared.kind == "float" else ()
+            values = declared.values or (result.values if result is not None and declared.kind == "str" else ())
+            result = replace(declared, compared=compared, values=values)
+            result = result if result.kind in ("bool", "float") or result.values else None
+        return replace(operation, returns=returns, neutral=neutral, imports=imports, location=location, result=result)
 
     # --- what the code does with it
 
@@ -123,16 +140,16 @@ class PortReader:
         """What a function does with a parameter, and those do to which it is passed on."""
         for node in ast.walk(scope.node) if handovers <= MAX_HANDOVERS else ():
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == name:
-                yield self._operation(node, scope.module)
+                yield self._operation(node, scope.module, scope)
             elif isinstance(node, ast.Call):
                 if isinstance(node.func, ast.Name) and node.func.id == name:
                     yield Operation("__call__", True, scope.module.location(node))
                 yield from self._handovers(node, scope, name, handovers)
             for target, value in assignments(node) if scope.owner is not None else ():
-                is_kept = (
-                    isinstance(value, ast.Name) and value.id == name and name_with_dots(target).startswith("self.")
-                )
-                if is_kept and scope.owner is not None:
+                parts = value.values if isinstance(value, ast.BoolOp) else [value]
+                parts = [value.body, value.orelse] if isinstance(value, ast.IfExp) else parts
+                is_kept = any(isinstance(part, ast.Name) and part.id == name for part in parts)
+                if is_kept and name_with_dots(target).startswith("self.") and scope.owner is not None:
                     yield from self._of_attribute(scope.owner, name_with_dots(target)[5:], handovers + 1)
 
     def _of_attribute(self, owner: ast.ClassDef, attribute: str, handovers: int) -> Iterator[Operation]:
@@ -141,7 +158,7 @@ class PortReader:
             if scope is None:
                 continue
             if isinstance(node, ast.Attribute) and self._is_attribute(node.value, owner, attribute, scope):
-                yield self._operation(node, module)
+                yield self._operation(node, module, scope)
             elif isinstance(node, ast.Call):
                 if self._is_attribute(node.func, owner, attribute, scope):
                     yield Operation("__call__", True, module.location(node))
@@ -176,13 +193,47 @@ class PortReader:
             return False
         return self._flow.owner_of(node.value, scope.module, scope) is owner
 
-    def _operation(self, node: ast.Attribute, module: Module) -> Operation:
+    def _operation(self, node: ast.Attribute, module: Module, scope: Scope) -> Operation:
         parent = self._flow.parents.get(id(node))
         location = module.location(node)
         if isinstance(parent, ast.Call) and parent.func is node:
             is_async = isinstance(self._flow.parents.get(id(parent)), ast.Await)
-            return Operation(node.attr, True, location, is_async=is_async, arguments=len(parent.args))
-        return Operation(node.attr, False, location, is_set=isinstance(node.ctx, ast.Store))
+            callbacks = tuple(self._callbacks(parent))
+            return Operation(node.attr, True, location, is_async=is_async, arguments=len(parent.args),
+                             callbacks=callbacks, result=self._used_as(parent, scope))  # fmt: skip
+        value = parent.value if isinstance(parent, ast.Assign) and node in parent.targets else None
+        function = self._function_of(value)
+        callbacks = (("", function),) if function else ()
+        return Operation(node.attr, False, location, is_set=isinstance(node.ctx, ast.Store), callbacks=callbacks,
+                         result=self._used_as(node, scope))  # fmt: skip
+
+    def _used_as(self, node: ast.expr, scope: Scope) -> MessageField | None:
+        """What the code takes a value for: a truth that it tests, or what it compares; None where it does neither."""
+        part = self._fields.read_value(node, scope, "value")
+        if part.kind:
+            return part
+        above = self._flow.parents.get(id(node))
+        is_not = isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)
+        is_test = isinstance(above, ast.If | ast.While | ast.IfExp) and above.test is node
+        return replace(part, kind="bool") if is_test or is_not or isinstance(above, ast.BoolOp) else None
+
+    def _callbacks(self, call: ast.Call) -> Iterator[tuple[str, str]]:
+        """Functions of the code among the arguments of a call, each with the first text among them."""
+        arguments = [*call.args, *(keyword.value for keyword in call.keywords)]
+        texts = [part.value for part in arguments if isinstance(part, ast.Constant) and isinstance(part.value, str)]
+        if any(name_with_dots(part).rpartition(".")[2][:1].isupper() and not texts for part in arguments):
+            return  # it subscribes to a class
+        for argument in arguments:
+            function = self._function_of(argument)
+            if function:
+                yield (texts[0] if texts else "", function)
+
+    def _function_of(self, value: ast.expr | None) -> str:
+        """The name of a method of `self`, or of a function, of the code; empty for anything else."""
+        name = name_with_dots(value)
+        is_own = name.startswith("self.") and name.count(".") == 1
+        last = name.rpartition(".")[2]
+        return last if (is_own or "." not in name) and last in self._flow.methods else ""
 
 
 def _merge(before: Operation | None, operation: Operation) -> Operation:
@@ -194,5 +245,15 @@ def _merge(before: Operation | None, operation: Operation) -> Operation:
         is_method=before.is_method or operation.is_method,
         is_async=before.is_async or operation.is_async,
         is_set=before.is_set or operation.is_set,
+        result=_merge_fields(before.result, operation.result),
+        callbacks=tuple(dict.fromkeys((*before.callbacks, *operation.callbacks))),
         arguments=max(before.arguments, operation.arguments),
     )
+
+
+def _merge_fields(before: MessageField | None, other: MessageField | None) -> MessageField | None:
+    if before is None or other is None or before.kind != other.kind:
+        return before or other
+    values = {value.text: value for value in (*before.values, *other.values)}
+    compared = tuple(dict.fromkeys((*before.compared, *other.compared)))
+    return replace(before, values=tuple(values.values()), compared=compared)

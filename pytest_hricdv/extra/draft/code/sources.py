@@ -130,21 +130,29 @@ class Sources:
 
     def bases(self, scope: Scope) -> tuple[str, ...]:
         """Dotted names of the bases of a class, as imported, those of its bases in the code as well."""
-        assert isinstance(scope.node, ast.ClassDef)
-        names: list[str] = []
-        for base in scope.node.bases:
-            own = self.class_of(scope.module, _generic(base))
-            names.append(resolve_import(scope.module, _generic(base)))
-            if own is not None and own.node is not scope.node:
-                names += self.bases(own)
-        return tuple(names)
+        return tuple(
+            resolve_import(each.module, _generic(base))
+            for each in (scope, *self.base_classes(scope))
+            for base in _class_of_scope(each).bases
+        )
 
     def base_classes(self, scope: Scope) -> tuple[Scope, ...]:
-        """Those of the bases of a class that are classes of the code, and theirs."""
-        assert isinstance(scope.node, ast.ClassDef)
-        own = (self.class_of(scope.module, _generic(base)) for base in scope.node.bases)
-        direct = [base for base in own if base is not None and base.node is not scope.node]
-        return (*direct, *(further for base in direct for further in self.base_classes(base)))
+        """Those of the bases of a class that are classes of the code, and theirs; each once."""
+        found: dict[int, Scope] = {id(scope.node): scope}
+        waiting = [scope]
+        while waiting:
+            each = waiting.pop(0)
+            for base in _class_of_scope(each).bases:
+                own = self.class_of(each.module, _generic(base))
+                if own is not None and id(own.node) not in found:
+                    found[id(own.node)] = own
+                    waiting.append(own)
+        return tuple(found.values())[1:]
+
+
+def _class_of_scope(scope: Scope) -> ast.ClassDef:
+    assert isinstance(scope.node, ast.ClassDef)
+    return scope.node
 
 
 def _generic(base: ast.expr) -> ast.expr:

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.code.naming import camel
+from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code_model import (
     CodeLine,
     CodeModel,
     Entry,
     Message,
+    MessageField,
     Operation,
     Port,
 )
 from pytest_hricdv.extra.draft.observed import Observation
-from pytest_hricdv.extra.draft.project.inputs import Input, variants_of
+from pytest_hricdv.extra.draft.project.inputs import Input, number_levels, variants_of
 from pytest_hricdv.extra.draft.ros_model import RosStart
 from pytest_hricdv.skeleton.skeleton import name_like
 
@@ -35,25 +35,42 @@ MAX_LATE_S = 300.0
 """Longer time-outs are not waited for: a run would take long."""
 
 
+MAX_LEVELS = 6
+"""Values that a person sets of a sensor."""
+
+
 @dataclass(frozen=True)
 class Sensor:
-    """A truth or a number that a device returns, as its class in the code declares."""
+    """A truth, number or text that a device returns, as its class declares or the code uses it."""
 
     port: str
     operation: Operation
-    name: str
-    kind: str
+    field: MessageField
+    left_out: tuple[str, ...] = ()
 
+    @property
+    def name(self) -> str:
+        """Of its signal and its beliefs."""
+        return f"{self.port}_{self.operation.name}"
 
-@dataclass(frozen=True)
-class FieldSignal:
-    """A signal that the world records: a field of a published message."""
+    @property
+    def levels(self) -> tuple[tuple[str, str], ...]:
+        """Word for what a person can set -> the source text of its range, or the text itself."""
+        return tuple(each for each in self._levels() if f"set_{word(self.name)} {each[0]}" not in self.left_out)
 
-    name: str
-    kind: str
-    topic: str
-    field: str
-    location: CodeLine
+    def _levels(self) -> tuple[tuple[str, str], ...]:
+        if self.field.kind == "bool":
+            return (("yes", ""), ("no", ""))
+        if self.field.kind == "str":
+            texts = {word(value.text): value.text for value in self.field.values[:MAX_LEVELS]}
+            return tuple(texts.items())
+        if self.field.observed:
+            low, high = self.field.observed
+            middle = (low + high) / 2
+            return (("low", f"Uniform({low:g}, {middle:g})"), ("high", f"Uniform({middle:g}, {high:g})"))
+        if self.field.compared:
+            return tuple((level, text) for level, _, text, _ in number_levels(self.field))
+        return (("low", "Uniform(0.0, 1.0)"), ("high", "Uniform(1.0, 2.0)"))
 
 
 @dataclass(frozen=True)
@@ -76,6 +93,8 @@ class Draft:
         no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
         allowed_endings: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
+        left_out: commands at which first runs raised an error.
+        missing: lines of the code that no first run executed, by file.
     """
 
     code: CodeModel
@@ -93,6 +112,8 @@ class Draft:
     no_waivers: str = ""
     isolates: bool = False
     allowed_endings: tuple[str, ...] = ENDS
+    left_out: tuple[str, ...] = ()
+    missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
     @property
     def entry(self) -> Entry | None:
@@ -121,50 +142,19 @@ class Draft:
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
         """What a person can say."""
-        return tuple(variants_of(message, self.has_others) for message in self.code.inputs)
+        made = (variants_of(message, self.has_others, self.left_out) for message in self.code.inputs)
+        return tuple(thing for thing in made if thing.variants)
 
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:
-        """Truths and numbers that devices return, as far as their classes declare it."""
-        kinds = {"bool": "bool", "float": "float", "int": "float"}
-        return tuple(
-            Sensor(port.name, operation, f"{port.name}_{operation.name}", kinds[operation.returns])
-            for port in self.devices
+        """What devices return, as far as it is known."""
+        every = (
+            Sensor(port.name, operation, operation.result, self.left_out)
+            for port in (*self.devices, *(port for port in self.code.inner if port.role == "device"))
             for operation in port.operations
-            if operation.returns in kinds and not operation.is_set
+            if operation.result is not None and not operation.is_set
         )
-
-    @property
-    def device_calls(self) -> dict[str, tuple[str, ...]]:
-        """Port -> the methods that the code calls on the device, without those that read a sensor."""
-        sensors = {(sensor.port, sensor.operation.name) for sensor in self.sensors}
-        calls = {
-            port.name: tuple(
-                operation.name.strip("_")
-                for operation in port.operations
-                if operation.is_method and (port.name, operation.name) not in sensors
-                if not operation.name.startswith("__") or operation.name == "__call__"
-            )
-            for port in self.devices
-        }
-        return {port: tuple(dict.fromkeys(names)) for port, names in calls.items() if names}
-
-    @property
-    def classes_of_calls(self) -> dict[str, str]:
-        """Port -> the name of the message that its stand-in sends when it is called."""
-        taken = {message.name for message in self.code.messages}
-        names = {port: f"{camel(port.strip('_'))}Called" for port in self.device_calls}
-        return {port: f"{name}OfDevice" if name in taken else name for port, name in names.items()}
-
-    @cached_property
-    def signals(self) -> tuple[FieldSignal, ...]:
-        """One for each field that the robot publishes."""
-        return tuple(
-            FieldSignal(f"said_{message.topic}_{part.name}", part.kind, message.topic, part.name, part.location)
-            for message in self.code.outputs
-            for part in message.fields
-            if part.kind
-        )
+        return tuple(sensor for sensor in every if sensor.levels)
 
     @property
     def messages(self) -> tuple[Message, ...]:
@@ -173,10 +163,11 @@ class Draft:
 
     @cached_property
     def answers(self) -> tuple[Message, ...]:
-        """What the robot tells people: all but its states, unless it publishes nothing else."""
-        states = self.code.state.partition(".")[0]
-        others = tuple(message for message in self.code.outputs if message.topic != states)
-        return others or self.code.outputs
+        """What the robot tells people: messages of its own, or else what it calls, or else its states."""
+        state_topic = self.code.state.partition(".")[0]
+        own = tuple(m for m in self.code.outputs if m.form not in ("called", "state") and m.topic != state_topic)
+        called = tuple(message for message in self.code.outputs if message.form == "called")
+        return own or called or self.code.outputs
 
     @property
     def tells_presence(self) -> bool:
@@ -231,41 +222,3 @@ class Draft:
 def robot_name(code: CodeModel) -> str:
     """A name for the project: that of the entry's module, or of the package."""
     return name_like(code.package.rstrip("/").rpartition("/")[2].removesuffix(".py").rpartition(".")[2])
-
-
-# --- source text
-
-
-WIDTH = 88
-"""Longer imports are one name a line, as ruff has them where nothing else is configured."""
-
-
-def import_lines(draft: Draft, imports: Iterable[tuple[str, str]]) -> list[str]:
-    """Imports, sorted; those of the draft apart where the code is in another folder."""
-    by_module: dict[str, list[str]] = {}
-    for module, name in imports:
-        if name not in by_module.setdefault(module, []):
-            by_module[module].append(name)
-    lines = {module: _import(module, sorted(by_module[module])) for module in sorted(by_module)}
-    groups = [[module for module in lines if (module in ("ports", "world")) == is_own] for is_own in (False, True)]
-    if draft.code.root == str(draft.folder) or not all(groups):
-        return list(lines.values())
-    return [*(lines[module] for module in groups[0]), "", *(lines[module] for module in groups[1])]
-
-
-def _import(module: str, names: Sequence[str]) -> str:
-    line = f"    from {module} import {', '.join(names)}"
-    if len(line) <= WIDTH:
-        return line
-    return "\n".join([f"    from {module} import (", *(f"        {name}," for name in names), "    )"])
-
-
-def message_imports(messages: Iterable[Message]) -> list[tuple[str, str]]:
-    """Module and name of each class."""
-    return [(message.module, message.name) for message in messages]
-
-
-def tuple_text(names: Iterable[str]) -> str:
-    """Source text of a tuple of texts."""
-    listed = [json.dumps(name, ensure_ascii=False) for name in names]
-    return "(" + ", ".join(listed) + ("," if len(listed) == 1 else "") + ")"

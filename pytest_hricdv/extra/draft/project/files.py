@@ -8,9 +8,11 @@ from pathlib import Path
 
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv.extra.draft.code.sources import DraftError
+from pytest_hricdv.extra.draft.code_model import OWN_MODULE
 from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.messages import messages_module, own_messages
 from pytest_hricdv.extra.draft.project.model import mas2j, meta, person, robot
-from pytest_hricdv.extra.draft.project.ports import ports, world
+from pytest_hricdv.extra.draft.project.questions import questions_file
 from pytest_hricdv.extra.draft.project.requirements import requirements
 from pytest_hricdv.extra.draft.project.ros_testbench import ros_conftest
 from pytest_hricdv.extra.draft.project.testbench import conftest
@@ -49,12 +51,10 @@ _NODE_TESTS, _NODE_RUNS = 20, 30
 
 def files(draft: Draft) -> Iterator[tuple[str, str]]:
     """Name, relative to the project's folder, and content of each file."""
-    if draft.ros is not None:
-        yield "conftest.py", ros_conftest(draft, draft.ros)
-    else:
-        yield "conftest.py", conftest(draft)
-        yield "world.py", world(draft)
-        yield "ports.py", ports(draft)
+    testbench = ros_conftest(draft, draft.ros) if draft.ros is not None else conftest(draft)
+    yield "conftest.py", testbench
+    if draft.ros is None and own_messages(draft):
+        yield f"{OWN_MODULE}.py", messages_module(draft)
     yield f"models/{draft.robot}.mas2j", mas2j(draft)
     yield "models/meta.asl", meta(draft)
     yield f"models/{draft.person}.asl", person(draft)
@@ -62,6 +62,7 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
         yield "models/robot.asl", robot(draft)
     yield "requirements.toml", requirements(draft)
     yield f"test_{draft.robot}.py", _HOST.replace("{robot}", draft.robot)
+    yield "QUESTIONS.md", questions_file(draft, testbench)
     yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)
     tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
     sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
@@ -84,7 +85,7 @@ def check(draft: Draft, folder: Path) -> None:
             raise DraftError(
                 f"{folder / name} exists: nothing was written; choose another folder: init FOLDER --from ..."
             )
-    taken = {"world", "ports", "conftest"} & set(draft.code.modules)
+    taken = {OWN_MODULE, "conftest"} & set(draft.code.modules)
     if taken:
         raise DraftError(f"the code has a module {min(taken)!r}, which is the name of a file of the draft; rename it")
 
@@ -106,10 +107,6 @@ def write(draft: Draft, folder: Path) -> tuple[str, ...]:
 
 
 # --- the README
-
-
-MAX_EDITS = 10
-"""Lines to edit that are listed."""
 
 
 def readme(draft: Draft) -> str:
@@ -138,20 +135,11 @@ def readme(draft: Draft) -> str:
         f"| numbers with units | {len(code.constants)} | |",
         "",
         *_nodes(draft),
-        "## The next lines to edit",
-        "",
-        "The first ones bring most.",
-        "",
+        "What the code does not say is in QUESTIONS.md; `TODO` marks it in the files.",
     ]
-    edits = list(dict.fromkeys(_edits(draft)))[:MAX_EDITS]
-    lines += [f"{number}. {edit}" for number, edit in enumerate(edits, 1)]
     if code.problems:
         lines += ["", "## What was in the way", ""]
         lines += [f"- {f'`{p.location}`: ' if p.location is not None else ''}{p.text}" for p in code.problems]
-    questions = code.questions
-    if questions:
-        lines += ["", "## All questions", ""]
-        lines += [f"- {f'`{q.location}`: ' if q.location is not None else ''}{q.text}" for q in questions]
     return "\n".join(lines) + "\n"
 
 
@@ -167,29 +155,3 @@ def _nodes(draft: Draft) -> list[str]:
     if not nodes.nodes and not nodes.endpoints:
         return []
     return ["## Nodes of ROS 2", "", *(f"- {line}" for line in ros_lines(nodes)), ""]
-
-
-def _edits(draft: Draft) -> Iterator[str]:
-    """What to edit, the most useful first: what is asked of the robot, then who acts, then the world, then numbers."""
-    first = next((q for q in draft.code.questions if q.about in ("entry", "messages")), None)
-    if first is not None:
-        yield f"`conftest.py`, `run`: {first.text}."
-    yield "`requirements.toml`: write what is required of the robot, one `[R...]` with a title and a formula."
-    for subject in draft.dropped[:2]:
-        yield f"`requirements.toml`: *{subject}* did not hold in the first runs, and is a comment: is it to hold?"
-    if draft.sensors:
-        sensor = draft.sensors[0]
-        yield f"`world.py`, `SENSES`: what does `{sensor.name}` return, and when? (`{sensor.operation.location}`)"
-    yield f"`models/{draft.person}.asl`: what do people do with this robot, and in which order?"
-    yield "`conftest.py`, `TIMES`: how early and how late is too early and too late for your people?"
-    for port in draft.devices[:2]:
-        yield f"`ports.py`, `{port.name}`: what does it do in the world? (`{port.location}`)"
-    for port in draft.parameters[:2]:
-        yield f"`conftest.py`, `run={{...}}`: between which values is `{port.name}`? (`{port.location}`)"
-    for thing in draft.inputs:
-        for part in thing.numbers[:1]:
-            yield f"`conftest.py`, `SAYS`: how large is `{part.name}` of {thing.message.name}? (`{part.location}`)"
-    if draft.states:
-        yield "`models/robot.asl`: through which states does the robot go for which message?"
-    if draft.allowed_endings:
-        yield "`conftest.py`, `allowed_endings`: which ends of a run are right?"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import product
 
 from pytest_hricdv.extra.draft.code.naming import word
-from pytest_hricdv.extra.draft.code_model import CodeLine, Message, MessageField
+from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Message, MessageField
 
 MAX_VARIANTS = 12
 """Combinations of values of a message that are drafted: three switches, or four texts with a number that is low, usual
@@ -56,13 +57,23 @@ def is_open(part: MessageField) -> bool:
     return part.kind == "str" and bool(part.values) and not part.by_type
 
 
-def _number_ranges(part: MessageField) -> list[tuple[str, str, str, CodeLine]]:
+def _uniform(low: float, high: float, unit: str) -> str:
+    return f"Uniform({low:g}, {high:g}" + (f', "{unit}")' if unit else ")")
+
+
+def number_levels(part: MessageField) -> list[tuple[str, str, str, CodeLine]]:
     """Ranges of a number around those that the code compares it with; what is usual first."""
+    if part.observed:
+        low, high = part.observed
+        margin = (high - low) / 10
+        least = max(low - margin, 0.0) if low >= 0 else low - margin
+        return [(f"seen_{word(part.name)}", part.name, _uniform(least, high + margin, part.unit),
+                 part.location)]  # fmt: skip
     low, high = min(part.compared), max(part.compared)
     width = max(abs(low), abs(high), 3.0 if part.type == "int" else 0.0) or 1.0
     ranges = [("mid", low, high)] if low < high else []
     ranges += [("high", high + width / 4, high + width), ("low", low - width, low - width / 4)]
-    return [(f"{level}_{word(part.name)}", part.name, f'Uniform({a:g}, {b:g}, "{part.unit}")', part.location)
+    return [(f"{level}_{word(part.name)}", part.name, _uniform(a, b, part.unit), part.location)
             for level, a, b in ranges]  # fmt: skip
 
 
@@ -70,12 +81,14 @@ _Choice = tuple[str, str, str, CodeLine]
 """Word, field, source text of a value or range, and its location."""
 
 
-def variants_of(message: Message, has_others: bool) -> Input:
+def variants_of(message: Message, has_others: bool, left_out: Collection[str] = ()) -> Input:
+    """What a person can say by a message, without the commands that are left out."""
     choices: list[list[_Choice]] = []
     numbers = []
     for part in message.fields:
         if part.kind == "str":
-            texts = [(word(v.text), part.name, _source(part, v.text), v.location) for v in part.values]
+            source = _source if message.module != OWN_MODULE else _text
+            texts = [(word(v.text), part.name, source(part, v.text), v.location) for v in part.values]
             if has_others and is_open(part):
                 texts.append(("other", part.name, f'"{OTHER}"', part.values[0].location))
             choices.append(texts or [("", part.name, '"text"', part.location)])
@@ -84,11 +97,12 @@ def variants_of(message: Message, has_others: bool) -> Input:
             choices.append([yes, ("no_" + word(part.name), part.name, "False", part.location)])
         elif part.kind == "float":
             numbers.append(part)
-            choices += [_number_ranges(part)] if part.compared else []
+            choices += [number_levels(part)] if part.compared else []
     floats = {part.name for part in numbers}
     variants: list[Variant] = []
     for combination in _combine(choices):
-        name = "_".join(choice[0] for choice in combination if choice[0])
+        is_choice = [len(options) > 1 or len(choices) == 1 for options in choices]
+        name = "_".join(choice[0] for choice, named in zip(combination, is_choice, strict=True) if choice[0] and named)
         values = tuple((choice[1], choice[2]) for choice in combination if choice[1] not in floats)
         ranges = tuple((choice[1], choice[2]) for choice in combination if choice[1] in floats)
         location = combination[0][3] if combination else message.location
@@ -97,7 +111,9 @@ def variants_of(message: Message, has_others: bool) -> Input:
             is_known = all(source != f'"{OTHER}"' for _, source in values)
             is_usual = is_known and all(part in usual for part in combination if part[1] in floats)
             variants.append(Variant(name, values, location, ranges, is_usual))
-    return Input(message, word(message.topic), tuple(variants), tuple(numbers))
+    made = Input(message, word(message.topic), tuple(variants), tuple(numbers))
+    kept = tuple(variant for command, variant in made.commands if command not in left_out)
+    return Input(message, made.name, kept, made.numbers)
 
 
 def _combine(choices: list[list[_Choice]]) -> list[tuple[_Choice, ...]]:
@@ -112,8 +128,12 @@ def _combine(choices: list[list[_Choice]]) -> list[tuple[_Choice, ...]]:
     return rows[: max(MAX_VARIANTS, *(len(choice) for choice in choices))]
 
 
+def _text(_: MessageField, text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
 def _source(part: MessageField, text: str) -> str:
     """How a value is written: as a text, or as the member of an enumeration."""
     if part.by_type and part.type.isidentifier() and not part.type.startswith("Literal") and part.imports:
-        return f"_member({part.type}, {text!r})"
+        return f"member({part.type}, {json.dumps(text, ensure_ascii=False)})"
     return json.dumps(text, ensure_ascii=False)

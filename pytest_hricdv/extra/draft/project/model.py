@@ -57,7 +57,7 @@ def belief_groups(draft: Draft) -> dict[str, tuple[str, ...]]:
         if len(thing.variants) > 1:
             beliefs[f"which {thing.name}"] = tuple(_which(thing, variant.name) for variant in thing.variants)
     for sensor in draft.sensors:
-        beliefs[sensor.name] = tuple(f"{word(sensor.name)}_{level}" for level in levels(sensor))
+        beliefs[sensor.name] = tuple(f"{word(sensor.name)}_{level}" for level in words(sensor))
     if in_order(draft):
         beliefs["order"] = ORDERS
     if leaves(draft):
@@ -96,9 +96,9 @@ def _which(thing: Input, variant: str) -> str:
     return f"{thing.name}_is_{variant}"
 
 
-def levels(sensor: Sensor) -> tuple[str, str]:
+def words(sensor: Sensor) -> tuple[str, ...]:
     """The words for what a sensor can return."""
-    return ("yes", "no") if sensor.kind == "bool" else ("low", "high")
+    return tuple(level for level, _ in sensor.levels)
 
 
 def person(draft: Draft) -> str:
@@ -134,7 +134,7 @@ def person(draft: Draft) -> str:
         name = word(sensor.name)
         lines.append(f"// {sensor.operation.location}")
         lines += [
-            f"@{name}_is_{level} +!see_{name} : {name}_{level} <- set_{name}({level})." for level in levels(sensor)
+            f"@{name}_is_{level} +!see_{name} : {name}_{level} <- set_{name}({level})." for level in words(sensor)
         ]
         lines += [f"@{name}_stays +!see_{name}.", ""]
     for thing in draft.inputs:
@@ -178,12 +178,12 @@ def robot(draft: Draft) -> str:
     machine = draft.code.machine
     if machine is not None:
         lines.append("// TODO: through which states does it go for which message? This draft goes through all of them.")
-    tour = "; ".join(f"!{_state_goal(state)}" for state in draft.states) or "answer"
+    tour = "; ".join(dict.fromkeys(f"!{_state_goal(state)}" for state in draft.states)) or "answer"
     lines += [f"@hears_{thing.name} +!heard_{thing.name} <- {tour}." for thing in draft.inputs]
     if machine is not None:
         lines.append("")
-    for state in machine.states if machine is not None else ():
-        goal = _state_goal(state.name)
+    goals = {_state_goal(state.name): state for state in machine.states} if machine is not None else {}
+    for goal, state in goals.items():
         lines.append(f"@{goal} +!{goal} <- enter({word(state.name)}).  // {state.location}")
     return "\n".join(lines) + "\n"
 

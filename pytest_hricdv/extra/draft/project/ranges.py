@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pytest_hricdv.extra.draft.code_model import MessageField
 from pytest_hricdv.extra.draft.observed import ObservedTopic, Spread, key_of
 from pytest_hricdv.extra.draft.project.draft import Draft
-from pytest_hricdv.extra.draft.project.inputs import Input
+from pytest_hricdv.extra.draft.project.inputs import Input, number_levels
 
 EARLY_S = 0.05
 """Who acts sooner is too early, where people of the recording were not as fast (as `TIMES` has it)."""
@@ -16,19 +16,25 @@ EARLY_S = 0.05
 
 def command_lines(draft: Draft, thing: Input) -> Iterator[str]:
     """The lines of `SAYS` for a thing: each command with the numbers in it."""
-    topic = topic_of(draft, thing)
     for command, kind in thing.commands:
-        if topic is None or not any(part.name in topic.numbers for part in thing.numbers):
-            numbers = ", ".join(f'"{p.name}": ' + dict(kind.ranges).get(p.name, _unknown(p)) for p in thing.numbers)
-            is_open = any(p.name not in dict(kind.ranges) for p in thing.numbers)
-            mark = "TODO: between which numbers?" if is_open else str(kind.location)
+        ranges = dict(kind.ranges)
+        chosen = [(part.name, *number_range(draft, thing, part, ranges.get(part.name))) for part in thing.numbers]
+        if all(not note or note.startswith("TODO: between") for _, _, note in chosen):
+            numbers = ", ".join(f'"{name}": {text}' for name, text, _ in chosen)
+            mark = next((note for _, _, note in chosen if note), str(kind.location))
             yield f'    "{command}": {{{numbers}}},  # {mark}'
             continue
         yield f'    "{command}": {{  # {kind.location}'
-        for part in thing.numbers:
-            chosen, mark = _range(part, topic.numbers.get(part.name), dict(kind.ranges).get(part.name))
-            yield f'        "{part.name}": {chosen},  # {mark}'
+        yield from (f'        "{name}": {text},  # {note}' for name, text, note in chosen)
         yield "    },"
+
+
+def number_range(draft: Draft, thing: Input, part: MessageField, of_code: str | None) -> tuple[str, str]:
+    """The range of a number of a message, and a note: where it comes from, or what is not known; empty without one."""
+    topic = topic_of(draft, thing)
+    if topic is None or not any(each.name in topic.numbers for each in thing.numbers):
+        return (of_code, "") if of_code is not None else (_unknown(part), "TODO: between which numbers?")
+    return _range(part, topic.numbers.get(part.name), of_code)
 
 
 def _range(part: MessageField, seen: Spread | None, of_code: str | None) -> tuple[str, str]:
@@ -45,7 +51,10 @@ def _range(part: MessageField, seen: Spread | None, of_code: str | None) -> tupl
 
 def _unknown(part: MessageField) -> str:
     """The range of a number of which nothing is known; whole ones are often counts, and 0 and 1 say little."""
-    return f'Uniform({"0, 10" if part.type == "int" else "0.0, 1.0"}, "{part.unit}")'
+    if part.observed:
+        return number_levels(part)[0][2]
+    ends = "0, 10" if part.type == "int" else "0.0, 1.0"
+    return f"Uniform({ends}" + (f', "{part.unit}")' if part.unit else ")")
 
 
 def _unit_of_count(part: MessageField) -> str:

@@ -9,10 +9,24 @@ from collections.abc import Sequence
 
 from pytest_hricdv.declarations.ros2 import IGNORED
 from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
-from pytest_hricdv.extra.draft.project.draft import Draft, tuple_text
+from pytest_hricdv.extra.draft.project.declarations import (
+    MAX_PATIENCE_S,
+    PATIENCE,
+    command_table_lines,
+    model_lines,
+    time_lines,
+    times_lines,
+    tuple_text,
+)
+from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.inputs import Input
-from pytest_hricdv.extra.draft.project.ranges import lateness
-from pytest_hricdv.extra.draft.project.testbench import command_table_lines, constants, model_lines, time_lines
+from pytest_hricdv.extra.draft.project.ranges import (
+    answer_s,
+    command_lines,
+    lateness,
+    reaction_lines,
+    times_of_lines,
+)
 from pytest_hricdv.extra.draft.ros_model import Endpoint, LaunchedNodes, RosStart
 
 _MAPS = {
@@ -88,7 +102,7 @@ _STAYS = """            if what == "stay":  # after_s has passed
 def ros_conftest(draft: Draft, start: RosStart) -> str:
     """The module `conftest`."""
     body = "\n".join(
-        [*constants(draft), "", *_declarations(draft, start), *_testbench(draft, start), *_message_function(draft)]
+        [*_constants(draft), "", *_declarations(draft, start), *_testbench(draft, start), *_message_function(draft)]
     )
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
     names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Field", "Launch", "Model", "Outcome",
@@ -112,6 +126,28 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
         "",
     ]
     return "\n".join(head) + body
+
+
+def _constants(draft: Draft) -> list[str]:
+    """Times, and what a person can say."""
+    late_s, location = draft.late_s
+    reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
+    waits_s, why = answer_s(draft, max(draft.patience_s, min(late_s, MAX_PATIENCE_S) * PATIENCE))
+    lines = [
+        "HERE = Path(__file__).parent",
+        "",
+        "LIMIT_S = 900.0  # no run needs as long; TODO",
+        *reaction_lines(draft),
+        f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
+        "LOOKS_EACH_S = 0.25  # how often a person looks whether there is one",
+        *times_lines(late_s, reason),
+    ]
+    if draft.inputs:
+        lines += ["", "# What a person can say to the robot, with the numbers in it.",
+                  "SAYS: dict[str, dict[str, Uniform]] = {"]  # fmt: skip
+        lines += [line for thing in draft.inputs for line in command_lines(draft, thing)]
+        lines += ["}", *times_of_lines(draft)]
+    return lines
 
 
 def _declarations(draft: Draft, start: RosStart) -> list[str]:
@@ -171,7 +207,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         '    """What the plugin asks for."""',
         *model_lines(draft),
     ]  # fmt: skip
-    lines += command_table_lines(draft)
+    lines += command_table_lines(draft, "SAYS", "numbers", "numbers")
     lines += ["            },", "        ),",
               '        requirements=HERE / "requirements.toml",', "        messages=(),"]  # fmt: skip
     signals = ['"person_is_there": bool'] if draft.tells_presence else []

@@ -1,0 +1,157 @@
+"""What a recording of the border adds to the model of the code: its entry, values, answers of devices, and states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from pytest_hricdv.extra.draft.code.sources import Sources
+from pytest_hricdv.extra.draft.code_model import (
+    CodeModel,
+    Entry,
+    FieldValue,
+    Message,
+    MessageField,
+    Operation,
+    Port,
+    State,
+    StateMachine,
+)
+from pytest_hricdv.extra.draft.observe.observations import Observations, Site
+from pytest_hricdv.extra.draft.observe.shape import MASK, Shape
+
+MIN_REPEATS = 10
+"""Calls of a method, all alike, that make it a control loop."""
+
+
+def best_entry(seen: Observations, sources: Sources) -> str:
+    """The class of the code that was made from outside, and has most to do with it; empty where none was."""
+    own = {scope.module.name + ":" + scope.node.name: scope.node.name for scope in sources.classes}
+    scores: dict[str, int] = {}
+    for key in seen.made:
+        if key in own:
+            name = own[key]
+            ports = sum(site.count for call, site in seen.calls.items() if call.startswith(f"{name}."))
+            calls = sum(site.count for method, site in seen.methods.items() if method.startswith(f"{key}."))
+            scores[name] = ports + calls
+    best = max(scores, key=lambda name: scores[name], default="")
+    return best if scores.get(best) else ""
+
+
+def _methods(seen: Observations, entry: Entry) -> dict[str, Site]:
+    head = f"{entry.module}:{entry.name}."
+    return {key.removeprefix(head): site for key, site in seen.methods.items() if key.startswith(head)}
+
+
+def called_methods(seen: Observations, entry: Entry) -> frozenset[str]:
+    """Methods of the entry that were called from outside, and are no callbacks."""
+    callbacks = {name for site in seen.calls.values() for shape in site.arguments.values()
+                 if shape.kinds.get("callable") for name in shape.classes}  # fmt: skip
+    return frozenset(name for name in _methods(seen, entry)
+                     if f"{entry.module}:{entry.name}.{name}" not in callbacks)  # fmt: skip
+
+
+def period_of(seen: Observations, entry: Entry, method: str) -> tuple[int, float]:
+    """How often a method was called as a control loop is, and its argument, if this is one number: the period (s)."""
+    site = _methods(seen, entry).get(method)
+    if site is None or site.count < MIN_REPEATS:
+        return 0, 0.0
+    shapes = list(site.arguments.values())
+    if not all(shape.low is not None and set(shape.kinds) <= {"int", "float"} for shape in shapes) or len(shapes) > 1:
+        return 0, 0.0
+    return site.count, (shapes[0].high or 0.0) if shapes else 0.0
+
+
+def with_observations(model: CodeModel, seen: Observations) -> CodeModel:
+    """The model with observed values."""
+    entry = model.entry
+    if entry is None:
+        return model
+    messages = tuple(_with_values(message, seen, entry) for message in model.messages)
+    entry = replace(entry, ports=_with_results(entry.ports, seen, entry.name),
+                    method_ports=_with_results(entry.method_ports, seen, entry.name))  # fmt: skip
+    model = replace(model, entry=entry, messages=messages, inner=_with_results(model.inner, seen, entry.name))
+    return replace(model, machines=tuple(_with_states(machine, model, seen) for machine in model.machines))
+
+
+def _with_values(message: Message, seen: Observations, entry: Entry) -> Message:
+    """A message with the observed values of its fields: of arguments, and of what queues returned."""
+    shapes: dict[str, Shape] = {}
+    if message.form == "call":
+        function = message.delivery.partition("'")[2].partition("'")[0]
+        sites = [site for name, site in _methods(seen, entry).items() if name == function]
+        sites += [site for name, site in _methods(seen, entry).items() if not sites and name.strip("_") in function]
+        for site in sites:
+            for name, shape in site.arguments.items():
+                _collect(shapes, {name: shape, **shape.fields})
+    for site in (*seen.calls.values(), *seen.methods.values()):
+        for shape in (site.result, *site.arguments.values()):
+            if f"{message.module}:{message.name}" in shape.classes or (
+                message.form == "item" and {*shape.fields} >= {part.name for part in message.fields}
+            ):
+                _collect(shapes, shape.fields)
+    return replace(message, fields=tuple(_field(part, shapes.get(part.name)) for part in message.fields))
+
+
+def _collect(shapes: dict[str, Shape], more: Mapping[str, Shape]) -> None:
+    for name, shape in more.items():
+        shapes.setdefault(name, Shape()).merge(shape)
+
+
+def _field(part: MessageField, shape: Shape | None) -> MessageField:
+    """A field with what was observed of it."""
+    if shape is None:
+        return part
+    kind = part.kind or _kind(shape)
+    if kind == "float" and shape.low is not None and shape.high is not None and not part.compared:
+        return replace(part, kind=kind, observed=(shape.low, shape.high))
+    if kind == "str" and not part.by_type and not shape.is_open:
+        there = {value.text for value in part.values}
+        more = tuple(FieldValue(text, part.location, is_observed=True)
+                     for text in shape.texts if text not in there and text and text != MASK)  # fmt: skip
+        return replace(part, kind=kind, values=(*part.values, *more))
+    return replace(part, kind=kind)
+
+
+def _kind(shape: Shape) -> str:
+    kinds = set(shape.kinds) - {"none"}
+    if kinds == {"bool"}:
+        return "bool"
+    if kinds and kinds <= {"int", "float"}:
+        return "float"
+    return "str" if kinds and kinds <= {"text", "enum"} else ""
+
+
+def _with_results(ports: tuple[Port, ...], seen: Observations, owner: str) -> tuple[Port, ...]:
+    """The ports, with what the calls of devices returned."""
+    return tuple(replace(port, operations=tuple(_operation(port, each, seen, owner) for each in port.operations))
+                 if port.role == "device" else port for port in ports)  # fmt: skip
+
+
+def _operation(port: Port, operation: Operation, seen: Observations, owner: str) -> Operation:
+    names = (f"{owner}.{port.name}.{operation.name}", f"{owner}.__init__.{port.name}.{operation.name}",
+             f"{port.name}.{operation.name}")  # fmt: skip
+    site = next((seen.calls[name] for name in names if name in seen.calls), None)
+    kind = _kind(site.result) if site is not None else ""
+    if (
+        site is None
+        or not kind
+        or operation.is_set
+        or (kind == "str" and (site.result.is_open or not site.result.texts))
+    ):
+        return operation
+    before = operation.result or MessageField("value", "", kind, operation.location)
+    part = _field(replace(before, kind=before.kind or kind), site.result)
+    return replace(operation, result=part if part.kind != "str" or part.values else None)
+
+
+def _with_states(machine: StateMachine, model: CodeModel, seen: Observations) -> StateMachine:
+    """A machine with the states that its attribute was seen in."""
+    path = next((message.channel for message in model.messages if message.form == "state"), "")
+    entry = model.entry
+    if entry is None or not path or not machine.field:
+        return machine
+    pairs = seen.states.get(f"{entry.module}:{entry.name}.{path}", {})
+    there = {state.name for state in machine.states}
+    texts = dict.fromkeys(text for pair in pairs for text in pair.split(" -> ") if text and text not in there)
+    return replace(machine, states=(*machine.states, *(State(text, machine.location) for text in texts)))

@@ -1,0 +1,99 @@
+"""What the testbenches of all drafts declare alike: times, the model with its beliefs, and commands."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.model import (
+    START_BELIEFS,
+    STAY_S,
+    UNTIL_QUIET,
+    belief_groups,
+    leaves,
+    neutral_beliefs,
+)
+from pytest_hricdv.extra.draft.project.ranges import times_of_lines
+
+MAX_PATIENCE_S, PATIENCE = 60.0, 1.1
+"""A person waits a little longer for an answer than the robot waits for anything, up to a limit: a run is to end."""
+
+
+def tuple_text(names: Iterable[str]) -> str:
+    """Source text of a tuple of texts."""
+    listed = [json.dumps(name, ensure_ascii=False) for name in names]
+    return "(" + ", ".join(listed) + ("," if len(listed) == 1 else "") + ")"
+
+
+def times_lines(late_s: float, reason: str) -> list[str]:
+    """The table of how a person does something."""
+    return [
+        "",
+        "# When a person does something, and how often. TODO: what is right for your people?",
+        "TIMES = {",
+        '    "in_time": {"after_s": Uniform(0.5, 2.0, "s")},',
+        '    "too_early": {"after_s": Uniform(0.0, 0.05, "s")},',
+        f'    "too_late": {{"after_s": Uniform({late_s * 1.1:g}, {late_s * 1.5:g}, "s")}},  # {reason}',
+        '    "twice": {"after_s": Uniform(0.5, 2.0, "s"), "again_s": Uniform(0.1, 1.0, "s")},',
+        "}",
+    ]
+
+
+def model_lines(draft: Draft) -> list[str]:
+    """The lines of a testbench down to its commands: name, model, beliefs."""
+    covered = f'"{draft.person}", "robot"' if draft.inputs else f'"{draft.person}",'
+    return [
+        "    return Testbench(",
+        f'        name="{draft.robot}",',
+        "        model=Model(",
+        f'            HERE / "models" / "{draft.robot}.mas2j",',
+        f'            actor="{draft.person}",',
+        f"            covered=({covered}),",
+        "        ),",
+        "        beliefs=BeliefSpace(",
+        f"            start={tuple_text(START_BELIEFS)},",
+        "            groups={",
+        *(f"                {json.dumps(name)}: {tuple_text(beliefs)},"
+          for name, beliefs in belief_groups(draft).items()),
+        "            },",
+        *([f"            default_beliefs={tuple_text(neutral_beliefs(draft))},"] if neutral_beliefs(draft) else []),
+        "        ),",
+        "        concretization=Concretization(",
+        "            commands={",
+    ]  # fmt: skip
+
+
+def command_table_lines(draft: Draft, table: str, numbers: str, each: str) -> list[str]:
+    """The commands of what a person says, and of waiting.
+
+    Args:
+        draft: the draft.
+        table: name of the table of what is said.
+        numbers: expression of the numbers of one entry of it.
+        each: name of the entry in this expression.
+    """
+    waits = ['                "wait_answer": {},']
+    if draft.is_alone:
+        return [f'                "stay {how}": {{"after_s": Uniform({low}, {high}, "s")}},  # TODO: how long?'
+                for how, (low, high) in STAY_S.items()]  # fmt: skip
+    if not draft.inputs:
+        return waits
+    waits += [f'                "{UNTIL_QUIET}": {{}},'] if leaves(draft) else []
+    others = "**TIMES_OF.get(what, {}).get(how, {}), " if times_of_lines(draft) else ""
+    return [
+        "                **{",
+        f'                    f"{{what}} {{how}}": {{**times, {others}**{numbers}}}',
+        f"                    for what, {each} in {table}.items()",
+        "                    for how, times in TIMES.items()",
+        "                },",
+        *waits,
+    ]
+
+
+def time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
+    """Which blocking APIs the code uses, and how runs may end without that the person leaves or the robot returns."""
+    lines = [f"            apis={tuple_text(apis)},  # the code imports them"] if apis else []
+    endings = draft.allowed_endings
+    lines += [f"            allowed_endings={tuple_text(endings)},  # TODO: which ends are right?"] if endings else []
+    return ["        time=VirtualTime(", *lines, "        ),"] if lines else []

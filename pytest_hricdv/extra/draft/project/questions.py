@@ -1,0 +1,92 @@
+"""`QUESTIONS.md`: what the code does not say, at most ten questions, the first ones with most coverage behind them."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from pytest_hricdv.extra.draft.code_model import CodeLine, Question
+from pytest_hricdv.extra.draft.project.draft import Draft
+
+MAX_QUESTIONS = 10
+
+HEAD = """\
+# Questions
+
+What the code of {robot} does not say. Each question has the line of the code that asks it, and the line of the draft
+to edit. The first ones have most unexecuted lines of code behind them. Delete what is answered.
+"""
+
+WHOLE = ("entry", "messages", "run", "inner")
+"""Subjects on which all of the code hangs."""
+
+
+def questions_file(draft: Draft, conftest: str) -> str:
+    """The content of `QUESTIONS.md`.
+
+    Args:
+        draft: the draft.
+        conftest: the text of its testbench, in which the lines to edit are looked up.
+    """
+    ranked = sorted(_questions(draft), key=lambda question: -_weight(draft, question))
+    lines = [HEAD.format(robot=draft.robot)]
+    for number, question in enumerate(ranked[:MAX_QUESTIONS], 1):
+        weight = _weight(draft, question)
+        behind = f" ({weight} lines of code were not executed there)" if weight else ""
+        code = f"\n   - code: `{question.location}`{behind}" if question.location is not None else behind
+        lines.append(f"{number}. {question.text}{code}\n   - edit: {_edit(question, conftest)}")
+    if len(ranked) > MAX_QUESTIONS:
+        lines.append(f"\n{len(ranked) - MAX_QUESTIONS} more are less urgent: `TODO` in the files marks them.")
+    return "\n".join(lines) + "\n"
+
+
+def _questions(draft: Draft) -> Iterator[Question]:
+    yield from draft.code.questions
+    for subject in draft.dropped:
+        text = f"Is *{subject}* required? It did not hold in the first runs, or nothing checked it"
+        yield Question(text, "requirements", None)
+    for port in draft.devices:
+        yield Question(f"What does `{port.name}` do in the world?", port.name, port.location)
+
+
+def _weight(draft: Draft, question: Question) -> int:
+    """Lines that no first run executed, in the function or class that a question is about."""
+    if question.about in WHOLE:
+        return sum(map(len, draft.missing.values()))
+    location = question.location
+    if location is None:
+        return 0
+    missing = next((lines for file, lines in draft.missing.items() if file.endswith(location.file)), ())
+    first, last = _extent(Path(draft.code.root) / location.file, location.line)
+    return sum(first <= line <= last for line in missing)
+
+
+@cache
+def _extent(file: Path, line: int) -> tuple[int, int]:
+    """First and last line of the innermost function or class around a line."""
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (OSError, SyntaxError, ValueError, RecursionError):
+        return line, line
+    around = [(node.lineno, node.end_lineno or node.lineno) for node in ast.walk(tree)
+              if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
+              and node.lineno <= line <= (node.end_lineno or node.lineno)]  # fmt: skip
+    return min(around, key=lambda extent: extent[1] - extent[0], default=(line, line))
+
+
+def _edit(question: Question, conftest: str) -> str:
+    """The line of the draft that answers a question."""
+    if question.about == "requirements":
+        return "`requirements.toml`"
+    marks = [_mark(question.location), f'"{question.about}"', question.about.rpartition(".")[2]]
+    for mark in filter(None, marks):
+        for number, line in enumerate(conftest.splitlines(), 1):
+            if mark in line:
+                return f"`conftest.py:{number}`"
+    return "`conftest.py`, the driver" if question.about in WHOLE else "`conftest.py`"
+
+
+def _mark(location: CodeLine | None) -> str:
+    return f"# {location}" if location is not None else ""

@@ -1,0 +1,169 @@
+"""The border of the code in one run: what goes in and out, through the stand-ins."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations, write_atomically
+from pytest_hricdv.extra.draft.observe.tracer import texts_of
+from pytest_hricdv.run import Run
+from pytest_hricdv.runtime import text_of
+
+OBSERVE = "HRICDV_OBSERVE"
+"""The environment variable with the file to which first runs add what they observe."""
+
+REPEATS_S = 1.0
+"""A call that comes again within this time is told once, as in a loop that sets a motor each 0.1 s."""
+
+
+@dataclass
+class RunBorder:
+    """What the stand-ins of one run share.
+
+    Args:
+        run: of the test.
+        kinds: classes that the bus of the run carries.
+        called: port -> class of the message that says what the code has called there.
+        senses: what devices return next, by "port.name".
+        takes_s: simulated time that each call of a device takes; a loop that only asks devices would not end.
+        is_async: whether the code is a coroutine.
+    """
+
+    run: Run
+    kinds: frozenset[type[Any]]
+    called: Mapping[str, type[Any]]
+    senses: dict[str, Any]
+    takes_s: float = 0.0
+    is_async: bool = False
+    callbacks: dict[str, list[Callable[..., Any]]] = field(default_factory=lambda: defaultdict(list))
+    """Functions that the code has handed to a port, by "port.method" or "port.method text"."""
+    instance: Any = None
+    """The object of the code, once it is made."""
+    on_crossing: Callable[[], None] = lambda: None
+    """Called when the code calls something outside, or has been called."""
+    _last_calls: dict[str, tuple[Any, float]] = field(default_factory=dict)
+    _seen: Observations | None = field(default_factory=lambda: Observations() if OBSERVE in os.environ else None)
+    _states: dict[str, str] = field(default_factory=dict)
+
+    def record(self, name: str, value: bool | float | str) -> None:
+        """Record a signal."""
+        self.run.recorder.signal(self.run.kernel.now_s, name, value)
+
+    def sense(self, name: str, value: bool | float | str) -> None:
+        """Let a device return a value from now on."""
+        self.senses[name] = value
+        self.record(signal_name(name), value)
+
+    def outgoing(self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+        """Note that the code has called something outside; functions among the arguments are its callbacks."""
+        if self.takes_s and not self.is_async:
+            self.run.kernel.sleep(self.takes_s)
+        self.on_crossing()
+        every = (*arguments, *named.values())
+        for value in every:
+            if callable(value) and not isinstance(value, type):
+                self.register(f"{port}.{name}", value, first_text(each for each in every if each is not value))
+        if self._seen is not None:
+            site = self._seen.site(self._seen.calls, f"{port}.{name}")
+            if site is not None:
+                site.add(self.run.kernel.now_s, {**{str(n): a for n, a in enumerate(arguments)}, **named})
+
+    def answer(self, port: str, name: str, value: Any) -> None:
+        """Note what the code got."""
+        if self._seen is not None and (site := self._seen.calls.get(f"{port}.{name}")) is not None:
+            site.result.add(value)
+
+    def register(self, name: str, function: Callable[..., Any], text: str = "") -> None:
+        """Keep a function that the code wants to be called."""
+        self.callbacks[name].append(function)
+        if text:
+            self.callbacks[f"{name} {text}"].append(function)
+
+    def tell_call(self, port: str, name: str, arguments: Iterable[Any]) -> None:
+        """Tell others that the code has called a port: by a message, and by a signal."""
+        kind = self.called.get(port)
+        if kind is None:
+            return
+        message = kind(what=name, text=first_text(arguments))
+        before, now_s = self._last_calls.get(port), self.run.kernel.now_s
+        self._last_calls[port] = (message, now_s)
+        if before is None or before[0] != message or not 0.0 < now_s - before[1] <= REPEATS_S:
+            self.run.bus.publish(port, message)
+
+    def say(self, port: str, name: str, contents: tuple[Any, ...]) -> None:
+        """Publish what the code hands over: the message among it, or that it has called the port."""
+        for message in contents:
+            if type(message) in self.kinds:
+                self.run.bus.publish("robot", message)
+                return
+        self.tell_call(port, name, contents)
+
+    def note_states(self) -> None:
+        """Observe which texts the attributes of the object have."""
+        if self._seen is None or self.instance is None:
+            return
+        kind = type(self.instance)
+        for name, text in texts_of(self.instance).items():
+            if self._states.get(name) != text:
+                self._seen.add_state(f"{kind.__module__}:{kind.__qualname__}.{name}", self._states.get(name), text)
+                self._states[name] = text
+
+    def close(self) -> None:
+        """Add what was observed to the file of first runs."""
+        if self._seen is None:
+            return
+        for name in self.callbacks:
+            self._seen.site(self._seen.methods, f"callback {name}")
+        path = Path(os.environ[OBSERVE])
+        if path.exists():
+            self._seen.merge(read_observations(path))
+        write_atomically(path, self._seen.to_json())
+
+
+def signal_name(name: str) -> str:
+    """The signal of what a device returns.
+
+    >>> signal_name("door.is_open")
+    'door_is_open'
+    """
+    return name.replace(".", "_")
+
+
+def first_text(values: Iterable[Any]) -> str:
+    """The first text among values, also in a dict or in JSON; empty where there is none.
+
+    >>> first_text([1.0, {"n": 1, "type": "order"}])
+    'order'
+    """
+    for value in values:
+        if isinstance(value, Enum):
+            return text_of(value)
+        if isinstance(value, bytes | bytearray):
+            value = bytes(value).decode("utf-8", "replace")
+        if isinstance(value, str):
+            content = _json(value)
+            if content is None:
+                return value
+            value = content
+        if isinstance(value, Mapping):
+            inner = first_text(value.values())
+            if inner:
+                return inner
+    return ""
+
+
+def _json(text: str) -> dict[str, Any] | None:
+    if not text.startswith("{"):
+        return None
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return content if isinstance(content, dict) else None

@@ -1,0 +1,281 @@
+"""Stand-ins of queues and buses, on the bus of the test."""
+
+from __future__ import annotations
+
+import asyncio
+import queue
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
+
+REST_OF_RUN_S = 10_000.0
+"""Longer than any run."""
+
+LOOKS_EACH_S = 0.02
+"""Period at which a queue with several topics is looked into."""
+
+Convert = Callable[[Any], Any]
+"""From a message of the test to what the code gets."""
+
+
+def _same(message: Any) -> Any:
+    return message
+
+
+class Inbox:
+    """A queue that the code takes from: what a person says goes into it."""
+
+    def __init__(self, border: RunBorder, kinds: Mapping[type[Any], Convert]) -> None:
+        self._border = border
+        self._kernel = border.run.kernel
+        self._heard = [(border.run.bus.port("robot").subscribe(kind), convert) for kind, convert in kinds.items()]
+        self._next: list[Any] = []
+
+    def _look(self) -> bool:
+        for heard, convert in self._heard:
+            message = None if self._next else heard.poll()
+            if message is not None:
+                self._next.append(convert(message))
+        return bool(self._next)
+
+    def get(self, block: bool = True, timeout: float | None = None) -> Any:
+        """The oldest message; raises queue.Empty like a queue."""
+        self._border.on_crossing()
+        ends_s = self._kernel.now_s + (REST_OF_RUN_S if timeout is None else timeout) if block else self._kernel.now_s
+        while not self._look():
+            left_s = ends_s - self._kernel.now_s
+            if left_s <= 0.0:
+                raise queue.Empty
+            if len(self._heard) == 1:
+                heard, convert = self._heard[0]
+                message = heard.wait(left_s)
+                if message is not None:
+                    return convert(message)
+            else:
+                self._kernel.sleep(min(LOOKS_EACH_S, left_s) if self._heard else left_s)
+        return self._next.pop(0)
+
+    def get_nowait(self) -> Any:
+        """The same without waiting."""
+        return self.get(block=False)
+
+    def wait(self, timeout: float | None = None) -> Any:
+        """The oldest message; None where there is none in this time."""
+        try:
+            return self.get(timeout=timeout)
+        except queue.Empty:
+            return None
+
+    def poll(self) -> Any:
+        """The oldest message; None where there is none."""
+        return self._next.pop(0) if self._look() else None
+
+    def empty(self) -> bool:
+        """Whether there is none."""
+        return not self._look()
+
+    def qsize(self) -> int:
+        """One where there is any."""
+        return int(self._look())
+
+    def full(self) -> bool:
+        """It takes all."""
+        return False
+
+    def put(self, *_: Any, **__: Any) -> None:
+        """What the code itself puts here is not delivered: a person would not know of it."""
+
+    put_nowait = put
+
+    def task_done(self) -> None:
+        """Nobody waits for it."""
+
+    def join(self) -> None:
+        """Nobody waits for it."""
+
+
+class AsyncInbox:
+    """The same for coroutines."""
+
+    def __init__(self, border: RunBorder, kinds: Mapping[type[Any], Convert]) -> None:
+        self._queue: asyncio.Queue[Any] = asyncio.Queue()
+        self._loop = asyncio.get_running_loop()
+        self._border = border
+        for kind, convert in kinds.items():
+            heard = border.run.bus.port("robot").subscribe(kind)
+            border.run.kernel.spawn(f"robot hears {kind.__name__}", partial(self._hear, heard, convert))
+
+    def _hear(self, heard: Any, convert: Convert) -> None:
+        while not self._loop.is_closed():
+            message = heard.wait(REST_OF_RUN_S)
+            if message is not None and not self._loop.is_closed():
+                self._loop.call_soon_threadsafe(self._queue.put_nowait, convert(message))
+
+    async def get(self) -> Any:
+        """The oldest message; waits for one where there is none."""
+        self._border.on_crossing()
+        return await self._queue.get()
+
+    def get_nowait(self) -> Any:
+        """The same without waiting; raises asyncio.QueueEmpty."""
+        return self._queue.get_nowait()
+
+    def poll(self) -> Any:
+        """The oldest message; None where there is none."""
+        return None if self._queue.empty() else self._queue.get_nowait()
+
+    def empty(self) -> bool:
+        """Whether there is none."""
+        return self._queue.empty()
+
+    def qsize(self) -> int:
+        """How many there are."""
+        return self._queue.qsize()
+
+    def full(self) -> bool:
+        """It takes all."""
+        return False
+
+    async def put(self, *_: Any) -> None:
+        """What the code itself puts here is not delivered."""
+
+    def put_nowait(self, *_: Any) -> None:
+        """The same."""
+
+    def task_done(self) -> None:
+        """Nobody waits for it."""
+
+    async def join(self) -> None:
+        """Nobody waits for it."""
+
+    def __aiter__(self) -> AsyncInbox:
+        return self
+
+    async def __anext__(self) -> Any:
+        return await self.get()
+
+
+class Outbox:
+    """A queue, or a function, that the code hands messages to: the robot says them."""
+
+    def __init__(self, border: RunBorder, name: str) -> None:
+        self._border, self._name = border, name
+
+    def __call__(self, *contents: Any, **_: Any) -> None:
+        """Say the message among the arguments."""
+        self._border.outgoing(self._name, "put", contents, {})
+        self._border.say(self._name, "put", contents)
+
+    put_nowait = put = __call__
+
+    def empty(self) -> bool:
+        """All that is said is taken at once."""
+        return True
+
+    def qsize(self) -> int:
+        """Nothing waits in it."""
+        return 0
+
+    def full(self) -> bool:
+        """It takes all."""
+        return False
+
+    def join(self) -> None:
+        """Nobody waits for it."""
+
+
+class AsyncOutbox(Outbox):
+    """The same for coroutines."""
+
+    async def put(self, *contents: Any) -> None:  # type: ignore[override]
+        """Say it; it never waits."""
+        self(*contents)
+
+    async def join(self) -> None:  # type: ignore[override]
+        """Nobody waits for it."""
+
+
+class CodeBus:
+    """What a bus of classes does: it calls back, or has an inbox for each subscription."""
+
+    def __init__(self, border: RunBorder, name: str) -> None:
+        self._border, self._name = border, name
+
+    def publish(self, *contents: Any, **named: Any) -> None:
+        """Publish the message among the arguments."""
+        every = (*contents, *named.values())
+        self._border.outgoing(self._name, "publish", every, {})
+        self._border.say(self._name, "publish", every)
+
+    def subscribe(self, *arguments: Any, **named: Any) -> Any:
+        """An inbox for messages of these classes; a function among the arguments is called for each."""
+        every = (*arguments, *named.values())
+        listed = [part for each in every for part in (each if isinstance(each, list | tuple) else [each])]
+        kinds = {kind: _same for kind in listed if isinstance(kind, type) and kind in self._border.kinds}
+        callback = next((each for each in listed if callable(each) and not isinstance(each, type)), None)
+        if self._border.is_async:
+            inbox: Any = AsyncInbox(self._border, kinds)
+            if callback is not None:
+                self._calling = asyncio.ensure_future(_call_async(inbox, callback))
+            return inbox
+        inbox = Inbox(self._border, kinds)
+        if callback is not None and kinds:  # in a node of its own, as the thread of a middleware does
+            run = self._border.run
+            names = ", ".join(kind.__name__ for kind in kinds)
+            run.kernel.spawn(f"robot hears {names}", run.measured(partial(_call, self._border, inbox, callback)))
+        return inbox
+
+
+def _call(border: RunBorder, inbox: Inbox, callback: Callable[[Any], Any]) -> None:
+    while True:
+        callback(inbox.get())
+        border.on_crossing()
+
+
+async def _call_async(inbox: AsyncInbox, callback: Callable[[Any], Any]) -> None:
+    while True:
+        made = callback(await inbox.get())
+        if asyncio.iscoroutine(made):
+            await made
+
+
+@dataclass(frozen=True)
+class BusPort:
+    """A port that is a bus: objects with `publish` and `subscribe`, whose topics are classes."""
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The stand-in of a run."""
+        return CodeBus(border, name)
+
+
+@dataclass(frozen=True, init=False)
+class InboxPort:
+    """A queue that the code takes from.
+
+    Args:
+        kinds: classes of messages that come through it.
+        converted: likewise, with what the code gets of each: `InboxPort({Order: lambda m: {"item": m.item}})`.
+    """
+
+    kinds: tuple[tuple[type[Any], Convert], ...]
+
+    def __init__(self, *kinds: type[Any] | dict[type[Any], Convert]) -> None:
+        pairs = [pair for each in kinds for pair in (each.items() if isinstance(each, dict) else [(each, _same)])]
+        object.__setattr__(self, "kinds", tuple(pairs))
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The stand-in of a run."""
+        kinds = dict(self.kinds)
+        return AsyncInbox(border, kinds) if border.is_async else Inbox(border, kinds)
+
+
+@dataclass(frozen=True)
+class OutboxPort:
+    """A queue that the code puts into, or a function that it calls with each message."""
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The stand-in of a run."""
+        return AsyncOutbox(border, name) if border.is_async else Outbox(border, name)

@@ -1,0 +1,136 @@
+"""Stand-ins of devices: they note what the code calls, and return what a person sets, or a neutral value."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pytest_hricdv.extra.draft.stand_ins.anything import Anything
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
+from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Convert, Inbox
+
+
+@dataclass(frozen=True)
+class Device:
+    """A port that is a device, or whatever else the code uses.
+
+    Args:
+        senses: methods and attributes whose value a person sets.
+        answers: method or attribute -> a function that makes what it returns; what is in neither returns a neutral
+            value of no type, which is 0, empty, and can be awaited and called.
+        attributes: those of them that are no methods.
+        coroutines: methods that are awaited.
+        inboxes: method -> what it returns of the messages that people say: class -> conversion.
+    """
+
+    senses: tuple[str, ...] = ()
+    answers: Mapping[str, Callable[[], Any]] = field(default_factory=dict)
+    attributes: tuple[str, ...] = ()
+    coroutines: tuple[str, ...] = ()
+    inboxes: Mapping[str, Mapping[type[Any], Convert]] = field(default_factory=dict)
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The stand-in of a run."""
+        return DeviceStandIn(border, name, self)
+
+
+class DeviceStandIn(Anything):
+    """In place of a device."""
+
+    def __new__(cls, *_: Any, **__: Any) -> DeviceStandIn:
+        return float.__new__(cls)
+
+    def __init__(self, border: RunBorder, name: str, device: Device) -> None:
+        kind: Any = AsyncInbox if border.is_async else Inbox
+        inboxes = {method: kind(border, kinds) for method, kinds in device.inboxes.items()}
+        self.__dict__.update(_border=border, _name=name, _device=device, _inboxes=inboxes)
+
+    def __bool__(self) -> bool:
+        return True  # there is a device
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        device: Device = self.__dict__["_device"]
+        if name in device.attributes:
+            return self._value(name, read=True)
+        return _Method(self, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self.__dict__[name] = value
+        border, port = self.__dict__["_border"], self.__dict__["_name"]
+        if callable(value):
+            border.register(f"{port}.{name}", value)
+        else:
+            border.outgoing(port, f"set_{name}", (value,), {})
+            border.tell_call(port, f"set_{name}", (value,))
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """The device itself is a function."""
+        return self.called("__call__", arguments, named)
+
+    def called(self, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
+        """The code calls a method."""
+        border, port, device = self.__dict__["_border"], self.__dict__["_name"], self.__dict__["_device"]
+        border.outgoing(port, name, arguments, named)
+        inbox = self.__dict__["_inboxes"].get(name)
+        if inbox is not None and name in device.coroutines:
+            return inbox.get()
+        message = inbox.poll() if inbox is not None else None
+        if message is not None:
+            return message
+        is_registration = any(callable(each) and not isinstance(each, type | Anything) for each in arguments)
+        if name not in device.senses and inbox is None and not is_registration:
+            border.tell_call(port, name.strip("_"), (*arguments, *named.values()))
+        value = self._value(name, read=False)
+        return _later(value) if name in device.coroutines else value
+
+    def _value(self, name: str, *, read: bool) -> Any:
+        border, port, device = self.__dict__["_border"], self.__dict__["_name"], self.__dict__["_device"]
+        if read:
+            border.on_crossing()
+        if name in device.senses:
+            value = border.senses[f"{port}.{name}"]
+        else:
+            make = device.answers.get(name)
+            value = make() if make is not None else _Answer(border, f"{port}.{name}")
+        border.answer(port, name, value)
+        return value
+
+
+class _Method(Anything):
+    """A method of a device, or an attribute of which nothing is known."""
+
+    def __new__(cls, *_: Any, **__: Any) -> _Method:
+        return float.__new__(cls)
+
+    def __init__(self, owner: DeviceStandIn, name: str) -> None:
+        self.__dict__.update(_owner=owner, _method=name)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """The code calls it."""
+        return self.__dict__["_owner"].called(self.__dict__["_method"], arguments, named)
+
+
+class _Answer(Anything):
+    """What an unknown method returns; as a decorator, it keeps the function as a callback."""
+
+    def __new__(cls, *_: Any, **__: Any) -> _Answer:
+        return float.__new__(cls)
+
+    def __init__(self, border: RunBorder, name: str) -> None:
+        self.__dict__.update(_border=border, _called=name)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Anything; of a decorator, the function."""
+        if len(arguments) == 1 and not named and callable(arguments[0]):
+            self.__dict__["_border"].register(self.__dict__["_called"], arguments[0])
+            return arguments[0]
+        return Anything()
+
+
+async def _later(value: Any) -> Any:
+    await asyncio.sleep(0)
+    return value

@@ -1,0 +1,360 @@
+"""The driver: makes the object of the code with its stand-ins, runs it, and lets a person act on it."""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import partial
+from importlib import import_module
+from typing import Any, Protocol
+
+from pytest_hricdv.extra.draft.code.naming import word
+from pytest_hricdv.extra.draft.stand_ins.anything import Anything
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, signal_name
+from pytest_hricdv.extra.draft.stand_ins.say import CallbackCall, MethodCall, Say
+from pytest_hricdv.extra.draft.stand_ins.visit import LOOKS_EACH_S, Manners, Visit
+from pytest_hricdv.runtime import text_of, topic_of
+from pytest_hricdv.testbench import Outcome, Run
+
+__tracebackhide__ = True  # a failing test shows the frames of the code; pytest's --full-trace shows these, too
+
+REST_OF_RUN_S = 10_000.0
+"""Longer than any run."""
+
+
+class RobotPort(Protocol):
+    """A stand-in that each run makes for itself."""
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The stand-in of a run, for the port of this name."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A port that tells the time or waits: an object with `sleep` and `now_s`, or one of these functions.
+
+    Args:
+        form: "object", "now" (a function that returns the time in s) or "sleep" (one that waits).
+    """
+
+    form: str = "object"
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The clock of a run."""
+        kernel = border.run.kernel
+        return {"object": kernel, "now": lambda: kernel.now_s, "sleep": kernel.sleep}[self.form]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A number that is drawn for each run: a parameter of `Concretization.run`.
+
+    Args:
+        name: of the parameter.
+        is_whole: whether it is an integer.
+    """
+
+    name: str
+    is_whole: bool = False
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The number of this run."""
+        number = border.run.test.run[self.name]
+        return round(number) if self.is_whole else number
+
+
+@dataclass(frozen=True)
+class Make:
+    """A port that gets what a function makes, new in each run."""
+
+    function: Callable[[], Any]
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """What it makes."""
+        return self.function()
+
+
+@dataclass(frozen=True)
+class Replace:
+    """An object that the code makes itself: a run replaces what it is made from.
+
+    Args:
+        target: module and name, as "robot.arm:mqtt.Client", or of an object of the module itself.
+        port: the stand-in.
+    """
+
+    target: str
+    port: RobotPort
+
+    def apply(self, border: RunBorder, name: str) -> Callable[[], None]:
+        """Replace it; returns what puts it back."""
+        module, _, path = self.target.partition(":")
+        *owners, last = path.split(".")
+        owner: Any = import_module(module)
+        for each in owners:
+            owner = getattr(owner, each)
+        before = getattr(owner, last)
+        made = self.port.make(border, name)
+        setattr(owner, last, _Maker(before, made) if callable(before) else made)
+        return partial(setattr, owner, last, before)
+
+
+class _Maker:
+    """In place of a class: makes the stand-in, and has the constants of the class."""
+
+    def __init__(self, kind: Any, made: Any) -> None:
+        self._kind, self._made = kind, made
+
+    def __call__(self, *_: Any, **__: Any) -> Any:
+        return self._made
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._kind, name, Anything())
+
+
+@dataclass(frozen=True)
+class Driver:
+    """Runs code as the robot of a testbench; give `driver.run`, `driver.messages` and `driver.signals` to it.
+
+    Args:
+        robot: a class or function of the code.
+        ports: what it is called with: a stand-in for each parameter.
+        method: of the object, which makes the robot work; empty where the code is only called.
+        method_ports: what the method is called with.
+        period_s: the method is called again and again with this period, as a control loop; 0: once.
+        says: command -> what a person says by it.
+        reaches: class of a message -> the method or callback by which it gets to the robot; others are on its bus.
+        answers: classes of messages by which the robot answers.
+        outputs: all classes of messages that the robot publishes.
+        called: port -> class of the message that says what the robot has called there; its fields are what and text.
+        senses: "port.name" -> what a device returns first; a person sets it.
+        settings: command -> the text that it sets, of a device that returns texts.
+        inner: name -> stand-in of an object that the code makes itself.
+        state: path of the attribute that holds the robot's state, as "mode" or "machine.state".
+        state_message: class of the message that says that it has changed; its field is state.
+        person: name of the person.
+        manners: how the person waits.
+        limit_s: no run takes longer (s of simulated time).
+        takes_s: simulated time that each call of a device takes.
+        may_end: whether the robot may end before the person leaves.
+        cross: name of the cross product of the state with the manner of what was said; empty for none.
+        is_async: whether the robot is a coroutine.
+    """
+
+    robot: Callable[..., Any]
+    ports: Mapping[str, Any] = field(default_factory=dict)
+    method: str = ""
+    method_ports: Mapping[str, Any] = field(default_factory=dict)
+    period_s: float = 0.0
+    says: Mapping[str, Say] = field(default_factory=dict)
+    reaches: Mapping[type[Any], MethodCall | CallbackCall] = field(default_factory=dict)
+    answers: tuple[type[Any], ...] = ()
+    outputs: tuple[type[Any], ...] = ()
+    called: Mapping[str, type[Any]] = field(default_factory=dict)
+    senses: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
+    inner: Mapping[str, Replace] = field(default_factory=dict)
+    state: str = ""
+    state_message: type[Any] | None = None
+    person: str = "person"
+    manners: Manners = field(default_factory=Manners)
+    limit_s: float = 900.0
+    takes_s: float = 0.0
+    may_end: bool = False
+    cross: str = ""
+    is_async: bool = False
+
+    @property
+    def messages(self) -> tuple[type[Any], ...]:
+        """All classes of messages, for `Testbench.messages`."""
+        said = (say.kind for say in self.says.values())
+        changed = (self.state_message,) if self.state_message is not None else ()
+        every = dict.fromkeys((*said, *self.reaches, *self.outputs, *changed, *self.called.values()))
+        return tuple(sorted(every, key=lambda kind: kind.__name__))
+
+    @property
+    def signals(self) -> dict[str, type[bool | float | str]]:
+        """What is recorded beside messages, for `Testbench.signals`: what devices return, and who is there."""
+        senses = {signal_name(name): type(value) for name, value in self.senses.items()}
+        return {**senses, "person_is_there": bool, "robot_works": bool}
+
+    def run(self, run: Run) -> Outcome:
+        """One run of one test, for `Testbench.run`."""
+        border = RunBorder(run, frozenset(self.messages), self.called, dict(self.senses), self.takes_s, self.is_async)
+        for name, value in self.senses.items():
+            border.record(signal_name(name), value)
+        for name in ("person_is_there", "robot_works"):
+            border.record(name, True)
+        heard = (*self.outputs, *self.called.values())
+        visit = Visit(border, self.person, dict(self.says), self.answers, heard, self._settings(), self.manners)
+        active = _ActiveRobot(self, border, visit)
+        run.kernel.spawn(self.person, visit.act)
+        run.kernel.spawn("robot", run.measured(active.work))  # coverage is measured in here
+        for kind, how in self.reaches.items():
+            heard_here = run.bus.port("robot").subscribe(kind)
+            run.kernel.spawn(f"robot hears {topic_of(kind)}", run.measured(partial(active.hear, heard_here, how)))
+        undo = [replace.apply(border, name) for name, replace in self.inner.items()]
+        try:
+            ended = run.go(self.limit_s)
+        finally:
+            for put_back in reversed(undo):
+                put_back()
+            border.close()
+        return Outcome(ended, cross={self.cross: active.hits} if self.cross else {})
+
+    def _settings(self) -> dict[str, tuple[str, str | None]]:
+        """Word of a command, or the command, -> what it sets, and to which text."""
+        words = {f"set_{word(signal_name(name))}": (name, None) for name in self.senses}
+        texts = {command: (words[command.rpartition(" ")[0]][0], text) for command, text in self.settings.items()}
+        return {**words, **texts}
+
+
+class _ActiveRobot:
+    """The code in one run."""
+
+    def __init__(self, driver: Driver, border: RunBorder, visit: Visit) -> None:
+        self._driver, self._border, self._visit = driver, border, visit
+        self._kernel = border.run.kernel
+        self._waiting: list[Callable[[], Any]] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._state: str | None = None
+        self.hits: list[tuple[str, str]] = []
+        border.on_crossing = self.look
+
+    def work(self) -> None:
+        """The body of the robot's node."""
+        threads = threading.active_count()
+        if self._driver.is_async:
+            asyncio.run(self._work_async())
+        else:
+            self._work()
+        if threading.active_count() > threads or (self._driver.reaches and not self._driver.may_end):
+            self._kernel.sleep(REST_OF_RUN_S)  # its threads work on, or it is only called
+        self._border.record("robot_works", False)
+        if self._driver.may_end:
+            self._kernel.stop("the robot has ended its work")
+
+    def _make(self) -> Any:
+        made = self._driver.robot(**self._arguments(self._driver.ports))
+        if inspect.isclass(self._driver.robot):
+            self._border.instance = made
+            self._watch(made)
+        return made
+
+    def _arguments(self, ports: Mapping[str, Any]) -> dict[str, Any]:
+        return {name: port.make(self._border, name) if hasattr(port, "make") else port for name, port in ports.items()}
+
+    def _work(self) -> None:
+        made = self._make()
+        driver = self._driver
+        if not inspect.isclass(driver.robot):
+            self._exhaust(made)
+        elif driver.period_s:
+            while True:
+                self._call_waiting()
+                getattr(made, driver.method)(**self._arguments(driver.method_ports))
+                self.look()
+                self._kernel.sleep(driver.period_s)
+        elif driver.method:
+            self._exhaust(getattr(made, driver.method)(**self._arguments(driver.method_ports)))
+        else:
+            self._kernel.sleep(REST_OF_RUN_S)  # it is called back
+
+    def _exhaust(self, result: Any) -> None:
+        """A generator is run to its end, with a little time between its steps."""
+        if inspect.isgenerator(result):
+            for _ in result:
+                self.look()
+                self._kernel.sleep(LOOKS_EACH_S)
+
+    async def _work_async(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        made = self._make()
+        if inspect.isclass(self._driver.robot):
+            if not self._driver.method:
+                await asyncio.sleep(REST_OF_RUN_S)
+                return
+            made = getattr(made, self._driver.method)(**self._arguments(self._driver.method_ports))
+        if inspect.isawaitable(made):
+            await made
+
+    # --- what gets to it by calls
+
+    def hear(self, heard: Any, how: MethodCall | CallbackCall) -> None:
+        """The body of a node that calls the code for each message of a class."""
+        while True:
+            functions = self._functions(how)
+            if not functions:
+                self._kernel.sleep(LOOKS_EACH_S)
+                continue
+            message = heard.wait(REST_OF_RUN_S)
+            for function in self._functions(how) if message is not None else ():
+                self._call(partial(function, *how.arguments(message)))
+
+    def _functions(self, how: MethodCall | CallbackCall) -> list[Callable[..., Any]]:
+        if isinstance(how, CallbackCall):
+            return list(dict.fromkeys(self._border.callbacks.get(how.port, ())))
+        return [getattr(self._border.instance, how.method)] if self._border.instance is not None else []
+
+    def _call(self, call: Callable[[], Any]) -> None:
+        """At once; in an event loop, or between two steps of a control loop, where the code has one."""
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._call_in_loop, call)
+        elif self._driver.period_s:
+            self._waiting.append(call)
+        else:
+            self._exhaust(call())
+            self.look()
+
+    def _call_waiting(self) -> None:
+        while self._waiting:
+            self._exhaust(self._waiting.pop(0)())
+            self.look()
+
+    def _call_in_loop(self, call: Callable[[], Any]) -> None:
+        result = call()
+        if inspect.iscoroutine(result):
+            self._task = asyncio.ensure_future(result)
+
+    # --- its state
+
+    def _watch(self, made: Any) -> None:
+        """Look at the state whenever an attribute of the object that has it is set."""
+        owner = made
+        for name in self._driver.state.split(".")[:-1]:
+            owner = getattr(owner, name, None)
+        kind: Any = type(owner)
+        look = self.look
+
+        def set_and_look(this: Any, name: str, value: Any) -> None:
+            kind.__setattr__(this, name, value)
+            look()
+
+        if self._driver.state:
+            try:
+                owner.__class__ = type(kind.__name__, (kind,), {"__setattr__": set_and_look, "__slots__": ()})
+            except TypeError:
+                return  # its class cannot be changed: it is looked at when the code calls something
+        self.look()
+
+    def look(self) -> None:
+        """Publish the state if it has changed."""
+        self._border.note_states()
+        if not self._driver.state or self._border.instance is None or self._driver.state_message is None:
+            return
+        value = self._border.instance
+        for name in self._driver.state.split("."):
+            value = getattr(value, name, None)
+        state = value if isinstance(value, str) else getattr(value, "id", None) or _member_text(value)
+        if state is not None and state != self._state:
+            self._state = state
+            self.hits.append((state, self._visit.manner))
+            self._border.run.bus.publish("robot", self._driver.state_message(state=state))
+
+
+def _member_text(value: Any) -> str | None:
+    return text_of(value) if isinstance(value, Enum) else None
