@@ -79,7 +79,7 @@ class Message:
         uses: where it is published or received.
         form: "dataclass", "namedtuple", "typeddict", "model" (pydantic, attrs, msgspec), "enum"; of ROS 2 "topic",
             "service", "action"; "call" of what gets to the code as a call, and "item" of what the draft converts.
-        channel: the queue that carries it, or its name in ROS 2; empty for a bus of classes.
+        channel: the queue that carries it, its name in ROS 2, or the function of a call; empty for a bus of classes.
         delivery: source text of how it gets to the code, of a call; of an item, of the function that converts it.
         delivery_imports: names that it needs.
     """

@@ -88,7 +88,7 @@ class CodeReader:
         methods = list(self._stimuli.methods(entry, called)) if entry.is_class and not inputs else []
         if received:
             used = called | frozenset(self._usage.calls)
-            methods = [message for message in methods if _method_of(message) in used]
+            methods = [message for message in methods if message.channel in used]
         model = replace(model, entry=entry, messages=_unique((*messages, *received, *methods)))
         model = self._with_state(model, seen)
         model = replace(model, messages=_unique((*model.messages, *_called(model))))
@@ -248,11 +248,6 @@ def _is_bus(sources: Sources, scope: Scope) -> bool:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _method_of(message: Message) -> str:
-    """The method that a message calls."""
-    return message.delivery.removeprefix("MethodCall(").split("'")[1] if "'" in message.delivery else ""
 
 
 def _unique(messages: tuple[Message, ...]) -> tuple[Message, ...]:

@@ -78,10 +78,7 @@ def _with_values(message: Message, seen: Observations, entry: Entry) -> Message:
     """A message with the observed values of its fields: of arguments, and of what queues returned."""
     shapes: dict[str, Shape] = {}
     if message.form == "call":
-        function = message.delivery.partition("'")[2].partition("'")[0]
-        sites = [site for name, site in _methods(seen, entry).items() if name == function]
-        sites += [site for name, site in _methods(seen, entry).items() if not sites and name.strip("_") in function]
-        for site in sites:
+        for site in [site for name, site in _methods(seen, entry).items() if name == message.channel]:
             for name, shape in site.arguments.items():
                 _collect(shapes, {name: shape, **shape.fields})
     for site in (*seen.calls.values(), *seen.methods.values()):

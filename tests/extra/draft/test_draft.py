@@ -14,7 +14,6 @@ import pytest
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.first_runs import without
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files, write
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
@@ -54,21 +53,21 @@ def test_the_linter_finds_nothing_in_a_drafted_model(tmp_path: Path, capsys: pyt
 def test_what_is_in_a_draft_has_the_place_that_it_comes_from(tmp_path: Path) -> None:
     _, texts = drafted(tmp_path, robots.MATCH)
     conftest = texts["conftest.py"]
-    assert 'return Command(kind="fetch")  # robot_code.py:17' in conftest
+    assert 'Say(Command, kind="fetch"),  # robot_code.py:17' in conftest
     assert '"command_lost": Drop("command")' in conftest
     for manner in ("in_time", "too_early", "too_late", "twice", "never"):
         assert f"@command_{manner} " in texts["models/person.asl"]
-    assert "`gripper`" in texts["README.md"]
+    assert "`gripper`" in texts["QUESTIONS.md"]
 
 
 def test_a_file_that_exists_is_not_overwritten(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "robot_code.py").write_text(robots.MATCH, encoding="utf-8")
-    (tmp_path / "world.py").write_text("mine", encoding="utf-8")
+    (tmp_path / "hri_messages.py").write_text("mine", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert main(["init", "--from", "robot_code", "--no-run"]) == 2
-    assert "world.py exists: nothing was written" in capsys.readouterr().err
+    assert "hri_messages.py exists: nothing was written" in capsys.readouterr().err
     assert not (tmp_path / "conftest.py").exists()
 
 
@@ -165,12 +164,11 @@ def test_a_draft_is_green_at_once_and_covers_the_code(name: str, counted: str, t
 
 def test_a_requirement_is_left_where_none_held_in_the_first_runs(tmp_path: Path) -> None:
     draft, texts = drafted(tmp_path, robots.MATCH)
-    names = [*requirement_ids(draft).values()]
-    dropped = without(draft, names)
+    names = requirement_ids(draft)
+    dropped = replace(draft, dropped=tuple(names), has_dropped_all=True)
     left = tomllib.loads(dict(files(dropped))["requirements.toml"])
     assert len(tomllib.loads(texts["requirements.toml"])) == len(names)
     assert [requirement["title"] for requirement in left.values()] == ["A visit ends within 900 s"]
-    assert '"person_is_there": True' in dict(files(dropped))["world.py"]
 
 
 REASONS = """

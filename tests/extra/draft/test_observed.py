@@ -5,17 +5,23 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.first_runs import FirstRuns, settle
+from pytest_hricdv.extra.draft.first_runs import FirstRuns
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
+from pytest_hricdv.extra.draft.settling import settle
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
+from pytest_hricdv.extra.draft.stand_ins.device import Device
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from tests.extra.draft import robots
 
 MOWER = '''
@@ -60,54 +66,37 @@ def drafted(tmp_path: Path, source: str, **changes: Any) -> tuple[Draft, dict[st
     return draft, dict(files(draft))
 
 
-def module(text: str, name: str) -> ModuleType:
-    made = ModuleType(name)
-    exec(compile(text, name, "exec"), made.__dict__)
-    return made
+@dataclass(frozen=True)
+class BaseCalled:
+    what: str
+    text: str
 
 
-class Recorder:
-    def __init__(self) -> None:
-        self.signals: list[tuple[float, str, object]] = []
+def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice_at_once_twice() -> None:
+    kernel, recorder = Kernel(), Recorder()
+    bus = Bus(kernel, [BaseCalled], recorder)
+    run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
+    border = RunBorder(run, frozenset(), {"base": BaseCalled}, {"base.is_lifted": False})
+    base = Device(senses=("is_lifted",)).make(border, "base")
+    heard = bus.subscribe(BaseCalled)
 
-    def signal(self, time_s: float, name: str, value: object) -> None:
-        self.signals.append((time_s, name, value))
-
-
-class Bus:
-    def __init__(self) -> None:
-        self.sent: list[tuple[str, str]] = []
-
-    def port(self, name: str) -> Any:
-        return SimpleNamespace(publish=lambda message: self.sent.append((name, message.what)))
-
-
-@pytest.fixture
-def mower(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Recorder, Bus, SimpleNamespace]:
-    """The stand-in for the base of a drafted mower, with what it is recorded in."""
-    _, texts = drafted(tmp_path, MOWER)
-    world = module(texts["world.py"], "world")
-    monkeypatch.setitem(sys.modules, "world", world)
-    monkeypatch.setitem(sys.modules, "ports", ports := ModuleType("ports"))
-    exec(compile(texts["ports.py"], "ports", "exec"), ports.__dict__)
-    kernel, recorder, bus = SimpleNamespace(now_s=0.0), Recorder(), Bus()
-    base = ports.Base(world.World(kernel, recorder, bus))
-    recorder.signals.clear()
-    return base, recorder, bus, kernel
-
-
-def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice_at_once_twice(
-    mower: tuple[Any, Recorder, Bus, SimpleNamespace],
-) -> None:
-    base, _, bus, kernel = mower
-    for step in range(10):
-        kernel.now_s = step / 10
+    def body() -> None:
+        for _ in range(10):
+            base.drive(0.2, 0.0)
+            kernel.sleep(0.1)
+        assert [message.what for message in iter(heard.poll, None)] == ["drive"]
+        kernel.sleep(5.0)
         base.drive(0.2, 0.0)
-    assert bus.sent == [("base", "drive")]
-    kernel.now_s = 5.0
-    base.drive(0.2, 0.0)
-    base.drive(0.2, 0.0)
-    assert bus.sent == [("base", "drive")] * 3
+        base.drive(0.2, 0.0)
+        assert not base.is_lifted()
+        border.sense("base.is_lifted", True)
+        assert base.is_lifted()
+        base.blade = "on"
+
+    kernel.spawn("robot", body)
+    kernel.run(60.0)
+    said = [(message.what, message.text) for message in iter(heard.poll, None)]
+    assert said == [("drive", ""), ("drive", ""), ("set_blade", "on")]
 
 
 def test_a_draft_asks_for_the_transitions_of_the_code_and_for_no_stutter(tmp_path: Path) -> None:
@@ -127,15 +116,20 @@ def test_a_draft_asks_for_the_transitions_of_the_code_and_for_no_stutter(tmp_pat
     assert "The robot does not publish more messages than it has received" in formulas
 
 
+def scripted(monkeypatch: pytest.MonkeyPatch, script: Callable[[Draft, str, int | None], FirstRuns]) -> None:
+    """Let first runs end as a test says, instead of in processes of their own."""
+
+    def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> FirstRuns:
+        return script(draft, suite, tests)
+
+    monkeypatch.setattr("pytest_hricdv.extra.draft.settling.run", run)
+
+
 def test_a_requirement_that_one_suite_triggers_is_seen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     draft, _ = drafted(tmp_path, robots.MATCH)
     names = requirement_ids(draft)
     never = {"rl": tuple(names.values())[1:], "closure": tuple(names.values())[:2]}
-
-    def run(draft: Draft, suite: str, tests: int | None = None) -> FirstRuns:
-        return FirstRuns(8, 8, (), () if tests else never[suite], "")
-
-    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.run", run)
+    scripted(monkeypatch, lambda draft, suite, tests: FirstRuns(8, 8, (), () if tests else never[suite], ""))
     settled, _ = settle(draft)
     assert settled.dropped == tuple(names)[1:2]
 
@@ -143,19 +137,52 @@ def test_a_requirement_that_one_suite_triggers_is_seen(monkeypatch: pytest.Monke
 def test_runs_may_end_as_the_first_ones_did(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     draft, texts = drafted(tmp_path, MOWER)
     assert 'allowed_endings=("limit", "idle", "early", "cycle"),  # TODO' in texts["conftest.py"]
-    assert 'run.kernel.stop("the robot has ended its work")' in texts["conftest.py"]
+    assert "may_end=True" in texts["conftest.py"]
     asked: list[tuple[str, ...]] = []
 
-    def run(draft: Draft, suite: str, tests: int | None = None) -> FirstRuns:
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
         asked.append(draft.allowed_endings)
         return FirstRuns(8, 8, (), (), "", ends=() if "idle" in draft.allowed_endings else ("idle",))
 
-    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.run", run)
+    scripted(monkeypatch, script)
     settled, _ = settle(draft)
     assert asked == [(), ("idle",), ("idle",), ("idle",)]
     text = dict(files(settled))["conftest.py"]
     assert 'allowed_endings=("idle",),  # TODO' in text
-    assert "the robot has ended its work" not in text  # that it returns is a fault of the run
+    assert "may_end" not in text  # that it returns is a fault of the run
+
+
+def test_the_command_at_which_tests_raise_is_left_out_and_asked_for(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    draft, _ = drafted(tmp_path, robots.MATCH)
+    (first, *others) = [command for thing in draft.inputs for command, _ in thing.commands]
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        if first in draft.left_out:
+            return FirstRuns(8, 8, (), (), "")
+        raising, calm = (frozenset({first, *others}),), (frozenset(others),)
+        return FirstRuns(2, 1, (), (), "ValueError: no", raised=1, raising=raising, calm=calm)
+
+    scripted(monkeypatch, script)
+    settled, _ = settle(draft)
+    assert settled.left_out == (first,)
+    assert not settled.isolates  # it was tried, and was not it
+    assert settled.code.questions[0].text.startswith(f"`{first}`: ValueError: no: a fault of the code")
+
+
+def test_what_cannot_be_run_at_all_is_taken_out_step_by_step(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    draft, _ = drafted(tmp_path, robots.MATCH)
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        return FirstRuns(0, 0, (), (), "OSError: no device" if draft.code.entry is not None else "")
+
+    scripted(monkeypatch, script)
+    settled, (rl, closure) = settle(draft)
+    assert settled.code.entry is None
+    assert not rl.error
+    assert not closure.error
+    compile(dict(files(settled))["conftest.py"], "conftest.py", "exec")
 
 
 @pytest.mark.slow

@@ -79,10 +79,10 @@ def test_numbers_and_times_are_those_of_the_recording(tmp_path: Path) -> None:
     _, texts = drafted(tmp_path, orders(12))
     lines = texts["conftest.py"]
     assert (
-        '"level_ml": Uniform(139.0, 271.0, "ml"),  # observed 150 to 260 ml (5 to 95 %: 160 to 250) in 12 messages of '
+        'level_ml=Uniform(139.0, 271.0, "ml"),  # observed 150 to 260 ml (5 to 95 %: 160 to 250) in 12 messages of '
         "day.mcap; margin 10 %\n"
     ) in lines
-    assert '"cups": Uniform(1.0, 3.0, ""),  # observed 1 to 3' in lines
+    assert "cups=Uniform(1.0, 3.0),  # observed 1 to 3" in lines
     assert (
         "# after what was said before: observed 8.5 to 8.5 s (5 to 95 %: 8.5 to 8.5) in 11 waits of day.mcap" in lines
     )
@@ -134,7 +134,7 @@ def test_a_recording_of_which_nothing_can_be_read_changes_nothing_else(tmp_path:
     assert observed is None
     assert "day.mcap: not an MCAP file that can be read" in problems(model)
     draft = Draft(model, "bar_tests", "person", tmp_path.resolve())
-    assert '"level_ml": Uniform(0.0, 1.0, "ml")' in dict(files(draft))["conftest.py"]
+    assert 'level_ml=Uniform(0.0, 1.0, "ml")' in dict(files(draft))["conftest.py"]
     assert plain.keys() == dict(files(draft)).keys()
 
 
@@ -193,7 +193,7 @@ def test_a_number_stays_on_its_side_of_what_the_code_compares_it_with(tmp_path: 
     recording = write_mcap(tmp_path / "day.mcap", orders(12))
     model, seen = with_recordings(analyse("bar", tmp_path), [recording], {})
     texts = dict(files(Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=seen)))
-    lines = [line for line in texts["conftest.py"].splitlines() if '"level_ml": Uniform(' in line]
+    lines = [line for line in texts["conftest.py"].splitlines() if "level_ml=Uniform(" in line]
     assert len(lines) > 1
     assert all("# of the code; observed 150 to 260 ml" in line for line in lines)
     assert len({line.partition("#")[0] for line in lines}) > 1

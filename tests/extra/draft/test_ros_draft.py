@@ -275,8 +275,8 @@ def test_whole_numbers_of_which_nothing_is_known_are_more_than_0_and_1(workspace
     (workspace / "counter.py").write_text(counter, encoding="utf-8")
     model, start = analyse_node(find_executable("counter.py", workspace))
     text = dict(files(Draft(model, "counter", "person", workspace / "hri", ros=start)))["conftest.py"]
-    assert '"count": Uniform(0, 10, "")' in text
-    assert '"low": Uniform(0.0, 1.0, "")' in text
+    assert '"count": Uniform(0, 10)' in text
+    assert '"low": Uniform(0.0, 1.0)' in text
 
 
 def test_the_code_of_a_node_is_what_it_imports_and_not_the_other_nodes_of_its_package(workspace: Path) -> None:

@@ -14,6 +14,9 @@ from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_
 from pytest_hricdv.extra.draft.code_model import CodeLine, FieldValue, MessageField
 
 KINDS = {"bool": "bool", "int": "float", "float": "float", "str": "str"}
+MAX_NUMBER = 1e100
+"""Greater numbers stand for infinity."""
+
 MAX_NAMES = 2
 """Names that a value may have between its field and a comparison: `kind = order.kind`, or a parameter."""
 
@@ -152,7 +155,7 @@ class FieldReader:
         """Numbers that an expression can be, or that are in a tuple or the keys of a table."""
         for value in self._flow.values(*other):
             for number in value if isinstance(value, tuple | dict) else (value,):
-                if isinstance(number, int | float) and not isinstance(number, bool):
+                if isinstance(number, int | float) and not isinstance(number, bool) and abs(number) < MAX_NUMBER:
                     yield float(number)
 
     def _arguments(self, scope: Scope, name: str) -> Iterator[Origin]:

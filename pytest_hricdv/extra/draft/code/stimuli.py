@@ -143,15 +143,16 @@ class StimulusReader:
         if alone is not None and alone.source == "m":  # a message of the code itself
             own = self._sources.class_of(scope.module, parse_annotation(parameters[0].annotation))
             assert own is not None
+            how = f"{call}lambda m: (m,))"
             return Message(own.node.name, snake(own.node.name), own.module.name, "received", alone.fields,
-                           own.location, (scope.location,), "call", "", f"{call}lambda m: (m,))")  # fmt: skip
+                           own.location, (scope.location,), "call", scope.node.name, how)  # fmt: skip
         title = camel(word(name))
         fields = {part.name: part for argument in arguments for part in argument.fields}
         sources = "".join(f"{argument.source}, " for argument in arguments).rstrip(" ")
         made = f"{call}lambda m: ({sources}))" if arguments else f"{call.removesuffix(', ')})"
         imports = tuple(dict.fromkeys(need for argument in arguments for need in argument.imports))
         return Message(title, snake(title), OWN_MODULE, "received", tuple(fields.values()), scope.location,
-                       (scope.location,), "call", "", made, imports)  # fmt: skip
+                       (scope.location,), "call", scope.node.name, made, imports)  # fmt: skip
 
     def _is_passed(self, function: str, number: int, name: str) -> bool:
         """Whether programs pass a parameter that has a default."""
@@ -250,7 +251,7 @@ class StimulusReader:
                 for target, parameter in self._handovers(scope, node, name):
                     for inner, field in self._keys(target, parameter, depth + 1):
                         self._add_key(found, inner, field)
-        return list(found.items())
+        return _with_own_names(found)
 
     def _handovers(self, scope: Scope, node: ast.Call, name: str) -> Iterator[tuple[Scope, str]]:
         """The functions of the code that get a value of this name, and the name that it has there."""
@@ -303,6 +304,19 @@ def _names_given(function: Function) -> list[str]:
     """The parameters that a call fills, without `self`."""
     names = [part.arg for part in parameters_of(function)]
     return names[1:] if names[:1] in (["self"], ["cls"]) else names
+
+
+def _with_own_names(found: dict[str, MessageField]) -> list[tuple[str, MessageField]]:
+    """Keys with their fields, each of which has a name of its own."""
+    names: set[str] = set()
+    made = []
+    for key, field in found.items():
+        name = field.name
+        while name in names:
+            name += "_"
+        names.add(name)
+        made.append((key, replace(field, name=name)))
+    return made
 
 
 def _known(keys: list[tuple[str, MessageField]]) -> tuple[MessageField, ...]:

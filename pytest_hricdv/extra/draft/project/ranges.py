@@ -46,7 +46,8 @@ def _range(part: MessageField, seen: Spread | None, of_code: str | None) -> tupl
     if seen is None:
         return _unknown(part), "TODO: between which numbers?"
     low, high = seen.ends(whole=whole)
-    return f'Uniform({low!r}, {high!r}, "{part.unit}")', comment
+    unit = f', "{part.unit}"' if part.unit else ""
+    return f"Uniform({low!r}, {high!r}{unit})", comment
 
 
 def _unknown(part: MessageField) -> str:

@@ -172,10 +172,13 @@ def _driver(draft: Draft, table: ImportTable) -> list[str]:
         pairs = ", ".join(f"{json.dumps(port)}: {name}" for port, name in called.items())
         lines += [f"        called={{{pairs}}},"]
     lines += _senses(draft)
-    state = next((message for message in draft.code.outputs if message.form == "state"), None)
+    topic, _, field = draft.code.state.partition(".")
+    state = next((message for message in draft.code.outputs if message.topic == topic), None)
     if state is not None:
-        name = table.use(state.module, state.name)
-        lines += [f'        state="{state.channel}",  # {state.location}', f"        state_message={name},"]
+        path = f'        state="{state.channel}",  # {state.location}' if state.form == "state" else ""
+        lines += [path] if path else []
+        lines += [f"        state_message={table.use(state.module, state.name)},"]
+        lines += [f'        state_field="{field}",'] if field != "state" else []
     lines += [f'        person="{draft.person}",'] if draft.person != "person" else []
     lines += ["        manners=Manners(ANSWER_S, STAYS_S),", "        limit_s=LIMIT_S,"]
     lines += ["        takes_s=0.01,  # a loop that only asks devices would not end"] if draft.takes_time else []
@@ -275,9 +278,8 @@ def _initial(sensor: Sensor) -> str:
         return json.dumps(sensor.field.values[0].text, ensure_ascii=False)
     if sensor.field.kind == "bool":
         return "False"
-    numbers = sensor.field.observed or (0.0, 1.0) if not sensor.field.compared else sensor.field.compared
-    return f"{sum(numbers) / len(numbers):.6g}" if "." in f"{sum(numbers) / len(numbers):.6g}" else (
-        f"{sum(numbers) / len(numbers):.6g}.0")  # fmt: skip
+    numbers = sensor.field.compared or sensor.field.observed or (0.0, 1.0)
+    return repr(float(f"{sum(numbers) / len(numbers):.6g}"))
 
 
 # --- the testbench
@@ -330,7 +332,7 @@ def _fields(draft: Draft) -> list[str]:
 
 
 def _has_cross(draft: Draft) -> bool:
-    return bool(draft.states and draft.inputs) and any(m.form == "state" for m in draft.code.outputs)
+    return bool(draft.states and draft.inputs)
 
 
 def _state_part(draft: Draft) -> list[str]:

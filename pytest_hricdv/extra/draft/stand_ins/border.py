@@ -48,6 +48,8 @@ class RunBorder:
     """The object of the code, once it is made."""
     on_crossing: Callable[[], None] = lambda: None
     """Called when the code calls something outside, or has been called."""
+    on_said: Callable[[Any], None] = lambda _: None
+    """Called with each message of the code."""
     _last_calls: dict[str, tuple[Any, float]] = field(default_factory=dict)
     _seen: Observations | None = field(default_factory=lambda: Observations() if OBSERVE in os.environ else None)
     _states: dict[str, str] = field(default_factory=dict)
@@ -102,6 +104,7 @@ class RunBorder:
         for message in contents:
             if type(message) in self.kinds:
                 self.run.bus.publish("robot", message)
+                self.on_said(message)
                 return
         self.tell_call(port, name, contents)
 

@@ -134,8 +134,10 @@ class Driver:
         senses: "port.name" -> what a device returns first; a person sets it.
         settings: command -> the text that it sets, of a device that returns texts.
         inner: name -> stand-in of an object that the code makes itself.
-        state: path of the attribute that holds the robot's state, as "mode" or "machine.state".
-        state_message: class of the message that says that it has changed; its field is state.
+        state: path of the attribute that holds the robot's state, as "mode" or "machine.state"; empty where it
+            publishes its state itself.
+        state_message: class of the message that says that it has changed.
+        state_field: its field with the state.
         person: name of the person.
         manners: how the person waits.
         limit_s: no run takes longer (s of simulated time).
@@ -160,6 +162,7 @@ class Driver:
     inner: Mapping[str, Replace] = field(default_factory=dict)
     state: str = ""
     state_message: type[Any] | None = None
+    state_field: str = "state"
     person: str = "person"
     manners: Manners = field(default_factory=Manners)
     limit_s: float = 900.0
@@ -172,7 +175,7 @@ class Driver:
     def messages(self) -> tuple[type[Any], ...]:
         """All classes of messages, for `Testbench.messages`."""
         said = (say.kind for say in self.says.values())
-        changed = (self.state_message,) if self.state_message is not None else ()
+        changed = (self.state_message,) if self.state_message is not None and self.state else ()
         every = dict.fromkeys((*said, *self.reaches, *self.outputs, *changed, *self.called.values()))
         return tuple(sorted(every, key=lambda kind: kind.__name__))
 
@@ -223,7 +226,7 @@ class _ActiveRobot:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._state: str | None = None
         self.hits: list[tuple[str, str]] = []
-        border.on_crossing = self.look
+        border.on_crossing, border.on_said = self.look, self.note
 
     def work(self) -> None:
         """The body of the robot's node."""
@@ -340,6 +343,12 @@ class _ActiveRobot:
             except TypeError:
                 return  # its class cannot be changed: it is looked at when the code calls something
         self.look()
+
+    def note(self, message: Any) -> None:
+        """Note in which state the code says that it is."""
+        if not self._driver.state and type(message) is self._driver.state_message:
+            value = getattr(message, self._driver.state_field)
+            self.hits.append((value if isinstance(value, str) else text_of(value), self._visit.manner))
 
     def look(self) -> None:
         """Publish the state if it has changed."""

@@ -1,0 +1,197 @@
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.__main__ import main
+from pytest_hricdv.extra.draft.code_model import Message
+from pytest_hricdv.extra.draft.draft_analysis import CodeReader
+from pytest_hricdv.extra.draft.observe.observations import read_observations
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.files import files
+from pytest_hricdv.extra.draft.record import record
+from tests.extra.draft import appliances
+
+
+def coffee(folder: Path) -> Path:
+    """The package of the coffee maker, with its demo."""
+    (folder / "coffee").mkdir()
+    (folder / "coffee" / "__init__.py").write_text("", encoding="utf-8")
+    (folder / "coffee" / "robot.py").write_text(appliances.COFFEE, encoding="utf-8")
+    (folder / "coffee" / "demo.py").write_text(appliances.DEMO, encoding="utf-8")
+    return folder
+
+
+def module(folder: Path, source: str) -> tuple[dict[str, Message], str]:
+    """The messages of a module that are received, by their topics, and its testbench."""
+    (folder / "robot_code.py").write_text(source, encoding="utf-8")
+    model = CodeReader("robot_code", folder).model()
+    draft = Draft(model, "robot_code", "person", folder.resolve() / "hri")
+    return {message.topic: message for message in model.inputs}, dict(files(draft))["conftest.py"]
+
+
+def texts(message: Message, field: str) -> list[str]:
+    return [value.text for part in message.fields if part.name == field for value in part.values]
+
+
+def test_methods_and_callbacks_are_what_people_do(tmp_path: Path) -> None:
+    model = CodeReader("coffee", coffee(tmp_path)).model()
+    inputs = {message.topic: message for message in model.inputs}
+    assert set(inputs) == {"press", "fault"}  # neither the getter nor the control loop nor what is private
+    assert texts(inputs["press"], "button") == ["start", "stop", "reset"]
+    assert inputs["fault"].delivery == "CallbackCall('pump.on_fault', lambda m: (m.code,))"
+    assert model.entry is not None
+    assert (model.entry.name, model.entry.method, model.entry.period_s) == ("CoffeeMaker", "tick", 0.1)
+    assert model.state == "state_changed.state"
+    assert model.machine is not None
+    assert {state.name for state in model.machine.states} == {"idle", "brewing", "error"}
+
+
+def test_what_the_code_compares_of_a_device_is_set_by_a_person(tmp_path: Path) -> None:
+    model = CodeReader("coffee", coffee(tmp_path)).model()
+    draft = Draft(model, "coffee", "person", tmp_path / "hri")
+    (sensor,) = draft.sensors
+    assert (sensor.name, sensor.field.kind, sensor.field.compared) == ("tank_level_ml", "float", (100.0,))
+    (pump,) = [message for message in model.outputs if message.topic == "pump_called"]
+    assert texts(pump, "what") == ["on", "off"]  # to hand over a callback is no output
+
+
+def test_dicts_and_json_are_messages_with_their_keys(tmp_path: Path) -> None:
+    inputs, conftest = module(tmp_path, appliances.GUIDE)
+    item, message = inputs["tasks_item"], inputs["message"]
+    assert texts(item, "kind") == ["tour", "home"]
+    assert [part.type for part in item.fields if part.name == "minutes"] == ["int"]  # as its default is
+    assert "InboxPort({TasksItem: lambda m: {'kind': m.kind, 'minutes': m.minutes}})" in conftest
+    assert texts(message, "topic") == ["museum/stop"]
+    assert texts(message, "who") == ["guard"]
+    assert "SimpleNamespace(topic=m.topic, payload=json.dumps({'who': m.who}).encode())" in conftest
+
+
+def test_a_bus_that_the_code_makes_itself_is_replaced(tmp_path: Path) -> None:
+    inputs, conftest = module(tmp_path, appliances.PORTER)
+    assert set(inputs) == {"fetch"}
+    assert '"bus": Replace("robot_code:Bus", BusPort())' in conftest
+
+
+def run_session(folder: Path, *options: str) -> dict[str, object]:
+    """A session of a project, and its report."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--hri-audit=off", *options]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    report = folder / "hri-report" / "report.json"
+    assert report.exists(), done.stdout + done.stderr
+    content: dict[str, object] = json.loads(report.read_text(encoding="utf-8"))
+    return content | {"status": done.returncode, "text": done.stdout}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["COFFEE", "GUIDE", "PORTER"])
+def test_a_draft_of_code_without_messages_passes_and_reaches_it(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if name == "COFFEE":
+        package = coffee(tmp_path).name and "coffee"
+    else:
+        package = "robot_code"
+        (tmp_path / "robot_code.py").write_text(getattr(appliances, name), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "hri", "--from", package, "--budget", "30"]) == 0
+    shown = capsys.readouterr().out
+    report = run_session(tmp_path / "hri")
+    assert report["status"] == 0, report["text"]
+    (shares,) = [file for file in report["code_under_test"]["files"]  # type: ignore[index]
+                 if file["file"].endswith(("robot.py", "robot_code.py"))]  # fmt: skip
+    assert shares["covered"] >= 0.75 * shares["statements"]
+    if name == "PORTER":  # the code raises at one of the texts
+        questions = (tmp_path / "hri" / "QUESTIONS.md").read_text(encoding="utf-8")
+        assert "`fetch_jam`: RuntimeError: the cart is jammed: a fault of the code" in questions
+        assert "the cart is jammed" in shown
+
+
+@pytest.mark.slow
+def test_code_that_cannot_be_imported_still_has_a_draft_that_passes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "robot_code.py").write_text(
+        "raise SystemExit(3)\n\n\nclass Arm:\n    def go(self, to: str):\n        self.at = to\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "hri", "--from", "robot_code", "--budget", "10"]) == 0
+    assert run_session(tmp_path / "hri")["status"] == 0
+    assert "SystemExit: 3" in (tmp_path / "hri" / "QUESTIONS.md").read_text(encoding="utf-8")
+
+
+# --- recordings
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What crosses the border of the coffee maker in its demo."""
+    folder = coffee(tmp_path_factory.mktemp("recorded"))
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        lines = list(record("coffee", ["python", "-m", "coffee.demo"], folder / "seen.json", 60.0))
+    finally:
+        os.chdir(before)
+    assert "status 0" in lines[1]
+    return folder / "seen.json"
+
+
+def test_a_recording_has_calls_across_the_border(recording: Path) -> None:
+    seen = read_observations(recording)
+    maker = "coffee.robot:CoffeeMaker"
+    assert set(seen.methods) == {f"{maker}.{name}" for name in ("press", "tick", "_pump_fault")}
+    assert seen.methods[f"{maker}.tick"].count == 60
+    assert seen.methods[f"{maker}.press"].arguments["button"].texts == {"start": 2, "reset": 1}
+    level = seen.calls["CoffeeMaker.tank.level_ml"].result
+    assert (level.low, level.high) == (50.0, 500.0)
+    assert seen.states[f"{maker}.mode"] == {"idle": 1, "idle -> brewing": 1, "brewing -> idle": 1, "idle -> error": 1,
+                                            "error -> idle": 1}  # fmt: skip
+    assert seen.calls["CoffeeMaker.display.show"].arguments["password"].texts == {"***": 2}
+
+
+def test_a_draft_has_what_a_recording_has_seen(recording: Path, tmp_path: Path) -> None:
+    folder = coffee(tmp_path)
+    (folder / "coffee" / "demo.py").unlink()  # nothing but the recording tells what is called in a loop
+    model = CodeReader("coffee", folder).model(read_observations(recording))
+    draft = Draft(model, "coffee", "person", tmp_path / "hri")
+    assert model.entry is not None
+    assert (model.entry.method, model.entry.period_s) == ("tick", 0.1)
+    (fault,) = [message for message in model.inputs if message.topic == "fault"]
+    assert fault.fields[0].observed == (3.0, 3.0)
+    assert draft.sensors[0].field.compared == (100.0,)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("{}", "expected version 1 of a recording of `python -m pytest_hricdv record`"),
+        ('{"format": "hricdv-recording", "version": 1}', "it lacks 'states'"),
+        ('{"format": ', "Expecting value"),
+    ],
+)
+def test_a_file_that_is_no_recording_is_one_sentence(
+    content: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (coffee(tmp_path) / "seen.json").write_text(content, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "hri", "--from", "coffee", "--recording", "seen.json"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: init: --recording=seen.json: ")
+    assert sentence in line
+    assert not (tmp_path / "hri").exists()
+
+
+def test_a_program_that_does_not_use_the_package_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(coffee(tmp_path))
+    assert main(["record", "--package", "coffee", "--", "python", "-c", "print(1)"]) == 2
+    assert "made no call from outside into coffee" in capsys.readouterr().err
+    assert main(["record", "--package", "coffee", "--"]) == 2
+    assert "expected a program" in capsys.readouterr().err
