@@ -1,26 +1,27 @@
 """Stand-ins of what surrounds code, with which a drafted testbench runs it."""
 
-from pytest_hricdv.extra.draft.stand_ins.anything import Anything, replace_modules
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
 from pytest_hricdv.extra.draft.stand_ins.device import Device
-from pytest_hricdv.extra.draft.stand_ins.driver import Clock, Drawn, Driver, Make, Replace
+from pytest_hricdv.extra.draft.stand_ins.driver import Driver
+from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, replace_modules
+from pytest_hricdv.extra.draft.stand_ins.ports import ClockPort, Make, Replace, RunParameter
 from pytest_hricdv.extra.draft.stand_ins.say import CallbackCall, MethodCall, Say, member
 from pytest_hricdv.extra.draft.stand_ins.visit import Manners
 
 __all__ = [
-    "Anything",
     "BusPort",
     "CallbackCall",
-    "Clock",
+    "ClockPort",
     "Device",
-    "Drawn",
     "Driver",
     "InboxPort",
     "Make",
     "Manners",
     "MethodCall",
+    "Neutral",
     "OutboxPort",
     "Replace",
+    "RunParameter",
     "Say",
     "member",
     "replace_modules",

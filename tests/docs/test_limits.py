@@ -24,6 +24,8 @@ from pytest_hricdv.coupling.coupled_run import CoupledRun
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.extra.campaign.__main__ import _number as number_of_campaign
 from pytest_hricdv.extra.cluster import code_archive
+from pytest_hricdv.extra.draft.code.loading import find
+from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
 from pytest_hricdv.generate.abstract import AbstractTest, check_suite_name
 from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext
@@ -164,6 +166,17 @@ def option_value(text: str) -> pytest.Config:
     return cast("pytest.Config", SimpleNamespace(getoption=lambda _: text))
 
 
+def source_of_size(size: int, folder: Path) -> object:
+    (folder / "robot.py").write_bytes(b"\n" * size)
+    return find("robot", folder)
+
+
+def recording_of_size(size: int, folder: Path) -> object:
+    text = Observations().to_json()
+    (folder / "seen.json").write_text(text + " " * (size - len(text)), encoding="utf-8")
+    return read_observations(folder / "seen.json")
+
+
 LIMITS = (
     Limit("_base.input_file:MAX_BYTES", lambda n, at: read_bytes(sparse(at / "f", n)), "too large"),
     Limit("_base.input_file:MAX_REPORT_BYTES", report_of_size, "too large", low=1000),
@@ -222,6 +235,8 @@ LIMITS = (
         "cross product of a: more than 100000 bins",
     ),
     Limit("extra.campaign.database:MAX_K", lambda n, _: number_of_campaign(str(n)), "from 1 to 10,000,000"),
+    Limit("extra.draft.code.loading:MAX_BYTES", source_of_size, "longer than 1,000 bytes", low=1000),
+    Limit("extra.draft.observe.observations:MAX_BYTES", recording_of_size, "at most 1,000 bytes", low=1000),
     Limit("extra.cluster.code_archive:MAX_BYTES", sent, "data included: install the project", low=1000),
     Limit("generate.abstract:MAX_SUITE_NAME", lambda n, _: check_suite_name("a" * n), "at most 100"),
     Limit("generate.abstract:SEED_LIMIT", lambda n, _: with_seed(n - 1), "below 2|< 2", "2^63"),
@@ -263,6 +278,7 @@ NOT_OF_INPUT = {
     "execution.process_pool:MAX_ATTEMPTS": "how often what was lost is tried again",
     "extra.cluster.connection:MAX_RESTARTS": "how often a connection is made again",
     "extra.draft.code.constants:MAX_DEPTH": "what is deeper in the code is not evaluated",
+    "extra.draft.observe.observations:VERSION": "of the format",
     "extra.draft.project.requirements:STAY_S": "part of a requirement that is drafted",
     "extra.ros2.frame_tree:_DEEPEST": "of tf2: what is deeper is a loop",
     "extra.ros2.messages:NS_PER_S": "a unit",

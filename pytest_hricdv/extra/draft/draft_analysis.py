@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+import sys
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from pytest_hricdv.extra.draft.analysis import analyse_sources, questions
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
@@ -29,9 +32,13 @@ from pytest_hricdv.extra.draft.code_model import (
     State,
     StateMachine,
 )
-from pytest_hricdv.extra.draft.deep_stack import with_deep_stack
 from pytest_hricdv.extra.draft.observe.observations import Observations
-from pytest_hricdv.extra.draft.observed_code import best_entry, called_methods, period_of, with_observations
+from pytest_hricdv.extra.draft.observed_code import best_entry, methods_from_outside, period_of, with_observations
+
+T = TypeVar("T")
+
+DEPTH, BYTES = 30_000, 512 * 1024 * 1024
+"""Calls in each other, and the stack that they may take; memory is only taken where it is used."""
 
 PERIOD_S = 0.1
 """Of a control loop, where nothing says how often it runs."""
@@ -73,16 +80,16 @@ class CodeReader:
         entry_name = self._asked or (best_entry(seen, self._sources) if seen is not None else "")
         model = analyse_sources(self._sources, self.name, entry_name, self._usage)
         if model.entry is None:
-            return replace(model, messages=tuple(self._carried(model)))
+            return replace(model, messages=tuple(self._carry(model)))
         missing = {p.text.split("`")[1] for p in model.problems if p.kind == "missing module" and "`" in p.text}
         entry = self._without_buses(model)
         model = replace(model, entry=entry, inner=tuple(self._inner(entry, frozenset(missing) | faulty)))
-        messages = list(self._carried(model))
+        messages = list(self._carry(model))
         received = [*self._stimuli.callbacks(_with_inner(entry, model.inner)), *self._items(entry, messages)]
         period = self._period(entry, seen)
         if period is not None:
             entry = period
-        called = called_methods(seen, entry) if seen is not None else frozenset()
+        called = methods_from_outside(seen, entry) if seen is not None else frozenset()
         inputs = [message for message in messages if message.direction != "published"]
         inputs += [message for message in received if message.form == "item"]
         methods = list(self._stimuli.methods(entry, called)) if entry.is_class and not inputs else []
@@ -91,11 +98,11 @@ class CodeReader:
             methods = [message for message in methods if message.channel in used]
         model = replace(model, entry=entry, messages=_unique((*messages, *received, *methods)))
         model = self._with_state(model, seen)
-        model = replace(model, messages=_unique((*model.messages, *_called(model))))
+        model = replace(model, messages=_unique((*model.messages, *_device_messages(model))))
         model = with_observations(model, seen) if seen is not None else model
         return replace(model, questions=tuple(questions(model)))
 
-    def _carried(self, model: CodeModel) -> Iterator[Message]:
+    def _carry(self, model: CodeModel) -> Iterator[Message]:
         """Messages that the bus of a test carries; others are converted, or asked for."""
         for message in model.messages:
             module = self._sources.by_name.get(message.module)
@@ -104,7 +111,7 @@ class CodeReader:
             if message.form in MESSAGE_FORMS:
                 yield message
             elif message.direction != "published":
-                yield self._stimuli.converted(replace(message, direction="received"))
+                yield self._stimuli.convert(replace(message, direction="received"))
 
     def _items(self, entry: Entry, messages: list[Message]) -> Iterator[Message]:
         typed = {message.channel for message in messages if message.direction != "published"}
@@ -258,7 +265,7 @@ def _unique(messages: tuple[Message, ...]) -> tuple[Message, ...]:
     return tuple(topics.values())
 
 
-def _called(model: CodeModel) -> Iterator[Message]:
+def _device_messages(model: CodeModel) -> Iterator[Message]:
     """A message for each device that tells what the code calls there."""
     entry = model.entry
     ports = (*entry.ports, *entry.method_ports, *model.inner) if entry is not None else ()
@@ -280,3 +287,28 @@ def _called(model: CodeModel) -> Iterator[Message]:
             text = MessageField("text", "str", "str", port.location)
             yield Message(title, snake(title), OWN_MODULE, "published", (what, text), port.location, (port.location,),
                           "called", port.name)  # fmt: skip
+
+
+def with_deep_stack(function: Callable[[], T]) -> T:
+    """The result of a function, called in a thread of its own; raises what it raises."""
+    results: list[T] = []
+    errors: list[BaseException] = []
+
+    def call() -> None:
+        try:
+            results.append(function())
+        except BaseException as error:
+            errors.append(error)
+
+    depth, size = sys.getrecursionlimit(), threading.stack_size(BYTES)
+    sys.setrecursionlimit(DEPTH)
+    try:
+        thread = threading.Thread(target=call, name="draft")
+        thread.start()
+        thread.join()
+    finally:
+        threading.stack_size(size)
+        sys.setrecursionlimit(depth)
+    if errors:
+        raise errors[0]
+    return results[0]

@@ -43,7 +43,7 @@ def _methods(seen: Observations, entry: Entry) -> dict[str, Site]:
     return {key.removeprefix(head): site for key, site in seen.methods.items() if key.startswith(head)}
 
 
-def called_methods(seen: Observations, entry: Entry) -> frozenset[str]:
+def methods_from_outside(seen: Observations, entry: Entry) -> frozenset[str]:
     """Methods of the entry that were called from outside, and are no callbacks."""
     callbacks = {name for site in seen.calls.values() for shape in site.arguments.values()
                  if shape.kinds.get("callable") for name in shape.classes}  # fmt: skip

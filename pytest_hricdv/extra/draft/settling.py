@@ -277,12 +277,12 @@ def _with_problems(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:
     """The draft with what the runs have shown that somebody has to fix."""
     raised = tuple(Problem("raised", f"{_one_line(trial.error)}: the draft is not green", trial.raised_at)
                    for trial in trials if trial.error)  # fmt: skip
-    differing = tuple(Problem("unrepeatable", text, None) for text in _differing(trials))
+    differing = tuple(Problem("unrepeatable", text, None) for text in _differences(trials))
     code = draft.code
     return replace(draft, code=replace(code, problems=code.problems + raised + differing))
 
 
-def _differing(trials: Sequence[FirstRuns]) -> Iterator[str]:
+def _differences(trials: Sequence[FirstRuns]) -> Iterator[str]:
     for reason in dict.fromkeys(trial.unrepeatable for trial in trials if trial.unrepeatable):
         yield f"a run does not repeat ({reason}): the draft is not green"
 

@@ -22,7 +22,7 @@ DEFINITIONS = {
     "cell_msgs/msg/Tray": "cell_msgs/Pose pose\nuint8 cups\nfloat32[] loads\nbool is_wet\n"
     + "=" * 80
     + "\nMSG: cell_msgs/Pose\nfloat64 x\nfloat64 y\n",
-    "rosgraph_msgs/msg/Clock": "builtin_interfaces/Time clock\n"
+    "rosgraph_msgs/msg/ClockPort": "builtin_interfaces/Time clock\n"
     + "=" * 80
     + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
 }
@@ -44,7 +44,7 @@ def tray(x: float, y: float, cups: int, loads: Sequence[float], is_wet: bool) ->
 
 
 def clock(time_s: float) -> bytes:
-    """A `rosgraph_msgs/msg/Clock` as CDR."""
+    """A `rosgraph_msgs/msg/ClockPort` as CDR."""
     seconds = int(time_s)
     return b"\x00\x01\x00\x00" + struct.pack("<iI", seconds, round((time_s - seconds) * 1e9))
 

@@ -14,7 +14,7 @@ from tests.extra.draft.bags import BEGAN_NS, STRING, Entry, clock, text, tray, w
 
 SAID = {"/said": STRING}
 BEGAN_S = BEGAN_NS / 1e9
-TRAY = {"/tray": "cell_msgs/msg/Tray", "/said": STRING, "/clock": "rosgraph_msgs/msg/Clock"}
+TRAY = {"/tray": "cell_msgs/msg/Tray", "/said": STRING, "/clock": "rosgraph_msgs/msg/ClockPort"}
 
 
 def reading(*paths: Path) -> list[Recording]:

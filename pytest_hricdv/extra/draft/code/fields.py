@@ -92,7 +92,7 @@ class FieldReader:
             return None
         return value.text if isinstance(value, Member) else value
 
-    def annotated(self, scope: Scope, name: str, annotation: ast.expr) -> MessageField:
+    def field_of_type(self, scope: Scope, name: str, annotation: ast.expr) -> MessageField:
         """A field of an annotated type, as far as this says which values it has."""
         statement = ast.AnnAssign(ast.Name(name), annotation, None, simple=1)
         return replace(self._field(scope.module, name, statement), location=scope.location)
@@ -100,23 +100,23 @@ class FieldReader:
     def parameter(self, scope: Scope, name: str, annotation: ast.expr | None) -> MessageField:
         """A parameter of a function as a field, with the values that the function compares it with."""
         if annotation is not None:
-            part = self.annotated(scope, name, annotation)
+            part = self.field_of_type(scope, name, annotation)
             if part.by_type:
                 return part
         else:
             part = MessageField(name, "", "", scope.location, unit=unit_of(name))
-        return self._compared(part, list(self._comparisons_of_name(name, scope, 0)))
+        return self._with_comparisons(part, list(self._comparisons_of_name(name, scope, 0)))
 
     def read_value(self, node: ast.expr, scope: Scope, name: str) -> MessageField:
         """A value that a function reads as a field: of a key of a dict."""
         part = MessageField(name, "", "", scope.module.location(node), unit=unit_of(name))
-        return self._compared(part, list(self._comparisons(node, scope.module, scope, 0)))
+        return self._with_comparisons(part, list(self._comparisons(node, scope.module, scope, 0)))
 
-    def compared_texts(self, node: ast.expr, scope: Scope) -> tuple[FieldValue, ...]:
+    def texts_for(self, node: ast.expr, scope: Scope) -> tuple[FieldValue, ...]:
         """The texts that a function compares an expression with."""
         return self.read_value(node, scope, "text").values
 
-    def _compared(self, part: MessageField, others: list[Origin]) -> MessageField:
+    def _with_comparisons(self, part: MessageField, others: list[Origin]) -> MessageField:
         """A field with what it is compared with; this says its kind, where nothing else does."""
         numbers = tuple(dict.fromkeys(number for other in others for number in self._numbers(other)))
         values: dict[str, CodeLine] = {}

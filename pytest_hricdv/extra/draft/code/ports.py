@@ -127,7 +127,7 @@ class PortReader:
         location = own.module.location(at)
         result = operation.result
         if annotation is not None:
-            declared = self._fields.annotated(own, "value", annotation)
+            declared = self._fields.field_of_type(own, "value", annotation)
             compared = result.compared if result is not None and declared.kind == "float" else ()
             values = declared.values or (result.values if result is not None and declared.kind == "str" else ())
             result = replace(declared, compared=compared, values=values)

@@ -41,7 +41,7 @@ _PLAIN = (bool, int, float, str, bytes, type(None))
 
 
 @dataclass
-class Tracer:
+class BorderTracer:
     """Records the border of a package.
 
     Args:
@@ -108,11 +108,11 @@ class Tracer:
                 self._sample(back)
                 self._note(self.seen.calls, f"{port[0]}.{frame.f_code.co_name}", frame, _location(back))
         elif to_own and not from_own:
-            self._incoming(frame)
+            self._enter(frame)
         if time.monotonic() - self._flushed_s > FLUSH_S:
             self.flush()
 
-    def _incoming(self, frame: FrameType) -> None:
+    def _enter(self, frame: FrameType) -> None:
         code, owner = frame.f_code, _self_of(frame)
         if code.co_name.startswith("<"):
             return  # a module or a comprehension
@@ -210,4 +210,4 @@ def _location(frame: FrameType) -> str:
 def start_by_environment() -> None:
     """Start as the environment variable says; called in each process of the recorded program."""
     asked = json.loads(os.environ[VARIABLE])
-    Tracer(asked["folders"], asked["outside"], Path(asked["file"])).start()
+    BorderTracer(asked["folders"], asked["outside"], Path(asked["file"])).start()

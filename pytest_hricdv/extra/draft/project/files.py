@@ -10,7 +10,7 @@ from pytest_hricdv._base import atomic_file
 from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE
 from pytest_hricdv.extra.draft.project.draft import Draft
-from pytest_hricdv.extra.draft.project.messages import messages_module, own_messages
+from pytest_hricdv.extra.draft.project.driver import messages_module, own_messages
 from pytest_hricdv.extra.draft.project.model import mas2j, meta, person, robot
 from pytest_hricdv.extra.draft.project.questions import questions_file
 from pytest_hricdv.extra.draft.project.requirements import requirements

@@ -18,13 +18,14 @@ from pytest_hricdv.extra.draft.project.declarations import (
     tuple_text,
 )
 from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
+from pytest_hricdv.extra.draft.project.driver import driver_lines, has_cross, say_lines
 from pytest_hricdv.extra.draft.project.imports import ImportTable
-from pytest_hricdv.extra.draft.project.inputs import OTHER, Input, Variant, is_open
-from pytest_hricdv.extra.draft.project.ranges import answer_s, lateness, number_range, reaction_lines, times_of_lines
+from pytest_hricdv.extra.draft.project.inputs import OTHER, is_open
+from pytest_hricdv.extra.draft.project.ranges import answer_s, lateness, reaction_lines, times_of_lines
 
 TESTBENCH = ("BeliefSpace", "Concretization", "CrossProduct", "Delay", "Drop", "Duplicate", "Field", "Model",
              "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
-STAND_INS = ("Anything", "BusPort", "CallbackCall", "Clock", "Device", "Drawn", "Driver", "InboxPort", "Make",
+STAND_INS = ("Neutral", "BusPort", "CallbackCall", "ClockPort", "Device", "RunParameter", "Driver", "InboxPort", "Make",
              "Manners", "MethodCall", "OutboxPort", "Replace", "Say", "member", "replace_modules")  # fmt: skip
 STANDARD = ("Path", "SimpleNamespace", "json", "import_module")
 TAKEN = ("HERE", "TIMES", "TIMES_OF", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
@@ -33,14 +34,14 @@ TAKEN = ("HERE", "TIMES", "TIMES_OF", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S"
 def conftest(draft: Draft) -> str:
     """The module `conftest`."""
     table = ImportTable((*TESTBENCH, *STAND_INS, *STANDARD, *TAKEN))
-    function = [*_says(draft, table), *_driver(draft, table), *_testbench(draft)]
+    function = [*say_lines(draft, table), *driver_lines(draft, table), *_testbench(draft)]
     body = [
         *_constants(draft),
         "",
         "",
         "def pytest_hricdv_testbench(config: object) -> Testbench:",
         '    """What the plugin asks for."""',
-        *_missing(draft),
+        *_replace_lines(draft),
         *table.lines(),
         "",
         *function,
@@ -65,12 +66,12 @@ def _head(draft: Draft, body: str) -> list[str]:
         "from pathlib import Path",
         *(["from types import SimpleNamespace"] if "SimpleNamespace(" in body else []),
         "",
-        *_wrapped("from pytest_hricdv.stand_ins import", used(STAND_INS)),
-        *_wrapped("from pytest_hricdv.testbench import", used(TESTBENCH)),
+        *_import_lines("from pytest_hricdv.stand_ins import", used(STAND_INS)),
+        *_import_lines("from pytest_hricdv.testbench import", used(TESTBENCH)),
     ]
 
 
-def _wrapped(head: str, names: str) -> list[str]:
+def _import_lines(head: str, names: str) -> list[str]:
     line = f"{head} {names}"
     return [line] if len(line) <= 88 else [f"{head} (", *(f"    {name}," for name in names.split(", ")), ")"]
 
@@ -96,190 +97,9 @@ def _constants(draft: Draft) -> list[str]:
     return lines
 
 
-def _missing(draft: Draft) -> list[str]:
+def _replace_lines(draft: Draft) -> list[str]:
     names = dict.fromkeys(name.partition(".")[0] for name in draft.absent_modules)
     return [f"    replace_modules({', '.join(map(json.dumps, names))})  # not installed here", ""] if names else []
-
-
-# --- what people say
-
-
-def _says(draft: Draft, table: ImportTable) -> list[str]:
-    if not draft.inputs:
-        return []
-    lines = ["    # What a person can say to the robot, with the numbers in it."]
-    lines += ["    says = {"]
-    for thing in draft.inputs:
-        kind = table.use(thing.message.module, thing.message.name)
-        for command, variant in thing.commands:
-            values = list(_values(draft, thing, variant, table))
-            notes = [note for _, note in values if note]
-            mark = notes[0] if len(notes) == 1 else str(variant.location)
-            if len(notes) < 2:
-                arguments = ", ".join([kind, *(text for text, _ in values)])
-                lines.append(f'        "{command}": Say({arguments}),  # {mark}')
-                continue
-            lines += [f'        "{command}": Say(  # {mark}', f"            {kind},"]
-            lines += [f"            {text},{f'  # {note}' if note else ''}" for text, note in values]
-            lines += ["        ),"]
-    return [*lines, "    }"]
-
-
-def _values(draft: Draft, thing: Input, variant: Variant, table: ImportTable) -> Iterator[tuple[str, str]]:
-    """The fields of a message, each with a note; those of which nothing is known have their default, or are neutral."""
-    values, ranges = dict(variant.values), dict(variant.ranges)
-    for part in thing.message.fields:
-        if part.name in values:
-            yield f"{part.name}={table.text(values[part.name], part.imports)}", ""
-        elif part.kind == "float":
-            text, note = number_range(draft, thing, part, ranges.get(part.name))
-            yield f"{part.name}={text}", note
-        elif not part.default:
-            yield f"{part.name}={table.text(part.neutral or 'None', part.imports)}", ""
-
-
-# --- the driver
-
-
-def _driver(draft: Draft, table: ImportTable) -> list[str]:
-    entry = draft.entry
-    lines = ["    driver = Driver("]
-    if entry is None:
-        names = ", ".join(f"import_module({json.dumps(name)})" for name in draft.code.modules)
-        lines += ["        # TODO: nothing was found to call: what runs the robot?", f"        lambda: [{names}],"]
-    else:
-        lines += [f"        {table.use(entry.module, entry.name)},  # {entry.location}"]
-        lines += _ports(draft, "ports", entry.ports, table)
-    if entry is not None and entry.method:
-        lines += [f'        method="{entry.method}",', *_ports(draft, "method_ports", entry.method_ports, table)]
-    if entry is not None and entry.period_s:
-        lines += [f"        period_s={entry.period_s:g},  # TODO: how often?"]
-    lines += _inner(draft, table)
-    lines += ["        says=says,"] if draft.inputs else []
-    calls = [message for message in draft.code.inputs if message.form == "call"]
-    if calls:
-        lines += ["        reaches={"]
-        for message in calls:
-            how = table.text(message.delivery, message.delivery_imports)
-            lines += [f"            {table.use(message.module, message.name)}: {how},"]
-        lines += ["        },"]
-    outputs = [message for message in draft.code.outputs if message.form not in ("called", "state")]
-    lines += [f"        answers={_kinds(draft.answers, table)},"] if draft.answers else []
-    lines += [f"        outputs={_kinds(outputs, table)},"] if outputs else []
-    called = {message.channel: table.use(message.module, message.name)
-              for message in draft.code.outputs if message.form == "called"}  # fmt: skip
-    if called:
-        pairs = ", ".join(f"{json.dumps(port)}: {name}" for port, name in called.items())
-        lines += [f"        called={{{pairs}}},"]
-    lines += _senses(draft)
-    topic, _, field = draft.code.state.partition(".")
-    state = next((message for message in draft.code.outputs if message.topic == topic), None)
-    if state is not None:
-        path = f'        state="{state.channel}",  # {state.location}' if state.form == "state" else ""
-        lines += [path] if path else []
-        lines += [f"        state_message={table.use(state.module, state.name)},"]
-        lines += [f'        state_field="{field}",'] if field != "state" else []
-    lines += [f'        person="{draft.person}",'] if draft.person != "person" else []
-    lines += ["        manners=Manners(ANSWER_S, STAYS_S),", "        limit_s=LIMIT_S,"]
-    lines += ["        takes_s=0.01,  # a loop that only asks devices would not end"] if draft.takes_time else []
-    lines += ["        may_end=True,"] if "early" in draft.allowed_endings else []
-    lines += ['        cross="state and manner",'] if _has_cross(draft) else []
-    lines += ["        is_async=True,"] if draft.is_async else []
-    return [*lines, "    )"]
-
-
-def _kinds(messages: tuple[Message, ...] | list[Message], table: ImportTable) -> str:
-    names = [table.use(message.module, message.name) for message in messages]
-    return f"({', '.join(names)}{',' if len(names) == 1 else ''})"
-
-
-def _ports(draft: Draft, keyword: str, ports: tuple[Port, ...], table: ImportTable) -> list[str]:
-    given = [port for port in ports if not port.default]
-    lines = [f'            "{port.name}": {_port(draft, port, table)},  # {port.location}' for port in given]
-    return [f"        {keyword}={{", *lines, "        },"] if lines else []
-
-
-def _inner(draft: Draft, table: ImportTable) -> list[str]:
-    """The objects that the code makes itself."""
-    lines = []
-    for port in draft.code.inner:
-        target = f"Replace({json.dumps(port.made_from)}, {_port(draft, port, table)})"
-        lines.append(f'            "{port.name}": {target},  # {port.location}; TODO: a simulator')
-    return ["        inner={", *lines, "        },"] if lines else []
-
-
-def _port(draft: Draft, port: Port, table: ImportTable) -> str:
-    """What the code gets for a port."""
-    if port.role == "bus":
-        return "BusPort()"
-    if port.role == "clock":
-        is_called = any(operation.name == "__call__" for operation in port.operations)
-        form = ("sleep" if port.name == "sleep" else "now") if is_called else ""
-        return f'Clock("{form}")' if form else "Clock()"
-    if port.role == "publish" or (port.role == "queue" and port.direction == "published"):
-        return "OutboxPort()"
-    if port.role == "queue":
-        kinds = []
-        for thing in draft.inputs:
-            message = thing.message
-            if message.form == "call" or message.channel not in ("", port.name.strip("_")):
-                continue
-            is_item = message.form == "item"
-            kinds.append(f"{{{_converted(message, table)}}}" if is_item else table.use(message.module, message.name))
-        return f"InboxPort({', '.join(kinds)})"
-    if port.role == "device":
-        return _device(draft, port, table)
-    if port in draft.parameters:
-        return f'Drawn("{port.name}"{", is_whole=True" if port.annotation == "int" else ""})'
-    neutral = table.text(port.neutral or "None", port.imports)
-    return f"Make(lambda: {neutral})" if "(" in neutral or "[" in neutral or "{" in neutral else neutral
-
-
-def _converted(message: Message, table: ImportTable) -> str:
-    how = table.text(message.delivery, message.delivery_imports)
-    return f"{table.use(message.module, message.name)}: {how}"
-
-
-def _device(draft: Draft, port: Port, table: ImportTable) -> str:
-    sensors = [sensor.operation.name for sensor in draft.sensors if sensor.port == port.name]
-    answers = {each.name: table.text(each.neutral, each.imports) for each in port.operations
-               if each.neutral and each.name not in sensors and not each.is_set}  # fmt: skip
-    attributes = [each.name for each in port.operations if not each.is_method and not each.is_set
-                  and (each.name in sensors or each.name in answers)]  # fmt: skip
-    coroutines = [each.name for each in port.operations if each.is_async and each.is_method]
-    parts = [f"senses={tuple_text(sensors)}"] if sensors else []
-    if answers:
-        made = ", ".join(f"{json.dumps(name)}: lambda: {text}" for name, text in answers.items())
-        parts += [f"answers={{{made}}}"]
-    parts += [f"attributes={tuple_text(attributes)}"] if attributes else []
-    parts += [f"coroutines={tuple_text(coroutines)}"] if coroutines else []
-    taken = [f"{json.dumps(thing.message.channel.partition('.')[2])}: {{{_converted(thing.message, table)}}}"
-             for thing in draft.inputs if thing.message.channel.partition(".")[0] == port.name
-             and "." in thing.message.channel and thing.message.form == "item"]  # fmt: skip
-    parts += [f"inboxes={{{', '.join(taken)}}}"] if taken else []
-    return f"Device({', '.join(parts)})"
-
-
-def _senses(draft: Draft) -> list[str]:
-    if not draft.sensors:
-        return []
-    lines = ["        # What the code reads first. TODO: what is right for your robot?", "        senses={"]
-    lines += [f'            "{s.port}.{s.operation.name}": {_initial(s)},  # {s.operation.location}'
-              for s in draft.sensors]  # fmt: skip
-    lines += ["        },"]
-    texts = [f"            {json.dumps(f'set_{word(sensor.name)} {level}')}: {json.dumps(text, ensure_ascii=False)},"
-             for sensor in draft.sensors if sensor.field.kind == "str"
-             for level, text in sensor.levels]  # fmt: skip
-    return [*lines, *(["        settings={", *texts, "        },"] if texts else [])]
-
-
-def _initial(sensor: Sensor) -> str:
-    if sensor.field.kind == "str":
-        return json.dumps(sensor.field.values[0].text, ensure_ascii=False)
-    if sensor.field.kind == "bool":
-        return "False"
-    numbers = sensor.field.compared or sensor.field.observed or (0.0, 1.0)
-    return repr(float(f"{sum(numbers) / len(numbers):.6g}"))
 
 
 # --- the testbench
@@ -331,10 +151,6 @@ def _fields(draft: Draft) -> list[str]:
     return ["        fields={", *lines, "        },"] if lines else []
 
 
-def _has_cross(draft: Draft) -> bool:
-    return bool(draft.states and draft.inputs)
-
-
 def _state_part(draft: Draft) -> list[str]:
     if not draft.states:
         return []
@@ -344,7 +160,7 @@ def _state_part(draft: Draft) -> list[str]:
         lines += [f"                ({json.dumps(a)}, {json.dumps(b)}),  # {at}" for a, b, at in draft.transitions]
         lines += ["            ),"]
     lines += ["        ),"]
-    if _has_cross(draft):
+    if has_cross(draft):
         lines += ['        cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})},']
     return lines
 

@@ -63,7 +63,7 @@ class RunBorder:
         self.senses[name] = value
         self.record(signal_name(name), value)
 
-    def outgoing(self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+    def note_call(self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
         """Note that the code has called something outside; functions among the arguments are its callbacks."""
         if self.takes_s and not self.is_async:
             self.run.kernel.sleep(self.takes_s)

@@ -166,7 +166,7 @@ class Outbox:
 
     def __call__(self, *contents: Any, **_: Any) -> None:
         """Say the message among the arguments."""
-        self._border.outgoing(self._name, "put", contents, {})
+        self._border.note_call(self._name, "put", contents, {})
         self._border.say(self._name, "put", contents)
 
     put_nowait = put = __call__
@@ -207,7 +207,7 @@ class CodeBus:
     def publish(self, *contents: Any, **named: Any) -> None:
         """Publish the message among the arguments."""
         every = (*contents, *named.values())
-        self._border.outgoing(self._name, "publish", every, {})
+        self._border.note_call(self._name, "publish", every, {})
         self._border.say(self._name, "publish", every)
 
     def subscribe(self, *arguments: Any, **named: Any) -> Any:

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv.extra.draft.stand_ins.anything import Anything
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Convert, Inbox
+from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Device:
         return DeviceStandIn(border, name, self)
 
 
-class DeviceStandIn(Anything):
+class DeviceStandIn(Neutral):
     """In place of a device."""
 
     def __new__(cls, *_: Any, **__: Any) -> DeviceStandIn:
@@ -64,24 +64,24 @@ class DeviceStandIn(Anything):
         if callable(value):
             border.register(f"{port}.{name}", value)
         else:
-            border.outgoing(port, f"set_{name}", (value,), {})
+            border.note_call(port, f"set_{name}", (value,), {})
             border.tell_call(port, f"set_{name}", (value,))
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """The device itself is a function."""
-        return self.called("__call__", arguments, named)
+        return self.call("__call__", arguments, named)
 
-    def called(self, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
+    def call(self, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
         """The code calls a method."""
         border, port, device = self.__dict__["_border"], self.__dict__["_name"], self.__dict__["_device"]
-        border.outgoing(port, name, arguments, named)
+        border.note_call(port, name, arguments, named)
         inbox = self.__dict__["_inboxes"].get(name)
         if inbox is not None and name in device.coroutines:
             return inbox.get()
         message = inbox.poll() if inbox is not None else None
         if message is not None:
             return message
-        is_registration = any(callable(each) and not isinstance(each, type | Anything) for each in arguments)
+        is_registration = any(callable(each) and not isinstance(each, type | Neutral) for each in arguments)
         if name not in device.senses and inbox is None and not is_registration:
             border.tell_call(port, name.strip("_"), (*arguments, *named.values()))
         value = self._value(name, read=False)
@@ -100,7 +100,7 @@ class DeviceStandIn(Anything):
         return value
 
 
-class _Method(Anything):
+class _Method(Neutral):
     """A method of a device, or an attribute of which nothing is known."""
 
     def __new__(cls, *_: Any, **__: Any) -> _Method:
@@ -111,10 +111,10 @@ class _Method(Anything):
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """The code calls it."""
-        return self.__dict__["_owner"].called(self.__dict__["_method"], arguments, named)
+        return self.__dict__["_owner"].call(self.__dict__["_method"], arguments, named)
 
 
-class _Answer(Anything):
+class _Answer(Neutral):
     """What an unknown method returns; as a decorator, it keeps the function as a callback."""
 
     def __new__(cls, *_: Any, **__: Any) -> _Answer:
@@ -124,11 +124,11 @@ class _Answer(Anything):
         self.__dict__.update(_border=border, _called=name)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """Anything; of a decorator, the function."""
+        """Neutral; of a decorator, the function."""
         if len(arguments) == 1 and not named and callable(arguments[0]):
             self.__dict__["_border"].register(self.__dict__["_called"], arguments[0])
             return arguments[0]
-        return Anything()
+        return Neutral()
 
 
 async def _later(value: Any) -> Any:

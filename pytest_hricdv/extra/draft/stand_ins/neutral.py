@@ -10,7 +10,7 @@ from types import FunctionType, ModuleType
 from typing import Any, Self
 
 
-class Anything(float):
+class Neutral(float):
     """A neutral value of an unknown type: 0.0, which has each attribute, can be called, and is empty."""
 
     def __new__(cls, *_: Any, **__: Any) -> Self:
@@ -22,18 +22,18 @@ class Anything(float):
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        return Anything()
+        return Neutral()
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """Anything; a decorator leaves a function as it is."""
+        """Neutral; a decorator leaves a function as it is."""
         is_decorator = len(arguments) == 1 and not named and isinstance(arguments[0], FunctionType)
-        return arguments[0] if is_decorator else Anything()
+        return arguments[0] if is_decorator else Neutral()
 
     def __await__(self) -> Iterator[Any]:
         return iter(())
 
     def __getitem__(self, _: Any) -> Any:
-        return Anything()
+        return Neutral()
 
     def __setitem__(self, _: Any, __: Any) -> None:
         return None
@@ -69,7 +69,7 @@ class Anything(float):
         raise StopAsyncIteration
 
 
-class _MissingModule(ModuleType):
+class _ModuleStandIn(ModuleType):
     """In place of a module that is not installed."""
 
     def __init__(self, name: str) -> None:
@@ -79,7 +79,7 @@ class _MissingModule(ModuleType):
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        return type(name, (Anything,), {}) if name[:1].isupper() and not name.isupper() else Anything()
+        return type(name, (Neutral,), {}) if name[:1].isupper() and not name.isupper() else Neutral()
 
 
 class _ModuleFinder(MetaPathFinder, Loader):
@@ -92,9 +92,9 @@ class _ModuleFinder(MetaPathFinder, Loader):
         """For these modules only."""
         return ModuleSpec(fullname, self, is_package=True) if fullname.partition(".")[0] in self.names else None
 
-    def create_module(self, spec: ModuleSpec) -> _MissingModule:
+    def create_module(self, spec: ModuleSpec) -> _ModuleStandIn:
         """A stand-in."""
-        return _MissingModule(spec.name)
+        return _ModuleStandIn(spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
         """There is nothing to execute."""

@@ -1,0 +1,239 @@
+"""The `Driver` of a draft: the robot, its stand-ins, what people say, and messages for which the code has no class."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+from pytest_hricdv.extra.draft.code.naming import word
+from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Message, MessageField, Port
+from pytest_hricdv.extra.draft.project.declarations import tuple_text
+from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
+from pytest_hricdv.extra.draft.project.imports import ImportTable
+from pytest_hricdv.extra.draft.project.inputs import Input, Variant
+from pytest_hricdv.extra.draft.project.ranges import number_range
+
+
+def say_lines(draft: Draft, table: ImportTable) -> list[str]:
+    if not draft.inputs:
+        return []
+    lines = ["    # What a person can say to the robot, with the numbers in it."]
+    lines += ["    says = {"]
+    for thing in draft.inputs:
+        kind = table.use(thing.message.module, thing.message.name)
+        for command, variant in thing.commands:
+            values = list(_values(draft, thing, variant, table))
+            notes = [note for _, note in values if note]
+            mark = notes[0] if len(notes) == 1 else str(variant.location)
+            if len(notes) < 2:
+                arguments = ", ".join([kind, *(text for text, _ in values)])
+                lines.append(f'        "{command}": Say({arguments}),  # {mark}')
+                continue
+            lines += [f'        "{command}": Say(  # {mark}', f"            {kind},"]
+            lines += [f"            {text},{f'  # {note}' if note else ''}" for text, note in values]
+            lines += ["        ),"]
+    return [*lines, "    }"]
+
+
+def _values(draft: Draft, thing: Input, variant: Variant, table: ImportTable) -> Iterator[tuple[str, str]]:
+    """The fields of a message, each with a note; those of which nothing is known have their default, or are neutral."""
+    values, ranges = dict(variant.values), dict(variant.ranges)
+    for part in thing.message.fields:
+        if part.name in values:
+            yield f"{part.name}={table.text(values[part.name], part.imports)}", ""
+        elif part.kind == "float":
+            text, note = number_range(draft, thing, part, ranges.get(part.name))
+            yield f"{part.name}={text}", note
+        elif not part.default:
+            yield f"{part.name}={table.text(part.neutral or 'None', part.imports)}", ""
+
+
+# --- the driver
+
+
+def driver_lines(draft: Draft, table: ImportTable) -> list[str]:
+    entry = draft.entry
+    lines = ["    driver = Driver("]
+    if entry is None:
+        names = ", ".join(f"import_module({json.dumps(name)})" for name in draft.code.modules)
+        lines += ["        # TODO: nothing was found to call: what runs the robot?", f"        lambda: [{names}],"]
+    else:
+        lines += [f"        {table.use(entry.module, entry.name)},  # {entry.location}"]
+        lines += _ports(draft, "ports", entry.ports, table)
+    if entry is not None and entry.method:
+        lines += [f'        method="{entry.method}",', *_ports(draft, "method_ports", entry.method_ports, table)]
+    if entry is not None and entry.period_s:
+        lines += [f"        period_s={entry.period_s:g},  # TODO: how often?"]
+    lines += _inner(draft, table)
+    lines += ["        says=says,"] if draft.inputs else []
+    calls = [message for message in draft.code.inputs if message.form == "call"]
+    if calls:
+        lines += ["        reaches={"]
+        for message in calls:
+            how = table.text(message.delivery, message.delivery_imports)
+            lines += [f"            {table.use(message.module, message.name)}: {how},"]
+        lines += ["        },"]
+    outputs = [message for message in draft.code.outputs if message.form not in ("called", "state")]
+    lines += [f"        answers={_kinds(draft.answers, table)},"] if draft.answers else []
+    lines += [f"        outputs={_kinds(outputs, table)},"] if outputs else []
+    called = {message.channel: table.use(message.module, message.name)
+              for message in draft.code.outputs if message.form == "called"}  # fmt: skip
+    if called:
+        pairs = ", ".join(f"{json.dumps(port)}: {name}" for port, name in called.items())
+        lines += [f"        called={{{pairs}}},"]
+    lines += _senses(draft)
+    topic, _, field = draft.code.state.partition(".")
+    state = next((message for message in draft.code.outputs if message.topic == topic), None)
+    if state is not None:
+        path = f'        state="{state.channel}",  # {state.location}' if state.form == "state" else ""
+        lines += [path] if path else []
+        lines += [f"        state_message={table.use(state.module, state.name)},"]
+        lines += [f'        state_field="{field}",'] if field != "state" else []
+    lines += [f'        person="{draft.person}",'] if draft.person != "person" else []
+    lines += ["        manners=Manners(ANSWER_S, STAYS_S),", "        limit_s=LIMIT_S,"]
+    lines += ["        takes_s=0.01,  # a loop that only asks devices would not end"] if draft.takes_time else []
+    lines += ["        may_end=True,"] if "early" in draft.allowed_endings else []
+    lines += ['        cross="state and manner",'] if has_cross(draft) else []
+    lines += ["        is_async=True,"] if draft.is_async else []
+    return [*lines, "    )"]
+
+
+def _kinds(messages: tuple[Message, ...] | list[Message], table: ImportTable) -> str:
+    names = [table.use(message.module, message.name) for message in messages]
+    return f"({', '.join(names)}{',' if len(names) == 1 else ''})"
+
+
+def _ports(draft: Draft, keyword: str, ports: tuple[Port, ...], table: ImportTable) -> list[str]:
+    given = [port for port in ports if not port.default]
+    lines = [f'            "{port.name}": {_port(draft, port, table)},  # {port.location}' for port in given]
+    return [f"        {keyword}={{", *lines, "        },"] if lines else []
+
+
+def _inner(draft: Draft, table: ImportTable) -> list[str]:
+    """The objects that the code makes itself."""
+    lines = []
+    for port in draft.code.inner:
+        target = f"Replace({json.dumps(port.made_from)}, {_port(draft, port, table)})"
+        lines.append(f'            "{port.name}": {target},  # {port.location}; TODO: a simulator')
+    return ["        inner={", *lines, "        },"] if lines else []
+
+
+def _port(draft: Draft, port: Port, table: ImportTable) -> str:
+    """What the code gets for a port."""
+    if port.role == "bus":
+        return "BusPort()"
+    if port.role == "clock":
+        is_called = any(operation.name == "__call__" for operation in port.operations)
+        form = ("sleep" if port.name == "sleep" else "now") if is_called else ""
+        return f'ClockPort("{form}")' if form else "ClockPort()"
+    if port.role == "publish" or (port.role == "queue" and port.direction == "published"):
+        return "OutboxPort()"
+    if port.role == "queue":
+        kinds = []
+        for thing in draft.inputs:
+            message = thing.message
+            if message.form == "call" or message.channel not in ("", port.name.strip("_")):
+                continue
+            is_item = message.form == "item"
+            kinds.append(f"{{{_conversion(message, table)}}}" if is_item else table.use(message.module, message.name))
+        return f"InboxPort({', '.join(kinds)})"
+    if port.role == "device":
+        return _device(draft, port, table)
+    if port in draft.parameters:
+        return f'RunParameter("{port.name}"{", is_whole=True" if port.annotation == "int" else ""})'
+    neutral = table.text(port.neutral or "None", port.imports)
+    return f"Make(lambda: {neutral})" if "(" in neutral or "[" in neutral or "{" in neutral else neutral
+
+
+def _conversion(message: Message, table: ImportTable) -> str:
+    how = table.text(message.delivery, message.delivery_imports)
+    return f"{table.use(message.module, message.name)}: {how}"
+
+
+def _device(draft: Draft, port: Port, table: ImportTable) -> str:
+    sensors = [sensor.operation.name for sensor in draft.sensors if sensor.port == port.name]
+    answers = {each.name: table.text(each.neutral, each.imports) for each in port.operations
+               if each.neutral and each.name not in sensors and not each.is_set}  # fmt: skip
+    attributes = [each.name for each in port.operations if not each.is_method and not each.is_set
+                  and (each.name in sensors or each.name in answers)]  # fmt: skip
+    coroutines = [each.name for each in port.operations if each.is_async and each.is_method]
+    parts = [f"senses={tuple_text(sensors)}"] if sensors else []
+    if answers:
+        made = ", ".join(f"{json.dumps(name)}: lambda: {text}" for name, text in answers.items())
+        parts += [f"answers={{{made}}}"]
+    parts += [f"attributes={tuple_text(attributes)}"] if attributes else []
+    parts += [f"coroutines={tuple_text(coroutines)}"] if coroutines else []
+    taken = [f"{json.dumps(thing.message.channel.partition('.')[2])}: {{{_conversion(thing.message, table)}}}"
+             for thing in draft.inputs if thing.message.channel.partition(".")[0] == port.name
+             and "." in thing.message.channel and thing.message.form == "item"]  # fmt: skip
+    parts += [f"inboxes={{{', '.join(taken)}}}"] if taken else []
+    return f"Device({', '.join(parts)})"
+
+
+def _senses(draft: Draft) -> list[str]:
+    if not draft.sensors:
+        return []
+    lines = ["        # What the code reads first. TODO: what is right for your robot?", "        senses={"]
+    lines += [f'            "{s.port}.{s.operation.name}": {_initial(s)},  # {s.operation.location}'
+              for s in draft.sensors]  # fmt: skip
+    lines += ["        },"]
+    texts = [f"            {json.dumps(f'set_{word(sensor.name)} {level}')}: {json.dumps(text, ensure_ascii=False)},"
+             for sensor in draft.sensors if sensor.field.kind == "str"
+             for level, text in sensor.levels]  # fmt: skip
+    return [*lines, *(["        settings={", *texts, "        },"] if texts else [])]
+
+
+def _initial(sensor: Sensor) -> str:
+    if sensor.field.kind == "str":
+        return json.dumps(sensor.field.values[0].text, ensure_ascii=False)
+    if sensor.field.kind == "bool":
+        return "False"
+    numbers = sensor.field.compared or sensor.field.observed or (0.0, 1.0)
+    return repr(float(f"{sum(numbers) / len(numbers):.6g}"))
+
+
+def has_cross(draft: Draft) -> bool:
+    """Whether the states are crossed with the manners of what was said."""
+    return bool(draft.states and draft.inputs)
+
+
+# --- messages of its own
+
+_TYPES = {"bool": "bool", "float": "float", "str": "str"}
+
+_DOCS = {
+    "call": "Gets to the code as a call: {location}.",
+    "item": "Gets to the code as {location} takes it.",
+    "called": "The code has called this port: its method, and the first text among the arguments. {location}",
+    "state": "The state of the robot has changed: {location}.",
+}
+
+
+def own_messages(draft: Draft) -> tuple[Message, ...]:
+    """The messages that the draft defines."""
+    return tuple(message for message in draft.messages if message.module == OWN_MODULE)
+
+
+def messages_module(draft: Draft) -> str:
+    """The module with these messages."""
+    lines = [
+        '"""Messages between people and the robot where its code has no classes for them."""',
+        "",
+        "from dataclasses import dataclass",
+    ]
+    for message in own_messages(draft):
+        doc = _DOCS[message.form].format(location=message.location).replace("\\", "/").replace('"', "'")
+        lines += ["", "", "@dataclass(frozen=True)", f"class {message.name}:", f'    """{doc}"""']
+        lines += [""] if message.fields else []
+        lines += [f"    {part.name}: {_type(part)}{_default(part)}" for part in message.fields]
+    return "\n".join(lines) + "\n"
+
+
+def _type(part: MessageField) -> str:
+    return "int" if part.type == "int" else _TYPES.get(part.kind, "str")
+
+
+def _default(part: MessageField) -> str:
+    """Of texts, the values that the code knows, as a comment."""
+    texts = ", ".join(json.dumps(value.text, ensure_ascii=True) for value in part.values[:6])
+    return f"  # {texts}" if texts else ""

@@ -1,0 +1,102 @@
+"""What a port of the code can get in each run: a clock, a number of the test, something new, or a replacement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from typing import Any, Protocol
+
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
+from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
+
+
+class RobotPort(Protocol):
+    """A stand-in that each run makes for itself."""
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The stand-in of a run, for the port of this name."""
+
+
+@dataclass(frozen=True)
+class ClockPort:
+    """A port that tells the time or waits: an object with `sleep` and `now_s`, or one of these functions.
+
+    Args:
+        form: "object", "now" (a function that returns the time in s) or "sleep" (one that waits).
+    """
+
+    form: str = "object"
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The clock of a run."""
+        kernel = border.run.kernel
+        return {"object": kernel, "now": lambda: kernel.now_s, "sleep": kernel.sleep}[self.form]
+
+
+@dataclass(frozen=True)
+class RunParameter:
+    """A number that is drawn for each run: a parameter of `Concretization.run`.
+
+    Args:
+        name: of the parameter.
+        is_whole: whether it is an integer.
+    """
+
+    name: str
+    is_whole: bool = False
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """The number of this run."""
+        number = border.run.test.run[self.name]
+        return round(number) if self.is_whole else number
+
+
+@dataclass(frozen=True)
+class Make:
+    """A port that gets what a function makes, new in each run."""
+
+    function: Callable[[], Any]
+
+    def make(self, border: RunBorder, name: str) -> Any:
+        """What it makes."""
+        return self.function()
+
+
+@dataclass(frozen=True)
+class Replace:
+    """An object that the code makes itself: a run replaces what it is made from.
+
+    Args:
+        target: module and name, as "robot.arm:mqtt.Client", or of an object of the module itself.
+        port: the stand-in.
+    """
+
+    target: str
+    port: RobotPort
+
+    def apply(self, border: RunBorder, name: str) -> Callable[[], None]:
+        """Replace it; returns what puts it back."""
+        module, _, path = self.target.partition(":")
+        *owners, last = path.split(".")
+        owner: Any = import_module(module)
+        for each in owners:
+            owner = getattr(owner, each)
+        before = getattr(owner, last)
+        made = self.port.make(border, name)
+        setattr(owner, last, _Maker(before, made) if callable(before) else made)
+        return partial(setattr, owner, last, before)
+
+
+class _Maker:
+    """In place of a class: makes the stand-in, and has the constants of the class."""
+
+    def __init__(self, kind: Any, made: Any) -> None:
+        self._kind, self._made = kind, made
+
+    def __call__(self, *_: Any, **__: Any) -> Any:
+        return self._made
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._kind, name, Neutral())
