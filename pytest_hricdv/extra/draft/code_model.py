@@ -17,7 +17,7 @@ Direction = Literal["published", "received", "both"]
 Imports = tuple[tuple[str, str], ...]
 """Names that a piece of source text needs, each as (module, name)."""
 
-OWN_MODULE = "hri_messages"
+OWN_MODULE = "drafted_messages"
 """The module of a draft with the messages for which the code has no class."""
 
 

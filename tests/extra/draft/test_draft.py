@@ -64,10 +64,10 @@ def test_a_file_that_exists_is_not_overwritten(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "robot_code.py").write_text(robots.MATCH, encoding="utf-8")
-    (tmp_path / "hri_messages.py").write_text("mine", encoding="utf-8")
+    (tmp_path / "drafted_messages.py").write_text("mine", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert main(["init", "--from", "robot_code", "--no-run"]) == 2
-    assert "hri_messages.py exists: nothing was written" in capsys.readouterr().err
+    assert "drafted_messages.py exists: nothing was written" in capsys.readouterr().err
     assert not (tmp_path / "conftest.py").exists()
 
 
