@@ -109,7 +109,7 @@ def test_a_gripper_that_nobody_looks_at_is_found_where_it_jams(tmp_path: Path) -
 
 
 def test_closure_says_how_it_ended_and_finds_nothing(tmp_path: Path) -> None:
-    options = ("--hri-suite=closure", "-n", "2", "--hri-close-runs=60", "-q")
+    options = ("--hri-suite=closure", "-n", "2", "--hri-close-runs=10", "-q")
     done = run(*options, f"--hri-report={tmp_path}")
     reported = report(tmp_path)
     closing = reported["closing"]

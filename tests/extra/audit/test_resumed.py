@@ -105,7 +105,7 @@ def test_a_rebuilt_report_names_all_that_it_lacks(audited: pytest.Pytester) -> N
 )
 def test_no_option_disables_the_audit(audited: pytest.Pytester, asked: Sequence[str]) -> None:
     state.leave(audited, "list of a module")
-    result = audited.runpytest_subprocess(*RUN, *asked)
+    result = audited.runpytest_subprocess(*RUN, "--hri-audit=1", *asked)
     audit = project.report(audited.path)["audit"]
     assert audit.get("problem", "") == ""
     leaves_something = "--hri-isolate" not in asked

@@ -13,6 +13,8 @@ from tests.plugin import project, state
 pytestmark = pytest.mark.slow  # each test is a session or several
 
 RUN = ("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:cacheprovider", "--hri-no-cov")
+ONE = (*RUN, "--hri-audit=1")
+"""Finding the cause of one test takes a second or two."""
 
 NUMBER_FILE = (
     "from pathlib import Path\nCOUNT = Path(__file__).with_name('count.txt')\ndef count():\n"
@@ -84,7 +86,7 @@ def test_a_plugin_that_runs_failures_again_asks_for_no_server_of_a_controller(au
 )
 def test_state_is_traced_to_the_test_that_left_it(audited: pytest.Pytester, way: str) -> None:
     state.leave(audited, way)
-    result = audited.runpytest_subprocess(*RUN)
+    result = audited.runpytest_subprocess(*RUN, "--hri-audit=2")
     assert result.ret == 1
     for mark in marks(audited):
         assert mark["cause"] == f"state that {mark['left_by']} leaves"
@@ -107,7 +109,7 @@ def test_workers_have_an_order_each(audited: pytest.Pytester) -> None:
 def test_other_causes_have_their_names(audited: pytest.Pytester, kind: str) -> None:
     said, module, cause, detail = CAUSES[kind]
     state.say(audited, said, module=module)
-    assert audited.runpytest_subprocess(*RUN).ret == 1
+    assert audited.runpytest_subprocess(*ONE).ret == 1
     assert marks(audited)
     for mark in marks(audited):
         assert mark["cause"] == cause
@@ -120,7 +122,7 @@ def test_what_is_drawn_when_the_testbench_is_imported_is_told_apart(audited: pyt
     drawing = "import random\nDRAWN = random.SystemRandom().random()\n"
     path.write_text(drawing + path.read_text(encoding="utf-8"), encoding="utf-8")
     state.say(audited, "__import__('conftest').DRAWN")
-    assert audited.runpytest_subprocess(*RUN).ret == 1
+    assert audited.runpytest_subprocess(*ONE).ret == 1
     assert {mark["cause"] for mark in marks(audited)} == {"drawn once in a process"}
 
 
@@ -129,7 +131,7 @@ def test_the_clock_on_the_wall_is_told_apart(audited: pytest.Pytester) -> None:
     project.change(audited.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(time.time() % 1.0)\n")
     path = audited.path / "conftest.py"
     path.write_text(f"import time\n{path.read_text(encoding='utf-8')}", encoding="utf-8")
-    assert audited.runpytest_subprocess(*RUN).ret == 1
+    assert audited.runpytest_subprocess(*ONE).ret == 1
     for mark in marks(audited):
         assert mark["cause"] == "wall clock"
         assert "time.time at conftest.py" in mark["detail"]
@@ -137,7 +139,7 @@ def test_the_clock_on_the_wall_is_told_apart(audited: pytest.Pytester) -> None:
 
 def test_the_journal_has_the_marks(audited: pytest.Pytester) -> None:
     state.leave(audited, "list of a module")
-    audited.runpytest_subprocess(*RUN)
+    audited.runpytest_subprocess(*ONE)
     before = marks(audited)
     (audited.path / "hri-report" / "report.json").unlink()
     project.command("rebuild", str(audited.path / "hri-report"))
@@ -160,7 +162,7 @@ def test_a_test_that_kills_its_process_alone_is_named(audited: pytest.Pytester) 
     state.say(
         audited, "0 if os.environ.get('PYTHONHASHSEED') != '1' else os.kill(os.getpid(), 9)", module="import os\n"
     )
-    result = audited.runpytest_subprocess(*RUN, "--hri-audit=1")
+    result = audited.runpytest_subprocess(*ONE)
     assert result.ret == 1
     (mark,) = marks(audited)
     assert mark["outcome_alone"] == "none"
@@ -182,7 +184,7 @@ def test_it_can_be_switched_off_and_bounded(audited: pytest.Pytester) -> None:
     state.leave(audited, "list of a module")
     assert audited.runpytest_subprocess(*RUN, "--hri-audit=off").ret == 0
     assert "audit" not in project.report(audited.path)
-    audited.runpytest_subprocess(*RUN, "--hri-audit=1")
+    audited.runpytest_subprocess(*ONE)
     assert len(project.report(audited.path)["audit"]["tests"]) == 1
     result = audited.runpytest_subprocess(*RUN, "--hri-audit=some")
     assert result.ret == pytest.ExitCode.USAGE_ERROR

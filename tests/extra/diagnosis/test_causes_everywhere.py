@@ -7,7 +7,7 @@ import pytest
 from tests import json_schema
 from tests.extra.diagnosis.test_diagnosis_sessions import SUITE, surging  # noqa: F401 (a fixture)
 from tests.extra.engines.test_sessions import two_engines
-from tests.plugin.project import change, report
+from tests.plugin.project import A_WORKER, change, report
 
 pytestmark = pytest.mark.slow
 
@@ -38,12 +38,12 @@ def test_a_session_that_is_stopped_says_that_it_has_no_causes(
     assert "failure analysis skipped" not in quiet.stdout.str()
 
 
-def test_isolated_tests_have_the_same_causes(surging: pytest.Pytester) -> None:  # noqa: F811
+def test_isolated_tests_and_those_of_a_worker_have_the_same_causes(surging: pytest.Pytester) -> None:  # noqa: F811
     made = []
-    for options in ((), ("--hri-isolate",)):
+    for options in ((), ("--hri-isolate",), A_WORKER):
         surging.runpytest_inprocess(*SUITE, "--hri-diagnose=11", *options)
         made.append(report(surging.path)["causes"])
-    assert made[0] == made[1]
+    assert made[0] == made[1] == made[2]
 
 
 def test_experiments_run_on_the_engine_of_the_session(surging: pytest.Pytester) -> None:  # noqa: F811

@@ -19,10 +19,10 @@ pytestmark = [
 ]
 
 
-def causes(folder: Path, *options: str) -> list[dict[str, Any]]:
+def causes(folder: Path) -> list[dict[str, Any]]:
     """Of a session with more runs for experiments than a small suite has by default."""
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--hri-audit=off", "--hri-diagnose=20"]
-    done = subprocess.run([*command, *options], cwd=folder, capture_output=True, text=True, check=False, timeout=900)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=900)
     assert done.returncode == 1, done.stdout
     assert " fail for 1 cause" in done.stdout
     made: list[dict[str, Any]] = json.loads((folder / "hri-report" / "report.json").read_text(encoding="utf-8"))[
@@ -42,4 +42,3 @@ def test_a_bug_of_a_node_is_a_cause_in_its_function(tmp_path: Path) -> None:
     assert (cause["requirements"], len(cause["tests"])) == (["R2"], 2)
     assert cause["minimal_pair"]["test"] in cause["tests"]
     assert "ArmNode.step" in [place["function"] for place in cause["locations"]]
-    assert causes(tmp_path, "-n", "1") == [cause]
