@@ -22,11 +22,6 @@ WAYS = {
         "    os.environ['SERVED'] = os.environ.get('SERVED', '') + '1'\n",
         "len(os.environ['SERVED'])",
     ),
-    "current folder": (
-        "import os\nfrom pathlib import Path\nHERE = Path(__file__).parents[1]\n",
-        "    here = Path.cwd()\n    os.chdir(HERE / 'models' if here == HERE else HERE)\n",
-        "here == HERE",
-    ),
 }
 """What it is that stays -> lines of the module, of the function, and what is said."""
 

@@ -86,7 +86,7 @@ def test_a_plugin_that_runs_failures_again_asks_for_no_server_of_a_controller(au
 )
 def test_state_is_traced_to_the_test_that_left_it(audited: pytest.Pytester, way: str) -> None:
     state.leave(audited, way)
-    result = audited.runpytest_subprocess(*RUN, "--hri-audit=2")
+    result = audited.runpytest_subprocess(*ONE)
     assert result.ret == 1
     for mark in marks(audited):
         assert mark["cause"] == f"state that {mark['left_by']} leaves"

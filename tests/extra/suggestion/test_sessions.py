@@ -49,8 +49,8 @@ def test_the_coffee_robot_has_suggestions_which_are_the_same_again(pytester: pyt
     write_files(
         (block for block in blocks("tutorial.md") if "/" not in block.name or "models" in block.name), pytester.path
     )
-    arguments = ("-p", "no:xdist", "--hri-suite=rl", "--hri-tests=6", "--hri-audit=off", "test_coffee.py")
-    arguments += ("--hri-suggest", "--hri-suggest-anew")
+    few = ("-p", "no:xdist", "--hri-suite=rl", "--hri-tests=6", "--hri-audit=off", "test_coffee.py")
+    arguments = (*few, "--hri-suggest", "--hri-suggest-anew")
     budget = ("--hri-suggest-faults=4", "--hri-suggest-further=4")
     first = pytester.runpytest_subprocess(*arguments, *budget)
     first.stdout.fnmatch_lines(["suggestions: * requirements, of * runs*", "[[]S1[]]", "formula = 'always(*"])
