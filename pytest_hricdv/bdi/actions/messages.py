@@ -116,17 +116,11 @@ def _configure(invocation: Invocation) -> Outcome:
 
 @internal_action("puts", 1, MANY)
 def _puts(invocation: Invocation) -> Outcome:
-    """As ``.print``, with the values of the variables that are named in the texts, as in ``"#{X} left"``."""
-    agent, bindings = invocation.agent, invocation.bindings
-
-    def fill(index: int) -> str:
-        value = invocation.value(index)
-        text = _plain_text(value)
-        if not isinstance(value, String):
-            return text
-        return _NAMED.sub(lambda match: render(agent.value(Variable(match[1]), bindings)), text)
-
-    agent.run.print(agent.name, "".join(map(fill, range(len(invocation.args)))))
+    """The texts, with the values of the variables named in them, as in ``"#{X} left"``; as in Jason, nothing else."""
+    agent, values = invocation.agent, map(invocation.value, range(len(invocation.args)))
+    text = "".join(value.value for value in values if isinstance(value, String))
+    filled = _NAMED.sub(lambda match: render(agent.value(Variable(match[1]), invocation.bindings)), text)
+    agent.run.print(agent.name, filled)
     return True
 
 
