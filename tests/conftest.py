@@ -13,7 +13,7 @@ import pytest
 if sys.version_info >= (3, 14):
     os.environ.setdefault("COVERAGE_CORE", "ctrace")  # the default from there on knows no contexts
 
-FEW, MANY = 30, 200
+FEW, MANY = 30, 100
 
 OPTIONAL = ("mujoco", "pybullet", "rclpy")
 """Modules without which tests of an engine, or of ROS 2, are not collected or skipped."""
