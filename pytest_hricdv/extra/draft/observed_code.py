@@ -99,7 +99,7 @@ def _field(part: MessageField, shape: Shape | None) -> MessageField:
     """A field with what was observed of it."""
     if shape is None:
         return part
-    kind = part.kind or _kind(shape)
+    kind = part.kind or (_kind(shape) if not part.type else "")
     if kind == "float" and shape.low is not None and shape.high is not None and not part.compared:
         return replace(part, kind=kind, observed=(shape.low, shape.high))
     if kind == "str" and not part.by_type and not shape.is_open:

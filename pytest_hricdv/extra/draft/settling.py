@@ -5,6 +5,7 @@ Everything has a budget of processor time. What it does not suffice for is small
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -31,6 +32,9 @@ SHARE = 0.35
 
 BUDGET_S = 60.0
 """Processor time of all first runs."""
+
+_REFUSED = re.compile(r"requirements\.toml:.*?\brequirement (\S+?)[,:]")
+"""The id of a requirement that cannot be read, in an error."""
 
 Reread = Callable[[Observations | None, frozenset[str]], CodeModel]
 """Reads the code again, with what was observed, and with the libraries that failed."""
@@ -78,13 +82,22 @@ class Settlement:
         """Take out what fails; returns whether anything was."""
         if self.isolated_for and self.isolated_for == trial.error:
             self.draft = replace(self.draft, isolates=False)  # it was not that
-        steps = (self._take_time, self._isolate, self._replace_libraries, self._leave_out, self._give_up_unknown,
-                 self._drop_state, self._drop_calls, self._drop_inputs, self._drop_entry, self._drop_code)  # fmt: skip
+        steps = (self._drop_requirement, self._take_time, self._isolate, self._replace_libraries, self._leave_out,
+                 self._give_up_unknown, self._drop_state, self._drop_calls, self._drop_inputs, self._drop_entry,
+                 self._drop_code)  # fmt: skip
         for step in steps:
             if step(trial):
                 self.is_reduced = True
                 return True
         return False
+
+    def _drop_requirement(self, trial: FirstRuns) -> bool:
+        """Leave out a requirement that the testbench refuses."""
+        found = _REFUSED.search(trial.error)
+        before = self.draft.dropped
+        if found is not None:
+            self.draft = _without(self.draft, (found.group(1),))
+        return self.draft.dropped != before
 
     def _take_time(self, trial: FirstRuns) -> bool:
         if "no simulated time" not in trial.error or self.draft.takes_time:

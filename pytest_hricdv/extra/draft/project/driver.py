@@ -92,7 +92,7 @@ def driver_lines(draft: Draft, table: ImportTable) -> list[str]:
     lines += [f'        person="{draft.person}",'] if draft.person != "person" else []
     lines += ["        manners=Manners(ANSWER_S, STAYS_S),", "        limit_s=LIMIT_S,"]
     lines += ["        takes_s=0.01,  # a loop that only asks devices would not end"] if draft.takes_time else []
-    lines += ["        may_end=True,"] if "early" in draft.allowed_endings else []
+    lines += ["        may_end=True,"] if "early" in draft.allowed_endings and entry is not None else []
     lines += ['        cross="state and manner",'] if has_cross(draft) else []
     lines += ["        is_async=True,"] if draft.is_async else []
     return [*lines, "    )"]
