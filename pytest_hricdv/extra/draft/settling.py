@@ -24,6 +24,9 @@ MAX_LOOKS = 3
 MAX_TRIALS = 25
 """Runs of a few tests in all, however little each takes."""
 
+MAX_REPEATS = 4
+"""Runs of a suite in which single things are taken out; after that, everything that may fail is."""
+
 MIN_RUN_S = 10.0
 """Processor time that a run may always take: pytest itself and the imports of the code are part of it."""
 
@@ -100,7 +103,9 @@ class Settlement:
         return self.draft.dropped != before
 
     def _take_time(self, trial: FirstRuns) -> bool:
-        if "no simulated time" not in trial.error or self.draft.takes_time:
+        """Let calls of devices take time, where the code asks them without waiting."""
+        is_still = "no simulated time" in trial.error or "without time passing" in trial.error
+        if not is_still or self.draft.takes_time:
             return False
         self.draft = replace(self.draft, takes_time=True)
         return True
@@ -245,12 +250,12 @@ def _make_green(work: Settlement, progress: Callable[[str], None]) -> FirstRuns:
         is_over = work.trials >= MAX_TRIALS or work.budget_s <= 0.0
         if not (work.give_up(trial) if is_over else work.reduce(trial)):
             return trial
-        progress(f"first runs: {_one_line(trial.error or trial.unrepeatable)[:150]}: tried again without the cause")
+        progress(f"first runs: {_one_line(trial.error or trial.unrepeatable)[:150]}: run without the cause")
 
 
 def _run_suite(work: Settlement, suite: str, limit_s: float, progress: Callable[[str], None]) -> FirstRuns:
     """The runs of a suite, with as many tests as the budget allows; what fails in them is taken out, too."""
-    for _ in range(4):
+    for number in range(MAX_REPEATS + 3):
         trial = work.try_out(suite, None, limit_s)
         work.budget_s = max(work.budget_s, limit_s / 2)  # it has to be seen to be green
         if trial.is_ended:
@@ -259,11 +264,11 @@ def _run_suite(work: Settlement, suite: str, limit_s: float, progress: Callable[
             trial = replace(trial, error="")
             break
         work.draft = _without(work.draft, trial.failed)
-        if not (trial.error or trial.leaks) or not work.reduce(trial):
+        if not (trial.error or trial.leaks):
             break
-        progress(
-            f"first runs, {suite}: {_one_line(trial.error or trial.unrepeatable)[:150]}: tried again without the cause"
-        )
+        if not (work.reduce(trial) if number < MAX_REPEATS else work.give_up(trial)):
+            break
+        progress(f"first runs, {suite}: {_one_line(trial.error or trial.unrepeatable)[:150]}: run without the cause")
     progress(f"first runs, {suite}: {trial.tests} tests, {trial.passed} passed before requirements were settled")
     return trial
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Convert, Inbox
-from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
+from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, NeutralNumber
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,7 @@ class DeviceStandIn(Neutral):
             border.on_crossing()
         if name in device.senses:
             value = border.senses[f"{port}.{name}"]
+            value = NeutralNumber(value) if isinstance(value, float) else value
         else:
             make = device.answers.get(name)
             value = make() if make is not None else _Answer(border, f"{port}.{name}")

@@ -69,6 +69,16 @@ class Neutral(float):
         raise StopAsyncIteration
 
 
+class NeutralNumber(Neutral):
+    """A number that a device returns; code that takes it for something else gets neutral values of it."""
+
+    def __new__(cls, value: float) -> Self:
+        return float.__new__(cls, value)
+
+    def __init__(self, value: float) -> None:
+        super().__init__()
+
+
 class _ModuleStandIn(ModuleType):
     """In place of a module that is not installed."""
 
