@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import datetime
 import faulthandler
-import math
 import os
 import selectors
 import signal
@@ -30,8 +29,9 @@ from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
+from pytest_hricdv.runtime.virtual.prohibition import WATCHDOGS, takes_away
 from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module
-from pytest_hricdv.runtime.virtual.real_time import RealTimeError, RefusedError
+from pytest_hricdv.runtime.virtual.real_time import ProhibitedError, RealTimeError
 
 try:
     import resource
@@ -57,8 +57,6 @@ _SELECTORS = tuple(
 
 _TIMERS = ("setitimer", "alarm")
 _CLOCKED = frozenset((*_TIMERS, "setrlimit", "dump_traceback_later"))
-_LIMITS = ("RLIMIT_NOFILE", "RLIMIT_FSIZE", "RLIMIT_AS", "RLIMIT_DATA", "RLIMIT_NPROC", "RLIMIT_STACK")
-_LIMITED = frozenset(getattr(resource, name) for name in _LIMITS if hasattr(resource, name))
 _SIGNALS = ("sigwait", "sigwaitinfo", "sigtimedwait", "pause")
 _REFUSED: dict[str, Callable[..., Any]] = {
     "os.system": os.system,
@@ -73,12 +71,6 @@ _REFUSED: dict[str, Callable[..., Any]] = {
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
 timers of the machine strike by its own clock, or never, as a run is over soon. And what takes from the process what
 nobody can give back: the session would go on with less."""
-
-_WATCHDOGS = getattr(signal, "SIGVTALRM", None)
-"""The signal of the watchdog, which has to come through; Windows has none."""
-
-_SWITCHES_S = 0.1
-"""The watchdog is a thread: who keeps it from running for longer (s) could keep it from looking."""
 
 _REAP_S = 1.0
 """A process that was ended because its wait was refused is waited for so long (s; chosen: it takes milliseconds)."""
@@ -114,8 +106,8 @@ class _Guard:
     def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
         """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
         node = current_node()
-        if _PID() == self._pid and self._takes_away(name, args):
-            raise RefusedError(
+        if _PID() == self._pid and takes_away(name, args, self._depth):
+            raise ProhibitedError(
                 f"{place_of(sys._getframe(1))}: {name} takes from the whole process, pytest included, what the session "
                 "needs: let the code do so where it is started, which a test does not do, or in a process of its own"
             )
@@ -127,24 +119,8 @@ class _Guard:
                 'a run has its own; use threading.Timer, with time=VirtualTime(apis=("time", "threading"))'
             )
         if name == "signal.pthread_sigmask":
-            args = (args[0], {*args[1]} - {_WATCHDOGS})
+            args = (args[0], {*args[1]} - {WATCHDOGS})
         return real(*args, **keywords)
-
-    def _takes_away(self, name: str, args: tuple[Any, ...]) -> bool:
-        """Whether it leaves the session with less than it had."""
-        match name, args:
-            case "sys.addaudithook", _:
-                return True
-            case "signal.signal", (number, _):
-                return bool(number == _WATCHDOGS)
-            case "sys.setswitchinterval", (interval_s,):
-                return float(interval_s) > _SWITCHES_S
-            case "sys.setrecursionlimit", (int(depth),):
-                return depth < self._depth
-            case "resource.setrlimit" | "resource.prlimit", (*_, what, (int(soft), int(hard))) if what in _LIMITED:
-                now_soft, now_hard = map(_amount, resource.getrlimit(what))
-                return _amount(soft) < now_soft or _amount(hard) < now_hard
-        return False
 
     def start(self, thread: threading.Thread) -> None:
         """As `Thread.start`; those that nodes start are remembered."""
@@ -227,10 +203,6 @@ def _is_harmless(name: str, args: tuple[Any, ...]) -> bool:
         case "addaudithook" | "setrecursionlimit" | "setswitchinterval" | "prlimit" | "signal" | "pthread_sigmask":
             return True
     return False
-
-
-def _amount(limit: int) -> float:
-    return math.inf if limit == resource.RLIM_INFINITY else limit
 
 
 @contextmanager

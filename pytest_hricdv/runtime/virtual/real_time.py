@@ -12,7 +12,7 @@ from pytest_hricdv.runtime.source_location import place_of
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
-class RefusedError(KernelError):
+class ProhibitedError(KernelError):
     """The code under test asked for what it cannot have; the run knows of it, so it cannot be caught and forgotten."""
 
     def __init__(self, text: str) -> None:
@@ -22,7 +22,7 @@ class RefusedError(KernelError):
             node.kernel.refusals.append(self)
 
 
-class RealTimeError(RefusedError):
+class RealTimeError(ProhibitedError):
     """It asked for real time; the message says where, and how to let it have virtual time."""
 
 

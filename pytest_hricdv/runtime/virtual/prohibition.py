@@ -1,0 +1,48 @@
+"""What code may not do to its process in a run: nobody could give back what it takes from the session."""
+
+from __future__ import annotations
+
+import math
+import signal
+from typing import Any
+
+try:
+    import resource
+except ImportError:  # of Windows
+    resource = None  # type: ignore[assignment]
+
+WATCHDOGS = getattr(signal, "SIGVTALRM", None)
+"""The signal of the watchdog, which has to come through; Windows has none."""
+
+_SWITCHES_S = 0.1
+"""The watchdog is a thread: who keeps it from running for longer (s) could keep it from looking (chosen)."""
+
+_LIMITS = ("RLIMIT_NOFILE", "RLIMIT_FSIZE", "RLIMIT_AS", "RLIMIT_DATA", "RLIMIT_NPROC", "RLIMIT_STACK")
+_LIMITED = frozenset(getattr(resource, name) for name in _LIMITS if hasattr(resource, name))
+
+
+def takes_away(name: str, args: tuple[Any, ...], depth: int) -> bool:
+    """Whether a call leaves the session with less than it had.
+
+    Args:
+        name: of the function, with its module.
+        args: of the call.
+        depth: the limit of recursion when the run began.
+    """
+    match name, args:
+        case "sys.addaudithook", _:
+            return True
+        case "signal.signal", (number, _):
+            return bool(number == WATCHDOGS)
+        case "sys.setswitchinterval", (interval_s,):
+            return float(interval_s) > _SWITCHES_S
+        case "sys.setrecursionlimit", (int(limit),):
+            return limit < depth
+        case "resource.setrlimit" | "resource.prlimit", (*_, what, (int(soft), int(hard))) if what in _LIMITED:
+            now_soft, now_hard = map(_amount, resource.getrlimit(what))
+            return _amount(soft) < now_soft or _amount(hard) < now_hard
+    return False
+
+
+def _amount(limit: int) -> float:
+    return math.inf if limit == resource.RLIM_INFINITY else limit
