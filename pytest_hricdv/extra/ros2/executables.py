@@ -38,7 +38,7 @@ _PATH_LENGTH = 3
 """Of the end of an executable's path: lib/PACKAGE/EXECUTABLE."""
 
 
-class RefusedError(LaunchError):
+class ForeignExecutableError(LaunchError):
     """An executable that is not Python, and for which nothing stands.
 
     Args:
@@ -154,8 +154,8 @@ class Executables:
             "entry_points in its setup.py"
         )
 
-    def _refusal(self, what: str, name: str, problem: str) -> RefusedError:
-        return RefusedError(
+    def _refusal(self, what: str, name: str, problem: str) -> ForeignExecutableError:
+        return ForeignExecutableError(
             name,
             f"{self.launch}: {what} {problem}. Replace it by a function or an entry of Python, or leave it "
             f'out: Launch(..., executables={{"{name}": replacement}}) or {{"{name}": "{IGNORED}"}}',

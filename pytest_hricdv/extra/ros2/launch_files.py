@@ -26,7 +26,7 @@ from pytest_hricdv._base.error_text import causes, error_text
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError
-from pytest_hricdv.extra.ros2.executables import Executables, RefusedError
+from pytest_hricdv.extra.ros2.executables import Executables, ForeignExecutableError
 from pytest_hricdv.extra.ros2.launch_processes import Processes, Transport, protocol_of
 from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, find_share, packages_around
 from pytest_hricdv.extra.ros2.processes import Process
@@ -229,7 +229,7 @@ def launch_process(processes: Processes, file: LaunchFile) -> Process:
 def _all_of(file: LaunchFile, errors: Sequence[BaseException]) -> str:
     """The first error, and the names of other executables that are refused."""
     first = _as_input_error(file, errors[0])
-    others = dict.fromkeys(error.name for error in errors[1:] if isinstance(error, RefusedError))
+    others = dict.fromkeys(error.name for error in errors[1:] if isinstance(error, ForeignExecutableError))
     return f"{first}{'; the same of ' if others else ''}{', '.join(others)}"
 
 
