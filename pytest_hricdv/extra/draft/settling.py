@@ -68,6 +68,7 @@ class Settlement:
     def try_out(self, suite: str = "rl", tests: int | None = FIRST_TESTS, limit_s: float = 20.0) -> FirstRuns:
         """Run the draft as it is, until all ends of its runs are allowed."""
         while True:
+            self.draft = _with_some_requirement(self.draft)
             trial = run(self.draft, suite, max(MIN_RUN_S, min(limit_s, self.budget_s)), tests)
             self.trials += 1
             self.budget_s -= trial.used_s
@@ -236,7 +237,7 @@ def settle(
     if not trial.error:
         work.draft = _without(work.draft, trial.failed)
         trials = [_run_suite(work, suite, SHARE * budget_s, progress) for suite in ("rl", "closure")]
-    made = _with_untriggered(work.draft, trials)
+    made = _without_rare(work.draft, trials)
     code = replace(made.code, questions=(*work.questions, *made.code.questions))
     return replace(_with_problems(replace(made, code=code), trials), missing=trials[-1].missing), tuple(trials)
 
@@ -273,22 +274,23 @@ def _run_suite(work: Settlement, suite: str, limit_s: float, progress: Callable[
     return trial
 
 
-def _with_untriggered(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:
-    """The draft, in which requirements that nothing checked are questions, and those that one suite checked say so."""
-    ids = [name for subject, name in requirement_ids(draft).items() if subject not in draft.dropped]
-    unseen = [name for name in ids if all(name in trial.never for trial in trials)]
-    held = {*ids} - {*unseen}
-    by_one = {name: suite for suite, trial in zip(("rl", "closure"), trials, strict=False)
-              for name in trial.never if name in held}  # fmt: skip
-    return _without(replace(draft, untriggered=by_one), unseen)
+def _without_rare(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:
+    """The draft, in which requirements that few tests checked are questions: a smaller session would miss them."""
+    rare = dict.fromkeys(name for trial in trials for name in trial.rare)
+    return _with_some_requirement(_without(draft, tuple(rare)))
+
+
+def _with_some_requirement(draft: Draft) -> Draft:
+    """The draft, with a requirement on the visit where no other one is left."""
+    is_none = {*requirement_ids(draft)} <= {*draft.dropped}
+    return replace(draft, has_dropped_all=draft.has_dropped_all or is_none)
 
 
 def _without(draft: Draft, names: Sequence[str]) -> Draft:
     """The draft, in which these requirements are questions."""
     subjects = {name: subject for subject, name in requirement_ids(draft).items()}
     dropped = tuple(subjects[name] for name in names if name in subjects)
-    made = replace(draft, dropped=tuple(dict.fromkeys(draft.dropped + dropped)))
-    return replace(made, has_dropped_all=made.has_dropped_all or {*subjects.values()} <= {*made.dropped})
+    return _with_some_requirement(replace(draft, dropped=tuple(dict.fromkeys(draft.dropped + dropped))))
 
 
 def _with_problems(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:

@@ -81,14 +81,6 @@ def test_code_that_is_not_there_is_one_sentence(
     assert capsys.readouterr().err.startswith(f"error: init: --from={asked}: no ")
 
 
-def test_what_one_suite_never_comes_to_may_be_unchecked_there(tmp_path: Path) -> None:
-    """The requirement stays, as the other suite checks it; the draft is green with each of them."""
-    draft, _ = drafted(tmp_path, robots.MATCH)
-    texts = dict(files(replace(draft, untriggered={"R2": "rl"})))
-    assert texts["pytest.ini"].endswith("hri_allow_nc =\n  R2 in rl: no test came to it in the first runs\n")
-    assert "hri_allow_nc" not in dict(files(draft))["pytest.ini"]
-
-
 def test_states_that_the_code_publishes_are_covered_and_no_disturbance_takes_one_away(tmp_path: Path) -> None:
     """The robot seemed to go from the state before to the one after, which a requirement forbids."""
     draft, texts = drafted(tmp_path, robots.TRANSITIONS)

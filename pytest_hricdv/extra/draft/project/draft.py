@@ -84,7 +84,6 @@ class Draft:
         folder: where it is written.
         takes_time: whether each call of a device takes some simulated time; else a loop without a wait would not end.
         dropped: subjects of requirements that did not hold in the first runs.
-        untriggered: id of a requirement that some first runs triggered -> the suite in which none did.
         has_dropped_all: whether no requirement on what it publishes held: then one on the visit is left.
         ros: how the node of ROS 2 is started that the draft is for; None where it is for other code.
         observed: what recordings of the real system show; None without them.
@@ -104,7 +103,6 @@ class Draft:
     takes_time: bool = False
     dropped: tuple[str, ...] = ()
     has_dropped_all: bool = False
-    untriggered: Mapping[str, str] = field(default_factory=dict)
     ros: RosStart | None = None
     observed: Observation | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)

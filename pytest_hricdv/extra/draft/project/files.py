@@ -73,9 +73,7 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     roots = [root for root in folders if root != "."]
     if roots:
         yield "mypy.ini", f"[mypy]\nmypy_path = {':'.join(roots)}\nignore_missing_imports = true\n"
-    lines = [f"  {name} in {suite}: no test came to it in the first runs" for name, suite in draft.untriggered.items()]
-    allowed = "\n".join(["hri_allow_nc =", *lines, ""]) if lines else ""
-    yield "pytest.ini", f"[pytest]\npythonpath = {' '.join(['.', *roots])}\nhri_suite = rl\n{sizes}{isolates}{allowed}"
+    yield "pytest.ini", f"[pytest]\npythonpath = {' '.join(['.', *roots])}\nhri_suite = rl\n{sizes}{isolates}"
 
 
 def check(draft: Draft, folder: Path) -> None:

@@ -66,7 +66,7 @@ def _head(draft: Draft, body: str) -> list[str]:
         "from pathlib import Path",
         *(["from types import SimpleNamespace"] if "SimpleNamespace(" in body else []),
         "",
-        *_import_lines("from pytest_hricdv.stand_ins import", used(STAND_INS)),
+        *_import_lines("from pytest_hricdv.draft import", used(STAND_INS)),
         *_import_lines("from pytest_hricdv.testbench import", used(TESTBENCH)),
     ]
 
