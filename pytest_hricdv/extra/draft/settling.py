@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from pytest_hricdv.extra.draft.code_model import CodeModel, Problem, Question
 from pytest_hricdv.extra.draft.first_runs import FirstRuns, run
@@ -86,9 +87,11 @@ class Settlement:
         """Take out what fails; returns whether anything was."""
         if self.isolated_for and self.isolated_for == trial.error:
             self.draft = replace(self.draft, isolates=False)  # it was not that
-        steps = (self._drop_requirement, self._take_time, self._isolate, self._replace_libraries, self._leave_out,
-                 self._give_up_unknown, self._drop_state, self._drop_calls, self._drop_inputs, self._drop_entry,
-                 self._drop_code)  # fmt: skip
+        steps = (
+            *(self._drop_requirement, self._run_in_root, self._take_time, self._isolate, self._replace_libraries),
+            *(self._leave_out, self._give_up_unknown, self._drop_state, self._drop_calls, self._drop_inputs),
+            *(self._drop_entry, self._drop_code),
+        )
         for step in steps:
             if step(trial):
                 self.is_reduced = True
@@ -102,6 +105,14 @@ class Settlement:
         if found is not None:
             self.draft = _without(self.draft, (found.group(1),))
         return self.draft.dropped != before
+
+    def _run_in_root(self, trial: FirstRuns) -> bool:
+        """Run the code in the folder that it is in, where it opens a file of it by a relative path."""
+        found = re.search(r"FileNotFoundError: .*?'([^'/][^']*)'", trial.error)
+        if self.draft.runs_in_root or found is None or not (Path(self.draft.code.root) / found.group(1)).exists():
+            return False
+        self.draft = replace(self.draft, runs_in_root=True)
+        return True
 
     def _take_time(self, trial: FirstRuns) -> bool:
         """Let calls of devices take time, where the code asks them without waiting."""

@@ -92,6 +92,7 @@ class Draft:
         no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
         allowed_endings: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
+        runs_in_root: whether the code runs in the folder that it is in, of which it reads files.
         left_out: commands at which first runs raised an error.
         missing: lines of the code that no first run executed, by file.
     """
@@ -110,6 +111,7 @@ class Draft:
     no_waivers: str = ""
     isolates: bool = False
     allowed_endings: tuple[str, ...] = ENDS
+    runs_in_root: bool = False
     left_out: tuple[str, ...] = ()
     missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 

@@ -6,9 +6,11 @@ import asyncio
 import inspect
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import chdir, nullcontext
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.extra.draft.code.naming import word
@@ -54,6 +56,7 @@ class Driver:
         may_end: whether the robot may end before the person leaves.
         cross: name of the cross product of the state with the manner of what was said; empty for none.
         is_async: whether the robot is a coroutine.
+        folder: the working folder of a run, whose files the code reads; None leaves it.
     """
 
     robot: Callable[..., Any]
@@ -79,6 +82,7 @@ class Driver:
     may_end: bool = False
     cross: str = ""
     is_async: bool = False
+    folder: Path | None = None
 
     @property
     def messages(self) -> tuple[type[Any], ...]:
@@ -111,7 +115,8 @@ class Driver:
             run.kernel.spawn(f"robot hears {topic_of(kind)}", run.measured(partial(active.hear, heard_here, how)))
         undo = [replace.apply(border, name) for name, replace in self.inner.items()]
         try:
-            ended = run.go(self.limit_s)
+            with chdir(self.folder) if self.folder is not None else nullcontext():
+                ended = run.go(self.limit_s)
         finally:
             for put_back in reversed(undo):
                 put_back()
