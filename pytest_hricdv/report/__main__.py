@@ -221,7 +221,12 @@ def _merge(options: argparse.Namespace) -> int:
 
 def _gate(options: argparse.Namespace) -> int:
     folder = options.report if options.report.is_dir() else options.report.parent
-    return _print_report(*_judge(load(options.report), options), folder)
+    report = load(options.report)
+    if not report.tests:
+        raise ReportError(
+            f"{options.report}: has no tests, so there is nothing to judge; expected a session that ran some"
+        )
+    return _print_report(*_judge(report, options), folder)
 
 
 def _rebuild(options: argparse.Namespace) -> int:

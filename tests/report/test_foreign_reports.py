@@ -129,6 +129,12 @@ def test_no_baseline_is_made_of_what_no_baseline_can_have(report: Path, message:
     assert not Path("b.json").exists()
 
 
+def test_a_report_without_tests_is_not_judged(report: Path, capsys: Any) -> None:
+    (report / "report.json").write_text(json.dumps(data() | {"tests": []}), encoding="utf-8")
+    assert main(["gate", str(report)]) == 2
+    assert "has no tests, so there is nothing to judge" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("address", ["javascript:alert(1)", "../x.html", "http://e"])
 def test_the_last_whole_report_is_in_the_folder(report: Path, address: str) -> None:
     (report / "report.json").write_text(json.dumps(data() | {"full_report": address}))
