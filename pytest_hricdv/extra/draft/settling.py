@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code_model import CodeModel, Problem, Question
 from pytest_hricdv.extra.draft.first_runs import FirstRuns, run
 from pytest_hricdv.extra.draft.observe.observations import Observations, merge_observations
@@ -88,9 +89,9 @@ class Settlement:
         if self.isolated_for and self.isolated_for == trial.error:
             self.draft = replace(self.draft, isolates=False)  # it was not that
         steps = (
-            *(self._drop_requirement, self._run_in_root, self._take_time, self._isolate, self._replace_libraries),
-            *(self._leave_out, self._give_up_unknown, self._drop_state, self._drop_calls, self._drop_inputs),
-            *(self._drop_entry, self._drop_code),
+            *(self._drop_requirement, self._drop_name, self._run_in_root, self._take_time, self._isolate),
+            *(self._replace_libraries, self._leave_out, self._give_up_unknown, self._drop_state, self._drop_calls),
+            *(self._drop_inputs, self._drop_entry, self._drop_code),
         )
         for step in steps:
             if step(trial):
@@ -105,6 +106,21 @@ class Settlement:
         if found is not None:
             self.draft = _without(self.draft, (found.group(1),))
         return self.draft.dropped != before
+
+    def _drop_name(self, trial: FirstRuns) -> bool:
+        """Leave out what the testbench refuses by its name: a message, or what a device returns."""
+        if not trial.error.startswith("ERROR"):
+            return False
+        for message in self.draft.code.messages:
+            if re.search(rf"\b({message.name}|{message.topic})\b", trial.error):
+                messages = tuple(each for each in self.draft.code.messages if each is not message)
+                return self._drop(trial, f"`{message.name}` is left out", replace(self.draft.code, messages=messages))
+        for sensor in self.draft.sensors:
+            if sensor.name in trial.error:
+                levels = tuple(f"set_{word(sensor.name)} {level}" for level, _ in sensor.levels)
+                self.draft = replace(self.draft, left_out=(*self.draft.left_out, *levels))
+                return True
+        return False
 
     def _run_in_root(self, trial: FirstRuns) -> bool:
         """Run the code in the folder that it is in, where it opens a file of it by a relative path."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -133,10 +134,10 @@ class RunBorder:
 def signal_name(name: str) -> str:
     """The signal of what a device returns.
 
-    >>> signal_name("door.is_open")
-    'door_is_open'
+    >>> signal_name("door.is_open"), signal_name("kocher.gießen")
+    ('door_is_open', 'kocher_gie_en')
     """
-    return name.replace(".", "_")
+    return re.sub(r"\W", "_", name, flags=re.ASCII)
 
 
 def first_text(values: Iterable[Any]) -> str:
