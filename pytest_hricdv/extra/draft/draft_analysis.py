@@ -16,7 +16,7 @@ from pytest_hricdv.extra.draft.code.constants import Member, members
 from pytest_hricdv.extra.draft.code.flow import Flow, parameters_of
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.messages import TAKES
-from pytest_hricdv.extra.draft.code.naming import camel, snake
+from pytest_hricdv.extra.draft.code.naming import camel, snake, word
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
 from pytest_hricdv.extra.draft.code.stimuli import MESSAGE_FORMS, StimulusReader
@@ -33,6 +33,7 @@ from pytest_hricdv.extra.draft.code_model import (
     StateMachine,
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
+from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
 from pytest_hricdv.extra.draft.observed_code import best_entry, methods_from_outside, period_of, with_observations
 
 T = TypeVar("T")
@@ -96,7 +97,10 @@ class CodeReader:
         if received:
             used = called | frozenset(self._usage.calls)
             methods = [message for message in methods if message.channel in used]
-        model = replace(model, entry=entry, messages=_unique((*messages, *received, *methods)))
+        every = _unique((*messages, *received, *methods))
+        if seen is not None and all(message.direction == "published" for message in every):
+            every = _unique((*every, *_registered(seen, entry)))
+        model = replace(model, entry=entry, messages=every)
         model = self._with_state(model, seen)
         model = replace(model, messages=_unique((*model.messages, *_device_messages(model))))
         model = with_observations(model, seen) if seen is not None else model
@@ -255,6 +259,20 @@ def _is_bus(sources: Sources, scope: Scope) -> bool:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _registered(seen: Observations, entry: Entry) -> Iterator[Message]:
+    """Functions that the code handed to its ports while it ran, of which nobody knows with what they are called."""
+    names = [key.removeprefix(CALLBACK) for key in seen.methods if key.startswith(CALLBACK)]
+    for name in names:
+        if any(other.startswith(f"{name} ") for other in names):
+            continue  # the same with a text among the arguments is one of several
+        count = int(seen.methods[CALLBACK + name].arguments["parameters"].high or 0)
+        title = camel(word(name.rpartition(" ")[2].rpartition("/")[2].rpartition(".")[2]))
+        arguments = "Neutral(), " * count
+        how = f"CallbackCall({name!r}, lambda m: ({arguments.rstrip()}))" if count else f"CallbackCall({name!r})"
+        yield Message(title, snake(title), OWN_MODULE, "received", (), entry.location, (entry.location,), "call",
+                      "", how)  # fmt: skip
 
 
 def _unique(messages: tuple[Message, ...]) -> tuple[Message, ...]:

@@ -27,6 +27,9 @@ from pytest_hricdv.extra.draft.observe.shape import MAX_LENGTH
 VARIABLE = "HRICDV_RECORD"
 """The environment variable that tells a process what to record and where to."""
 
+CALLBACK = "callback "
+"""Before the name of a function that the code has handed to a port, among the observed functions."""
+
 MAX_SAMPLES = 500
 """Calls of a function whose arguments are kept; all others only count."""
 

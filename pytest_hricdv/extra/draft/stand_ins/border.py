@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import re
@@ -13,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations, write_atomically
-from pytest_hricdv.extra.draft.observe.tracer import texts_of
+from pytest_hricdv.extra.draft.observe.tracer import CALLBACK, texts_of
+from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import text_of
 
@@ -76,11 +78,13 @@ class RunBorder:
         if self._seen is not None:
             site = self._seen.site(self._seen.calls, f"{port}.{name}")
             if site is not None:
-                site.add(self.run.kernel.now_s, {**{str(n): a for n, a in enumerate(arguments)}, **named})
+                known = {**{str(n): a for n, a in enumerate(arguments)}, **named}
+                site.add(self.run.kernel.now_s, {n: a for n, a in known.items() if not isinstance(a, Neutral)})
 
     def answer(self, port: str, name: str, value: Any) -> None:
         """Note what the code got."""
-        if self._seen is not None and (site := self._seen.calls.get(f"{port}.{name}")) is not None:
+        site = self._seen.calls.get(f"{port}.{name}") if self._seen is not None else None
+        if site is not None and not isinstance(value, Neutral):  # that nothing is known of it is no observation
             site.result.add(value)
 
     def register(self, name: str, function: Callable[..., Any], text: str = "") -> None:
@@ -123,12 +127,24 @@ class RunBorder:
         """Add what was observed to the file of first runs."""
         if self._seen is None:
             return
-        for name in self.callbacks:
-            self._seen.site(self._seen.methods, f"callback {name}")
+        for name, functions in self.callbacks.items():
+            site = self._seen.site(self._seen.methods, f"{CALLBACK}{name}")
+            if site is not None:
+                site.add(0.0, {"parameters": _count_parameters(functions[-1])})
         path = Path(os.environ[OBSERVE])
         if path.exists():
             self._seen.merge(read_observations(path))
         write_atomically(path, self._seen.to_json())
+
+
+def _count_parameters(function: Callable[..., Any]) -> int:
+    """How many arguments a function has to be called with."""
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        return 1
+    positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    return sum(each.kind in positional and each.default is each.empty for each in parameters)
 
 
 def signal_name(name: str) -> str:
