@@ -99,7 +99,7 @@ class CodeReader:
             methods = [message for message in methods if message.channel in used]
         every = _unique((*messages, *received, *methods))
         if seen is not None and all(message.direction == "published" for message in every):
-            every = _unique((*every, *_registered(seen, entry)))
+            every = _unique((*every, *_callback_messages(seen, entry)))
         model = replace(model, entry=entry, messages=every)
         model = self._with_state(model, seen)
         model = replace(model, messages=_unique((*model.messages, *_device_messages(model))))
@@ -261,7 +261,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _registered(seen: Observations, entry: Entry) -> Iterator[Message]:
+def _callback_messages(seen: Observations, entry: Entry) -> Iterator[Message]:
     """Functions that the code handed to its ports while it ran, of which nobody knows with what they are called."""
     names = [key.removeprefix(CALLBACK) for key in seen.methods if key.startswith(CALLBACK)]
     for name in names:
