@@ -114,8 +114,8 @@ class AsyncInbox:
             if message is not None and not self._loop.is_closed():
                 self._loop.call_soon_threadsafe(self._queue.put_nowait, convert(message))
 
-    async def get(self) -> Any:
-        """The oldest message; waits for one where there is none."""
+    async def get(self, *_: Any, **__: Any) -> Any:
+        """The oldest message; waits for one where there is none, whatever else the code passes."""
         self._border.on_crossing()
         return await self._queue.get()
 
@@ -139,7 +139,7 @@ class AsyncInbox:
         """It takes all."""
         return False
 
-    async def put(self, *_: Any) -> None:
+    async def put(self, *_: Any, **__: Any) -> None:
         """What the code itself puts here is not delivered."""
 
     def put_nowait(self, *_: Any) -> None:
