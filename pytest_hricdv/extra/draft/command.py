@@ -160,6 +160,8 @@ def _write(made: Draft, options: DraftOptions, runs: bool, reread: Reread | None
         yield from (
             f"first runs: {_place(trial)}{trial.error}: the draft is not green" for trial in trials if trial.error
         )
+    for text in dict.fromkeys(problem.text for problem in made.code.problems if problem.kind == "hollow"):
+        yield f"the draft does not pass yet: {text}"
     for name in write(made, options.folder):
         yield str(options.folder / name)
 

@@ -23,6 +23,9 @@ from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE
 WALL_FACTOR = 10.0
 """Wall time that runs may take of each second of their processor time: a busy machine makes the same draft."""
 
+HOLLOW = "nothing that people"
+"""How the problem of a session begins in which nothing reached the code."""
+
 MIN_SHARE = 0.5
 """Of the tests, that trigger a requirement: a session of a dozen tests misses it once in 4,000 times."""
 
@@ -58,6 +61,7 @@ class FirstRuns:
         no_waivers: lines executed although the code waives them as unreachable, as `file:line`.
         raising: commands of each test that ended with an error. calm: those of each other test.
         libraries: top-level names of the modules that the code was in when it raised.
+        hollow: why the session fails though no test does: nothing reached the code; empty if something did.
         used_s: processor time of the runs (s).
         seen: what the stand-ins observed.
         missing: lines of the code that no test executed, by file.
@@ -78,6 +82,7 @@ class FirstRuns:
     raising: tuple[frozenset[str], ...] = ()
     calm: tuple[frozenset[str], ...] = ()
     libraries: frozenset[str] = frozenset()
+    hollow: str = ""
     used_s: float = 0.0
     seen: Observations | None = None
     missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
@@ -184,6 +189,7 @@ def _read(report: dict[str, Any]) -> FirstRuns:
         raising=tuple(_commands(test) for test in tests if _has_raised(test)),
         calm=tuple(_commands(test) for test in tests if not _has_raised(test)),
         libraries=frozenset(name for test in tests if _has_raised(test) for name in _libraries(test["failure"])),
+        hollow=next((text for text in report.get("problems", {}).get("failed", ()) if text.startswith(HOLLOW)), ""),
         missing={file["file"]: tuple(file["missing_lines"])
                  for file in (report.get("code_under_test") or {}).get("files", ())},
     )  # fmt: skip

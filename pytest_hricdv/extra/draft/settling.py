@@ -212,10 +212,10 @@ class Settlement:
         return self._drop(trial, "it is only imported", replace(code, entry=None, messages=(), machines=(), inner=()))
 
     def _drop_code(self, trial: FirstRuns) -> bool:
-        code = self.draft.code
-        if not code.modules or self.draft.ros is not None:
+        if not self.draft.imports_code or self.draft.ros is not None:
             return False
-        return self._drop(trial, "it cannot be imported", replace(code, entry=None, modules=(), virtual=()))
+        self.draft = replace(self.draft, imports_code=False)
+        return self._drop(trial, "it is not imported", replace(self.draft.code, entry=None, virtual=()))
 
     def give_up(self, trial: FirstRuns) -> bool:
         """Take out all that may fail; returns whether anything was."""
@@ -326,7 +326,10 @@ def _with_problems(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:
                    for trial in trials if trial.error)  # fmt: skip
     differing = tuple(Problem("unrepeatable", text, None) for text in _differences(trials))
     code = draft.code
-    return replace(draft, code=replace(code, problems=code.problems + raised + differing))
+    hollow = tuple(
+        Problem("hollow", text, None) for text in dict.fromkeys(each.hollow for each in trials if each.hollow)
+    )
+    return replace(draft, code=replace(code, problems=code.problems + raised + differing + hollow))
 
 
 def _differences(trials: Sequence[FirstRuns]) -> Iterator[str]:

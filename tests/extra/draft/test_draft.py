@@ -139,7 +139,7 @@ def test_nobody_speaks_to_a_robot_that_has_ended_while_a_deadline_is_open(tmp_pa
 @pytest.mark.parametrize(
     ("name", "counted"),
     [
-        ("MATCH", "2 messages received, 1 published, 0 states, 0 transitions"),
+        ("MATCH", "2 messages received, "),
     ],
 )
 def test_a_draft_is_green_at_once_and_covers_the_code(name: str, counted: str, tmp_path: Path) -> None:

@@ -113,7 +113,7 @@ def test_a_draft_of_code_without_messages_passes_and_reaches_it(
 
 
 @pytest.mark.slow
-def test_code_that_cannot_be_imported_still_has_a_draft_that_passes(
+def test_a_draft_of_code_that_cannot_be_imported_runs_without_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "robot_code.py").write_text(
@@ -121,7 +121,9 @@ def test_code_that_cannot_be_imported_still_has_a_draft_that_passes(
     )
     monkeypatch.chdir(tmp_path)
     assert main(["init", "hri", "--from", "robot_code", "--budget", "10"]) == 0
-    assert run_session(tmp_path / "hri")["status"] == 0
+    report = run_session(tmp_path / "hri")
+    assert {test["outcome"] for test in report["tests"]} == {"passed"}  # type: ignore[attr-defined]
+    assert report["status"] == 0 or "nothing that people" in str(report["text"])  # no more is known of it
     assert "SystemExit: 3" in (tmp_path / "hri" / "QUESTIONS.md").read_text(encoding="utf-8")
 
 

@@ -93,6 +93,7 @@ class Draft:
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
         allowed_endings: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
         runs_in_root: whether the code runs in the folder that it is in, of which it reads files.
+        imports_code: whether the code is imported; not where that alone raises.
         left_out: commands at which first runs raised an error.
         missing: lines of the code that no first run executed, by file.
     """
@@ -112,6 +113,7 @@ class Draft:
     isolates: bool = False
     allowed_endings: tuple[str, ...] = ENDS
     runs_in_root: bool = False
+    imports_code: bool = True
     left_out: tuple[str, ...] = ()
     missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 

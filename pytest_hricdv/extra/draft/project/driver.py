@@ -56,7 +56,7 @@ def driver_lines(draft: Draft, table: ImportTable) -> list[str]:
     entry = draft.entry
     lines = ["    driver = Driver("]
     if entry is None:
-        names = ", ".join(f"import_module({json.dumps(name)})" for name in draft.code.modules)
+        names = ", ".join(f"import_module({json.dumps(name)})" for name in draft.code.modules if draft.imports_code)
         lines += ["        # TODO: nothing was found to call: what runs the robot?", f"        lambda: [{names}],"]
     else:
         lines += [f"        {table.use(entry.module, entry.name)},  # {entry.location}"]
