@@ -8,7 +8,7 @@ from itertools import islice
 from pytest_hricdv._base.message import MAX_LINE, MAX_TEXT, cut
 
 MAX_CAUSES = 20
-"""So many errors that came of each other are shown (chosen): each has a traceback."""
+"""Chained errors that are shown, each with its traceback; a longer chain comes from recursion that catches itself."""
 
 
 def error_text(error: BaseException) -> str:

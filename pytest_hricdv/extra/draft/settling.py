@@ -112,11 +112,11 @@ class Settlement:
         if not trial.error.startswith("ERROR"):
             return False
         for message in self.draft.code.messages:
-            if re.search(rf"\b({message.name}|{message.topic})\b", trial.error):
+            if re.search(rf"['`\"]({message.name}|{message.topic})\\b", trial.error):
                 messages = tuple(each for each in self.draft.code.messages if each is not message)
                 return self._drop(trial, f"`{message.name}` is left out", replace(self.draft.code, messages=messages))
         for sensor in self.draft.sensors:
-            if sensor.name in trial.error:
+            if f"'{sensor.name}'" in trial.error:
                 levels = tuple(f"set_{word(sensor.name)} {level}" for level, _ in sensor.levels)
                 self.draft = replace(self.draft, left_out=(*self.draft.left_out, *levels))
                 return True

@@ -21,6 +21,8 @@ from pytest_hricdv.extra.draft.project.requirements import requirement_ids
 from pytest_hricdv.extra.draft.settling import settle
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.device import Device
+from pytest_hricdv.extra.draft.stand_ins.driver import ActiveRobot, Driver
+from pytest_hricdv.extra.draft.stand_ins.visit import Visit
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from tests.extra.draft import robots
 
@@ -97,6 +99,37 @@ def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice
     kernel.run(60.0)
     said = [(message.what, message.text) for message in iter(heard.poll, None)]
     assert said == [("drive", ""), ("drive", ""), ("set_blade", "on")]
+
+
+@dataclass(frozen=True)
+class StateChanged:
+    state: str
+
+
+def test_to_watch_a_state_adds_nothing_to_a_registry_of_classes() -> None:
+    registry: list[type] = []
+
+    class Robot:
+        def __init__(self) -> None:
+            self.mode = "idle"
+
+        def __init_subclass__(cls) -> None:
+            registry.append(cls)
+
+        def run(self) -> None:
+            self.mode = "busy"
+
+    kernel, recorder = Kernel(), Recorder()
+    bus = Bus(kernel, [StateChanged], recorder)
+    run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
+    border = RunBorder(run, frozenset({StateChanged}), {}, {})
+    driver = Driver(Robot, method="run", state="mode", state_message=StateChanged)
+    heard = bus.subscribe(StateChanged)
+    robot = ActiveRobot(driver, border, Visit(border, "person", {}, (), (), {}, driver.manners))
+    kernel.spawn("robot", robot.work)
+    kernel.run(1.0)
+    assert registry == []
+    assert next(message.state for message in iter(heard.poll, None)) == "idle"
 
 
 def test_a_draft_asks_for_the_transitions_of_the_code_and_for_no_stutter(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What code reads of dicts, JSON and objects of which it does not say which class they are: keys, with their values."""
+"""The keys that code reads from dicts and JSON without a class, each with the values it compares them with."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ def _names_given(function: Function) -> list[str]:
 
 
 def _with_own_names(found: dict[str, MessageField]) -> list[tuple[str, MessageField]]:
-    """Keys with their fields, each of which has a name of its own."""
+    """Pairs of key and field; the names of the fields are unique."""
     names: set[str] = set()
     made = []
     for key, field in found.items():

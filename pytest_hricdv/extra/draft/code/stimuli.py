@@ -63,7 +63,7 @@ class StimulusReader:
                     yield self._message(f"{name}", scope, f"CallbackCall({where!r}, ", skip)
 
     def items(self, port: Port, methods: tuple[str, ...]) -> Iterator[Message]:
-        """A dict or JSON that the code takes from a port without saying of which class it is.
+        """Messages for the dicts and JSON without a class that the code takes from a port.
 
         Args:
             port: a queue or device.

@@ -107,7 +107,7 @@ class Driver:
             border.record(name, True)
         heard = (*self.outputs, *self.called.values())
         visit = Visit(border, self.person, dict(self.says), self.answers, heard, self._settings(), self.manners)
-        active = _ActiveRobot(self, border, visit)
+        active = ActiveRobot(self, border, visit)
         run.kernel.spawn(self.person, visit.act)
         run.kernel.spawn("robot", run.measured(active.work))  # coverage is measured in here
         for kind, how in self.reaches.items():
@@ -130,7 +130,7 @@ class Driver:
         return {**words, **texts}
 
 
-class _ActiveRobot:
+class ActiveRobot:
     """The code in one run."""
 
     def __init__(self, driver: Driver, border: RunBorder, visit: Visit) -> None:
@@ -251,7 +251,9 @@ class _ActiveRobot:
             kind.__setattr__(this, name, value)
             look()
 
-        if self._driver.state:
+        # A class that registers its subclasses would register the one made here.
+        hears = any("__init_subclass__" in vars(each) for each in kind.__mro__[:-1])
+        if self._driver.state and not hears:
             try:
                 owner.__class__ = type(kind.__name__, (kind,), {"__setattr__": set_and_look, "__slots__": ()})
             except TypeError:
