@@ -110,26 +110,21 @@ def test_to_watch_a_state_adds_nothing_to_a_registry_of_classes() -> None:
     registry: list[type] = []
 
     class Robot:
-        def __init__(self) -> None:
-            self.mode = "idle"
+        mode = "idle"
 
         def __init_subclass__(cls) -> None:
             registry.append(cls)
-
-        def run(self) -> None:
-            self.mode = "busy"
 
     kernel, recorder = Kernel(), Recorder()
     bus = Bus(kernel, [StateChanged], recorder)
     run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
     border = RunBorder(run, frozenset({StateChanged}), {}, {})
-    driver = Driver(Robot, method="run", state="mode", state_message=StateChanged)
+    driver = Driver(Robot, state="mode", state_message=StateChanged)
     heard = bus.subscribe(StateChanged)
     robot = ActiveRobot(driver, border, Visit(border, "person", {}, (), (), {}, driver.manners))
     kernel.spawn("robot", robot.work)
     kernel.run(1.0)
-    assert registry == []
-    assert next(message.state for message in iter(heard.poll, None)) == "idle"
+    assert (registry, next(message.state for message in iter(heard.poll, None))) == ([], "idle")
 
 
 def test_a_draft_asks_for_the_transitions_of_the_code_and_for_no_stutter(tmp_path: Path) -> None:
