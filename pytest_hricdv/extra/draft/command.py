@@ -158,10 +158,10 @@ def _write(made: Draft, options: DraftOptions, runs: bool, reread: Reread | None
     if runs:
         made, trials = settle(made, reread, options.budget_s, lambda line: print(visible(line), flush=True))
         yield from (
-            f"first runs: {_place(trial)}{trial.error}: the draft is not green" for trial in trials if trial.error
+            f"first runs: {_place(trial)}{trial.cause}: the draft is not green" for trial in trials if trial.cause
         )
-    for text in dict.fromkeys(problem.text for problem in made.code.problems if problem.kind == "hollow"):
-        yield f"the draft does not pass yet: {text}"
+    if made.hollow:
+        yield f"hollow: {made.hollow}"
     for name in write(made, options.folder):
         yield str(options.folder / name)
 

@@ -20,11 +20,15 @@ from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import write
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE
 
-WALL_FACTOR = 10.0
-"""Wall time that runs may take of each second of their processor time: a busy machine makes the same draft."""
+WALL_FACTOR = 2.0
+"""Wall time that counts as a second of processor time, for code that waits for something real; more on a busy machine,
+which makes the same draft."""
 
 HOLLOW = "nothing that people"
 """How the problem of a session begins in which nothing reached the code."""
+
+TOO_LONG = "no test came to its end in time"
+"""The error of runs that took too long."""
 
 MIN_SHARE = 0.5
 """Of the tests, that trigger a requirement: a session of a dozen tests misses it once in 4,000 times."""
@@ -60,8 +64,9 @@ class FirstRuns:
         ends: endings that occurred and that the testbench does not allow (`allowed_endings`).
         no_waivers: lines executed although the code waives them as unreachable, as `file:line`.
         raising: commands of each test that ended with an error. calm: those of each other test.
+        last: the last command of each test that ended with an error.
         libraries: top-level names of the modules that the code was in when it raised.
-        hollow: why the session fails though no test does: nothing reached the code; empty if something did.
+        problems: why the session fails beside its tests, a sentence each.
         used_s: processor time of the runs (s).
         seen: what the stand-ins observed.
         missing: lines of the code that no test executed, by file.
@@ -81,11 +86,22 @@ class FirstRuns:
     no_waivers: str = ""
     raising: tuple[frozenset[str], ...] = ()
     calm: tuple[frozenset[str], ...] = ()
+    last: tuple[str, ...] = ()
     libraries: frozenset[str] = frozenset()
-    hollow: str = ""
+    problems: tuple[str, ...] = ()
     used_s: float = 0.0
     seen: Observations | None = None
     missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+
+    @property
+    def is_hollow(self) -> bool:
+        """Whether the session fails because nothing reached the code."""
+        return any(problem.startswith(HOLLOW) for problem in self.problems)
+
+    @property
+    def cause(self) -> str:
+        """What is in the way of a session that passes, requirements aside; empty where nothing is."""
+        return self.error or self.unrepeatable or next(iter(self.problems), "")
 
 
 @dataclass(frozen=True)
@@ -93,11 +109,14 @@ class _Session:
     """What a session of a draft said, its report if there is one, and what it took (s of processor time)."""
 
     text: str
-    is_ended: bool
+    status: int | None
+    """None where it was ended."""
     report: dict[str, Any] | None
     used_s: float
     seen: Observations | None = None
     raised_at: CodeLine | None = None
+    error: str = ""
+    """What kept it from its tests."""
 
 
 def _session(draft: Draft, options: Sequence[str], limit_s: float) -> _Session:
@@ -108,14 +127,16 @@ def _session(draft: Draft, options: Sequence[str], limit_s: float) -> _Session:
         command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider",
                    "--hri-diagnose=0", *options]  # fmt: skip
         observed = folder / "observed.json"
-        text, is_ended, used_s = _run_command(command, folder, observed, limit_s)
+        text, status, used_s = _run_command(command, folder, observed, limit_s)
         seen = read_observations(observed) if observed.exists() else None
         report = folder / "hri-report" / "report.json"
         if not report.exists():
-            return _Session(text, is_ended, None, used_s, seen)
+            root = Path(draft.code.root)
+            error = TOO_LONG if status is None else _last_error(text, folder, root)
+            return _Session(text, status, None, used_s, seen, _line_of(error, root), error)
         raised_at = _error_location(report, folder, Path(draft.code.root))
         content = json.loads(report.read_text(encoding="utf-8"))
-        return _Session(text, is_ended, content, used_s, seen, raised_at)
+        return _Session(text, status, content, used_s, seen, raised_at)
 
 
 def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> FirstRuns:
@@ -123,35 +144,40 @@ def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> F
     options = [f"--hri-suite={suite}"]
     options += [] if tests is None else [f"--hri-tests={tests}", "--hri-audit=off"]
     session = _session(draft, options, limit_s)
+    is_ended = session.status is None
     if session.report is None:
-        reason = _last_error(session.text) or "they took too long"
-        return FirstRuns(0, 0, (), (), reason, used_s=session.used_s, seen=session.seen,
-                         libraries=_libraries(session.text), is_ended=session.is_ended)  # fmt: skip
+        return FirstRuns(0, 0, (), (), session.error, session.raised_at, used_s=session.used_s, seen=session.seen,
+                         libraries=_libraries(session.text), is_ended=is_ended)  # fmt: skip
     waived = _WAIVED.search(session.text)
     trial = replace(_read(session.report), raised_at=session.raised_at, no_waivers=waived.group(1) if waived else "",
                     used_s=session.used_s, seen=session.seen)  # fmt: skip
-    return replace(trial, is_ended=session.is_ended)
+    if is_ended:
+        return replace(trial, is_ended=True, problems=(), error=trial.error or ("" if trial.tests else TOO_LONG))
+    if session.status and not (trial.cause or trial.failed or trial.no_waivers):
+        return replace(trial, error=f"pytest ended with status {session.status}")
+    return trial
 
 
-def _run_command(command: Sequence[str], folder: Path, observed: Path, limit_s: float) -> tuple[str, bool, float]:
-    """What a command says; whether it was ended, as a session that still reports what it has; and what it took."""
+def _run_command(command: Sequence[str], folder: Path, observed: Path, limit_s: float) -> tuple[str, int | None, float]:
+    """What a command says; its status, None where it was ended, as a session that still reports; and what it took."""
     process = subprocess.Popen(
         command, cwd=folder, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", OBSERVE: str(observed)}, text=True,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",
     )  # fmt: skip
     begin_s, used_s = time.monotonic(), 0.0
-    while time.monotonic() - begin_s < WALL_FACTOR * limit_s and used_s < limit_s:
+    factor = WALL_FACTOR * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    while used_s < limit_s:
         try:
             text = process.communicate(timeout=POLL_S)[0]
-            return text, False, max(used_s, min(time.monotonic() - begin_s, used_s + POLL_S))
+            return text, process.returncode, max(used_s, min(time.monotonic() - begin_s, used_s + POLL_S))
         except subprocess.TimeoutExpired:
-            used_s = max(used_s, _processor_s(process.pid))
+            used_s = max(used_s, _processor_s(process.pid), (time.monotonic() - begin_s) / factor)
     process.terminate()
     try:
-        return process.communicate(timeout=ENDING_S)[0], True, used_s
+        return process.communicate(timeout=ENDING_S)[0], None, used_s
     except subprocess.TimeoutExpired:
         process.kill()
-        return process.communicate()[0], True, used_s
+        return process.communicate()[0], None, used_s
 
 
 def _processor_s(pid: int) -> float:
@@ -163,9 +189,17 @@ def _processor_s(pid: int) -> float:
     return sum(map(int, parts[11:15])) / os.sysconf("SC_CLK_TCK")
 
 
-def _last_error(text: str) -> str:
+def _last_error(text: str, folder: Path, root: Path) -> str:
+    """What kept a session from its tests; files of the code relative to its root, others without the folder."""
+
+    def shorten(found: re.Match[str]) -> str:
+        path = Path(found[0]).resolve()
+        within = next((each for each in (folder, root) if path.is_relative_to(each)), None)
+        return path.relative_to(within).as_posix() if within is not None else str(path)
+
     lines = [line for line in text.splitlines() if line.startswith(("ERROR", "E  ", "INTERNALERROR"))]
-    return " ".join(lines[-3:])[:600] if lines else text.strip()[-300:]
+    last = " ".join(lines[-3:])[:600] if lines else text.strip()[-300:]
+    return re.sub(rf"{re.escape(str(folder))}[^\s:'\"]+", shorten, last)
 
 
 def _read(report: dict[str, Any]) -> FirstRuns:
@@ -188,8 +222,9 @@ def _read(report: dict[str, Any]) -> FirstRuns:
         ends=tuple(dict.fromkeys(end for test in tests for end in _ALLOW.findall(test["failure"] or ""))),
         raising=tuple(_commands(test) for test in tests if _has_raised(test)),
         calm=tuple(_commands(test) for test in tests if not _has_raised(test)),
+        last=tuple(_last_command(test) for test in tests if _has_raised(test)),
         libraries=frozenset(name for test in tests if _has_raised(test) for name in _libraries(test["failure"])),
-        hollow=next((text for text in report.get("problems", {}).get("failed", ()) if text.startswith(HOLLOW)), ""),
+        problems=(*report.get("problems", ()), *(report.get("gates") or {}).get("failed", ())),
         missing={file["file"]: tuple(file["missing_lines"])
                  for file in (report.get("code_under_test") or {}).get("files", ())},
     )  # fmt: skip
@@ -201,8 +236,17 @@ def _has_raised(test: dict[str, Any]) -> bool:
 
 def _commands(test: dict[str, Any]) -> frozenset[str]:
     """What was said in a test, and what was set."""
-    return frozenset(command if command.startswith("set_") else command.rpartition(" ")[0] or command
-                     for command in test.get("abstract") or ())  # fmt: skip
+    return frozenset(map(_what, test.get("abstract") or ()))
+
+
+def _last_command(test: dict[str, Any]) -> str:
+    """What was said or set last before a test ended; empty where nothing was."""
+    done = [*(test.get("abstract") or ())][: len(test.get("action_times_s") or ())]
+    return next((_what(command) for command in reversed(done) if not command.startswith("wait_")), "")
+
+
+def _what(command: str) -> str:
+    return command if command.startswith("set_") else command.rpartition(" ")[0] or command
 
 
 _INSTALLED = re.compile(r"site-packages/(\w+)|lib/python3\.\d+/(\w+)\.py")
@@ -223,6 +267,14 @@ def _error_location(report: Path, folder: Path, root: Path) -> CodeLine | None:
                 if path.is_relative_to(root) and not path.is_relative_to(folder):
                     return CodeLine(path.relative_to(root).as_posix(), int(line))
             return None
+    return None
+
+
+def _line_of(error: str, root: Path) -> CodeLine | None:
+    """The last line of the code that an error names."""
+    for file, line in reversed(re.findall(r"([^\s:]+\.py):(\d+)", error)):
+        if (root / file).exists():
+            return CodeLine(file, int(line))
     return None
 
 

@@ -6,13 +6,13 @@ Everything has a budget of processor time. What it does not suffice for is small
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code_model import CodeModel, Problem, Question
-from pytest_hricdv.extra.draft.first_runs import FirstRuns, run
+from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns, run
 from pytest_hricdv.extra.draft.observe.observations import Observations, merge_observations
 from pytest_hricdv.extra.draft.project.draft import ENDS, Draft
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
@@ -26,8 +26,10 @@ MAX_LOOKS = 3
 MAX_TRIALS = 25
 """Runs of a few tests in all, however little each takes."""
 
-MAX_REPEATS = 4
-"""Runs of a suite in which single things are taken out; after that, everything that may fail is."""
+SUITES = ("rl", "closure")
+
+MAX_LISTED = 6
+"""Things in a question."""
 
 MIN_RUN_S = 10.0
 """Processor time that a run may always take: pytest itself and the imports of the code are part of it."""
@@ -53,13 +55,13 @@ class Settlement:
         draft: as it is now.
         reread: reads the code again; None where nothing more can be known of it.
         budget_s: processor time that is left.
-        questions: of what was taken out.
+        asked: cause and subject -> the question, of what was taken out.
     """
 
     draft: Draft
     reread: Reread | None
     budget_s: float = BUDGET_S
-    questions: list[Question] = field(default_factory=list)
+    asked: dict[tuple[str, str], Question] = field(default_factory=dict)
     seen: Observations = field(default_factory=Observations)
     faulty: frozenset[str] = frozenset()
     trials: int = 0
@@ -76,28 +78,33 @@ class Settlement:
             self.budget_s -= trial.used_s
             if trial.seen is not None:
                 self.seen = merge_observations((self.seen, trial.seen))
-            if trial.no_waivers and not self.draft.no_waivers:
-                self.draft = replace(self.draft, no_waivers=trial.no_waivers)
             new = set(trial.ends) - set(self.draft.allowed_endings)
-            if not new:
+            is_waived = bool(trial.no_waivers) and not self.draft.no_waivers
+            if not new and not is_waived:
                 return trial
             ends = tuple(end for end in ENDS if end in (*self.draft.allowed_endings, *new))
-            self.draft = replace(self.draft, allowed_endings=ends)
+            self.draft = replace(self.draft, allowed_endings=ends, no_waivers=self.draft.no_waivers or trial.no_waivers)
 
     def reduce(self, trial: FirstRuns) -> bool:
         """Take out what fails; returns whether anything was."""
         if self.isolated_for and self.isolated_for == trial.error:
             self.draft = replace(self.draft, isolates=False)  # it was not that
-        steps = (
-            *(self._drop_requirement, self._drop_name, self._run_in_root, self._take_time, self._isolate),
-            *(self._replace_libraries, self._leave_out, self._give_up_unknown, self._drop_state, self._drop_calls),
-            *(self._drop_inputs, self._drop_entry, self._drop_code),
-        )
-        for step in steps:
-            if step(trial):
-                self.is_reduced = True
-                return True
-        return False
+        if trial.error.startswith("ERROR"):  # no test began
+            steps = [self._drop_requirement, self._drop_name, self._run_in_root, self._replace_libraries,
+                     self._drop_entry, self._drop_code]  # fmt: skip
+        elif trial.error and trial.error != TOO_LONG:
+            steps = [self._run_in_root, self._take_time, self._isolate, self._accept_differences,
+                     self._replace_libraries, self._leave_out, self._give_up_unknown, self._drop_state,
+                     self._drop_calls, self._fall_silent]  # fmt: skip
+        elif trial.is_hollow or trial.error:
+            steps = [self._fall_silent]
+        else:
+            steps = [self._isolate, self._accept_differences]
+        return any(step(trial) for step in steps) or self.give_up(trial)
+
+    def give_up(self, trial: FirstRuns) -> bool:
+        """Take out all that may fail, the most harmless first; returns whether anything was."""
+        return self._fall_silent(trial) or self._drop_entry(trial) or self._drop_code(trial)
 
     def _drop_requirement(self, trial: FirstRuns) -> bool:
         """Leave out a requirement that the testbench refuses."""
@@ -161,15 +168,24 @@ class Settlement:
         self.draft = replace(self.draft, code=model)
         return True
 
+    def _accept_differences(self, trial: FirstRuns) -> bool:
+        """Do without the audit, where a test does not repeat."""
+        if not trial.unrepeatable or not self.draft.audits:
+            return False
+        self._ask(f"A test does not repeat: {trial.unrepeatable}. What of it comes from outside a run?", "run", trial)
+        self.draft = replace(self.draft, audits=False)
+        return True
+
     def _leave_out(self, trial: FirstRuns) -> bool:
-        """Leave out the command that tests which raise have, and the others do not have."""
+        """Leave out the command that tests which raise have, most often as the last one, and the others do not have."""
         scores: dict[str, float] = {}
         for command in sorted({command for commands in trial.raising for command in commands}):
             raising = sum(command in commands for commands in trial.raising) / len(trial.raising)
-            calm = sum(command in commands for commands in trial.calm) / len(trial.calm) if trial.calm else 0.0
-            if calm < raising and not command.startswith("wait_") and command not in self.draft.left_out:
-                scores[command] = raising - calm
-        if not scores or not trial.calm:
+            calm = sum(command in commands for commands in trial.calm) / len(trial.calm) if trial.calm else raising
+            score = raising - calm + trial.last.count(command) / len(trial.raising)
+            if score > 0.0 and not command.startswith(("wait_", "stay")) and command not in self.draft.left_out:
+                scores[command] = score
+        if not scores:
             return False
         worst = max(scores, key=lambda command: scores[command])
         self._ask(
@@ -199,17 +215,25 @@ class Settlement:
             return False
         return self._drop(trial, "nobody calls it", replace(self.draft.code, messages=messages))
 
-    def _drop_inputs(self, trial: FirstRuns) -> bool:
-        messages = tuple(message for message in self.draft.code.messages if message.direction == "published")
-        if messages == self.draft.code.messages:
+    def _fall_silent(self, trial: FirstRuns) -> bool:
+        """Let the person only be there, where what it does reaches nothing, or stops the code."""
+        if self.draft.is_alone:
             return False
-        return self._drop(trial, "nobody tells it anything", replace(self.draft.code, messages=messages))
+        does = [thing.name for thing in self.draft.inputs] + [sensor.name for sensor in self.draft.sensors]
+        listed = ", ".join(f"`{name}`" for name in does[:MAX_LISTED]) + (" and more" if len(does) > MAX_LISTED else "")
+        reason = _one_line(trial.error)
+        text = f"{reason}: is {listed} what people do?" if reason else f"How does {listed} get to the code? Nothing did"
+        self._ask(text, "messages", trial)
+        self.draft = replace(self.draft, is_silent=True)
+        return True
 
     def _drop_entry(self, trial: FirstRuns) -> bool:
         code = self.draft.code
         if code.entry is None or self.draft.ros is not None:
             return False
-        return self._drop(trial, "it is only imported", replace(code, entry=None, messages=(), machines=(), inner=()))
+        return self._drop(
+            trial, "it is only imported", replace(code, entry=None, messages=(), machines=(), inner=(), questions=())
+        )
 
     def _drop_code(self, trial: FirstRuns) -> bool:
         if not self.draft.imports_code or self.draft.ros is not None:
@@ -217,19 +241,19 @@ class Settlement:
         self.draft = replace(self.draft, imports_code=False)
         return self._drop(trial, "it is not imported", replace(self.draft.code, entry=None, virtual=()))
 
-    def give_up(self, trial: FirstRuns) -> bool:
-        """Take out all that may fail; returns whether anything was."""
-        return self._drop_entry(trial) or self._drop_code(trial)
-
     def _drop(self, trial: FirstRuns, how: str, code: CodeModel) -> bool:
         self._ask(
-            f"The code could not be run as it is: {_one_line(trial.error)}; {how}. What does it need?", "run", trial
+            f"The code could not be run as it is: {_one_line(trial.cause)}; {how}. What does it need?", "run", trial
         )
         self.draft = replace(self.draft, code=code)
+        self.is_reduced = True
         return True
 
     def _ask(self, text: str, about: str, trial: FirstRuns) -> None:
-        self.questions.append(Question(text[:400], about, trial.raised_at))
+        """Ask of what was taken out; one question for each cause, as more of it is taken out."""
+        entry = self.draft.code.entry
+        location = trial.raised_at or (entry.location if entry is not None else None)
+        self.asked[trial.cause, about] = Question(text[:400], about, location)
 
     def look_again(self) -> bool:
         """Make the draft anew of what was observed; returns whether it differs."""
@@ -256,49 +280,57 @@ def settle(
     work = Settlement(replace(draft, allowed_endings=()), reread, budget_s)
     trial = _make_green(work, progress)
     for _ in range(MAX_LOOKS):
-        if trial.error or work.budget_s < budget_s / 2 or not work.look_again():
+        if trial.cause or work.budget_s < budget_s / 2 or not work.look_again():
             break
         progress("first runs: the draft has what they have shown, and runs again")
         trial = _make_green(work, progress)
-    trials = [trial]
-    if not trial.error:
-        work.draft = _without(work.draft, trial.failed)
-        trials = [_run_suite(work, suite, SHARE * budget_s, progress) for suite in ("rl", "closure")]
+    work.draft = _without(work.draft, trial.failed)
+    trials = [trial] if trial.cause else _run_suites(work, SHARE * budget_s, progress)
     made = _without_rare(work.draft, trials)
-    code = replace(made.code, questions=(*work.questions, *made.code.questions))
+    code = replace(made.code, questions=(*work.asked.values(), *made.code.questions))
     return replace(_with_problems(replace(made, code=code), trials), missing=trials[-1].missing), tuple(trials)
 
 
 def _make_green(work: Settlement, progress: Callable[[str], None]) -> FirstRuns:
-    """Run a few tests, and take out what fails, until nothing raises."""
+    """Run a few tests, and take out what fails, until nothing does."""
     while True:
         trial = work.try_out()
-        if not trial.error and not trial.leaks:
+        if not _go_on(work, trial, "first runs", progress):
             return trial
-        is_over = work.trials >= MAX_TRIALS or work.budget_s <= 0.0
-        if not (work.give_up(trial) if is_over else work.reduce(trial)):
-            return trial
-        progress(f"first runs: {_one_line(trial.error or trial.unrepeatable)[:150]}: run without the cause")
 
 
-def _run_suite(work: Settlement, suite: str, limit_s: float, progress: Callable[[str], None]) -> FirstRuns:
-    """The runs of a suite, with as many tests as the budget allows; what fails in them is taken out, too."""
-    for number in range(MAX_REPEATS + 3):
-        trial = work.try_out(suite, None, limit_s)
-        work.budget_s = max(work.budget_s, limit_s / 2)  # it has to be seen to be green
-        if trial.is_ended:
-            work.draft = replace(work.draft, sizes={**work.draft.sizes, suite: trial.tests or FIRST_TESTS})
-        if trial.is_ended and not trial.tests:
-            trial = replace(trial, error="")
-            break
+def _go_on(work: Settlement, trial: FirstRuns, name: str, progress: Callable[[str], None]) -> bool:
+    """Take out what fails; returns whether anything was, so that it has to run again."""
+    if not trial.cause:
+        return False
+    is_over = work.trials >= MAX_TRIALS or work.budget_s <= 0.0
+    if not (work.give_up(trial) if is_over else work.reduce(trial)):
+        return False
+    progress(f"{name}: {_one_line(trial.cause)[:150]}: run without the cause")
+    return True
+
+
+def _run_suites(work: Settlement, limit_s: float, progress: Callable[[str], None]) -> list[FirstRuns]:
+    """The runs of both suites, with as many tests as the budget allows; what fails in one is taken out of both."""
+    trials: dict[str, FirstRuns] = {}
+    passed: dict[str, Draft] = {}
+    while True:
+        suite = next((name for name in SUITES if passed.get(name) != _what_runs(work.draft)), "")
+        if not suite:
+            return list(trials.values())
+        trial = trials[suite] = work.try_out(suite, None, limit_s)
+        if trial.is_ended and trial.tests:
+            work.draft = replace(work.draft, sizes={**work.draft.sizes, suite: trial.tests})
         work.draft = _without(work.draft, trial.failed)
-        if not (trial.error or trial.leaks):
-            break
-        if not (work.reduce(trial) if number < MAX_REPEATS else work.give_up(trial)):
-            break
-        progress(f"first runs, {suite}: {_one_line(trial.error or trial.unrepeatable)[:150]}: run without the cause")
-    progress(f"first runs, {suite}: {trial.tests} tests, {trial.passed} passed before requirements were settled")
-    return trial
+        if _go_on(work, trial, f"first runs, {suite}", progress):
+            continue
+        passed[suite] = _what_runs(work.draft)
+        progress(f"first runs, {suite}: {trial.tests} tests, {trial.passed} passed before requirements were settled")
+
+
+def _what_runs(draft: Draft) -> Draft:
+    """The draft without its requirements and sizes, which change no run."""
+    return replace(draft, dropped=(), has_dropped_all=False, sizes={})
 
 
 def _without_rare(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:
@@ -322,19 +354,9 @@ def _without(draft: Draft, names: Sequence[str]) -> Draft:
 
 def _with_problems(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:
     """The draft with what the runs have shown that somebody has to fix."""
-    raised = tuple(Problem("raised", f"{_one_line(trial.error)}: the draft is not green", trial.raised_at)
-                   for trial in trials if trial.error)  # fmt: skip
-    differing = tuple(Problem("unrepeatable", text, None) for text in _differences(trials))
-    code = draft.code
-    hollow = tuple(
-        Problem("hollow", text, None) for text in dict.fromkeys(each.hollow for each in trials if each.hollow)
-    )
-    return replace(draft, code=replace(code, problems=code.problems + raised + differing + hollow))
-
-
-def _differences(trials: Sequence[FirstRuns]) -> Iterator[str]:
-    for reason in dict.fromkeys(trial.unrepeatable for trial in trials if trial.unrepeatable):
-        yield f"a run does not repeat ({reason}): the draft is not green"
+    causes = {trial.cause: trial.raised_at for trial in trials if trial.cause}
+    problems = [Problem("raised", f"{_one_line(cause)}: the draft is not green", at) for cause, at in causes.items()]
+    return replace(draft, code=replace(draft.code, problems=(*draft.code.problems, *problems)))
 
 
 def _one_line(text: str) -> str:

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.model import (
-    START_BELIEFS,
-    STAY_S,
+    STAY,
     UNTIL_QUIET,
     belief_groups,
     leaves,
     neutral_beliefs,
+    start_beliefs,
 )
 from pytest_hricdv.extra.draft.project.ranges import times_of_lines
 
@@ -52,7 +52,7 @@ def model_lines(draft: Draft) -> list[str]:
         f"            covered=({covered}),",
         "        ),",
         "        beliefs=BeliefSpace(",
-        f"            start={tuple_text(START_BELIEFS)},",
+        f"            start={tuple_text(start_beliefs(draft))},",
         "            groups={",
         *(f"                {json.dumps(name)}: {tuple_text(beliefs)},"
           for name, beliefs in belief_groups(draft).items()),
@@ -75,8 +75,7 @@ def command_table_lines(draft: Draft, table: str, numbers: str, each: str) -> li
     """
     waits = ['                "wait_answer": {},']
     if draft.is_alone:
-        return [f'                "stay {how}": {{"after_s": Uniform({low}, {high}, "s")}},  # TODO: how long?'
-                for how, (low, high) in STAY_S.items()]  # fmt: skip
+        return [f'                "{STAY}": {{"after_s": Uniform(20.0, 60.0, "s")}},  # TODO: how long?']
     if not draft.inputs:
         return waits
     waits += [f'                "{UNTIL_QUIET}": {{}},'] if leaves(draft) else []

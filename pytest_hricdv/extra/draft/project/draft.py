@@ -95,6 +95,8 @@ class Draft:
         runs_in_root: whether the code runs in the folder that it is in, of which it reads files.
         imports_code: whether the code is imported; not where that alone raises.
         left_out: commands at which first runs raised an error.
+        audits: whether sessions run tests again to see whether they repeat; not where one did not.
+        is_silent: whether the person only is there: what else it might do did not reach the code, or stopped it.
         missing: lines of the code that no first run executed, by file.
     """
 
@@ -115,6 +117,8 @@ class Draft:
     runs_in_root: bool = False
     imports_code: bool = True
     left_out: tuple[str, ...] = ()
+    audits: bool = True
+    is_silent: bool = False
     missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
     @property
@@ -144,7 +148,8 @@ class Draft:
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
         """What a person can say."""
-        made = (variants_of(message, self.has_others, self.left_out) for message in self.code.inputs)
+        said = self.code.inputs if not self.is_silent else ()
+        made = (variants_of(message, self.has_others, self.left_out) for message in said)
         return tuple(thing for thing in made if thing.variants)
 
     @cached_property
@@ -152,7 +157,8 @@ class Draft:
         """What devices return, as far as it is known."""
         every = (
             Sensor(port.name, operation, operation.result, self.left_out)
-            for port in (*self.devices, *(port for port in self.code.inner if port.role == "device"))
+            for port in ((*self.devices, *self.code.inner) if not self.is_silent else ())
+            if port.role == "device"
             for operation in port.operations
             if operation.result is not None and not operation.is_set
         )
@@ -180,6 +186,15 @@ class Draft:
     def is_alone(self) -> bool:
         """Whether nothing is known that a person could do with the robot, but to stay with it."""
         return not self.inputs and not self.sensors
+
+    @property
+    def hollow(self) -> str:
+        """Why its tests say little; empty where people do something."""
+        if not self.is_alone:
+            return ""
+        what = "the code runs while somebody is there" if self.entry is not None else "the code can be imported"
+        what = what if self.imports_code else "pytest runs: not even the import of the code succeeds"
+        return f"nothing that people do reaches the code, so its tests only show that {what}: see QUESTIONS.md"
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -67,7 +67,7 @@ def driver_lines(draft: Draft, table: ImportTable) -> list[str]:
         lines += [f"        period_s={entry.period_s:g},  # TODO: how often?"]
     lines += _inner(draft, table)
     lines += ["        says=says,"] if draft.inputs else []
-    calls = [message for message in draft.code.inputs if message.form == "call"]
+    calls = [thing.message for thing in draft.inputs if thing.message.form == "call"]
     if calls:
         lines += ["        reaches={"]
         for message in calls:

@@ -11,11 +11,8 @@ NEVER = "never"
 UNTIL_QUIET = "wait_quiet"
 """The command of who waits until the robot publishes nothing more."""
 
-STAYS = ("stays_briefly", "stays_long")
-"""How long a person stays with a robot of which nobody knows what it receives."""
-
-STAY_S = {"briefly": (0.5, 5.0), "long": (20.0, 60.0)}
-"""Such a robot may publish something at each instant, so that no answer ends a visit."""
+STAY = "stay long"
+"""The command of who only is there, with a robot of which nobody knows what it receives."""
 
 LEAVES = ("leaves_when_quiet", "leaves_at_once")
 """Whether a person waits at the end until the robot has been quiet for a while: one that has accepted an order has not
@@ -45,8 +42,9 @@ def meta(draft: Draft) -> str:
     )
 
 
-START_BELIEFS = ("one_round", "two_rounds")
-"""The beliefs that begin a run."""
+def start_beliefs(draft: Draft) -> tuple[str, ...]:
+    """The beliefs that begin a run; who only is there does so once: more of it shows nothing more."""
+    return ("one_round",) if draft.is_alone else ("one_round", "two_rounds")
 
 
 def belief_groups(draft: Draft) -> dict[str, tuple[str, ...]]:
@@ -64,7 +62,7 @@ def belief_groups(draft: Draft) -> dict[str, tuple[str, ...]]:
         beliefs["at the end"] = LEAVES
     if in_order(draft):
         beliefs["left out"] = ("nothing_left_out", *(f"without_{command}" for command in in_order(draft)))
-    return beliefs or {"how long": STAYS}
+    return beliefs or {"how long": ("stays_long",)}
 
 
 def leaves(draft: Draft) -> bool:
@@ -80,8 +78,6 @@ def in_order(draft: Draft) -> tuple[str, ...]:
 
 def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
     """The beliefs that mean what happens without them."""
-    if draft.is_alone:
-        return STAYS[:1]
     beliefs: list[str] = []
     for thing in draft.inputs:
         beliefs.append(f"{thing.name}_{NEVER}")
@@ -112,7 +108,8 @@ def person(draft: Draft) -> str:
     body = "; ".join(steps if draft.inputs else [*steps, "wait_answer"])
     end = "; !leave" if leaves(draft) else ""
     lines += ["", f"@once  +!visit : one_round  <- !round{end}."]
-    lines += [f"@again +!visit : two_rounds <- !round; !round{end}.", ""]
+    lines += [f"@again +!visit : two_rounds <- !round; !round{end}."] if not draft.is_alone else []
+    lines += [""]
     if leaves(draft):
         lines += [f"@{LEAVES[1]} +!leave : {LEAVES[1]}.", f"@{LEAVES[0]} +!leave <- {UNTIL_QUIET}.", ""]
     if in_order(draft):
@@ -128,8 +125,8 @@ def person(draft: Draft) -> str:
     elif steps:
         lines += [f"+!round <- {body}.", ""]
     else:
-        lines += ["// TODO: no inputs found. What makes the robot act?"]
-        lines += ["@stays_long +!round : stays_long <- stay(long).", "@stays_briefly +!round <- stay(briefly).", ""]
+        lines += ["// TODO: nothing is known that reaches the code. What makes it act?"]
+        lines += ["@stays_long +!round : stays_long <- stay(long).", "@stays +!round <- stay(long).", ""]
     for sensor in draft.sensors:
         name = word(sensor.name)
         lines.append(f"// {sensor.operation.location}")
