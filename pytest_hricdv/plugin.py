@@ -33,10 +33,12 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
     """Adapts the values of TOML files; follows imports from before the conftests on, where tests are measured; explains
     `-n` without xdist: pytest only reports an unrecognized argument.
     """
+    from pytest_hricdv._base.descriptors import keep_open
     from pytest_hricdv.session import following  # it is light
     from pytest_hricdv.session.option_table import adapt
 
     adapt(early_config)
+    keep_open()
     if following.is_wanted(early_config, args):
         following.follow_imports(early_config)
     if hasattr(early_config.known_args_namespace, "numprocesses"):  # whatever name xdist was loaded by

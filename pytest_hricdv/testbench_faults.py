@@ -23,6 +23,7 @@ from pytest_hricdv.registry import FEATURES, offers
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import fields_of, topic_of
 from pytest_hricdv.runtime.message_fields import FORMS
+from pytest_hricdv.runtime.virtual.reach import TOOLS
 from pytest_hricdv.testbench import FIELD_PURPOSES, Testbench
 from pytest_hricdv.testbench_groups import Field, People, Simulation, StateField, Suites, VirtualTime
 
@@ -77,6 +78,7 @@ def check_testbench(candidate: object, where: str) -> Testbench:
         topics = candidate.vocabulary().messages
         disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
         for fault in (
+            *_code_faults(candidate),
             *_film_faults(candidate),
             *_state_faults(candidate),
             *candidate.time.faults(),
@@ -103,6 +105,13 @@ def describe_keywords(error: BaseException) -> str:
         return "".join(f"\n  {name}: {purpose}" for name, purpose in FIELD_PURPOSES.items() if f"'{name}'" in fault)
     moved = MOVED_KEYWORDS.get(class_name, {}) if "unexpected keyword" in fault else {}
     return "".join(f"\n  {name}=... is now {now}" for name, now in moved.items() if f"'{name}'" in fault)
+
+
+def _code_faults(testbench: Testbench) -> Iterator[str]:
+    """Packages that cannot be code under test, as they run the tests."""
+    for package in testbench.code:
+        if package.partition(".")[0] in TOOLS:
+            yield f"code names {package!r}, which itself runs the tests; expected packages of the code under test"
 
 
 def _check_kinds(testbench: Testbench, where: str) -> None:

@@ -2,13 +2,100 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import _thread
+import ctypes
+import signal
+import threading
+from collections.abc import Callable, Iterator
 from itertools import islice
+from types import FrameType
+from typing import TypeVar
+
+from greenlet import getcurrent, greenlet
 
 from pytest_hricdv._base.message import MAX_LINE, MAX_TEXT, cut
 
 MAX_CAUSES = 20
 """Chained errors that are shown, each with its traceback; a longer chain comes from recursion that catches itself."""
+
+MAX_NESTED = 50
+"""Groups within each other that are shown as they are: pytest goes through them by recursion, four calls for each."""
+
+TEXT_WITHIN_S = 1.0
+"""So long somebody else's value may take to say its text (s of real time): a list of six million numbers does."""
+
+T = TypeVar("T")
+
+# As they are now: the code under test may replace them, and in runs some are refused.
+_HANDLE, _START, _LOCK = signal.signal, _thread.start_new_thread, _thread.allocate_lock
+_KILL, _STRIKE = getattr(signal, "pthread_kill", None), getattr(signal, "SIGVTALRM", None)
+_PLAIN = frozenset({str, int, float, bool, type(None)})
+
+
+class OvertimeError(Exception):
+    """Somebody else's code does not come back in time."""
+
+
+def call_within(limit_s: float, function: Callable[[], T]) -> T:
+    """What a function returns. One that does not return in time (s of real time) is left where it is, for ever.
+
+    Without a limit in other threads than the main one, and on Windows: no signal reaches it there.
+
+    Raises:
+        OvertimeError: it does not return in time.
+    """
+    if _KILL is None or _STRIKE is None or threading.current_thread() is not threading.main_thread():
+        return function()
+    here, main = getcurrent(), _thread.get_ident()
+    calling = greenlet(function, here)
+    over, ended = _LOCK(), _LOCK()
+    over.acquire()
+    ended.acquire()
+
+    def strike() -> None:
+        while not over.acquire(timeout=limit_s):
+            _KILL(main, _STRIKE)
+        ended.release()
+
+    def leave(number: int, frame: FrameType | None) -> None:
+        if getcurrent() is calling:
+            # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would go on.
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(calling))
+            here.throw(OvertimeError())
+
+    previous = _HANDLE(_STRIKE, leave)
+    _START(strike, ())
+    try:
+        returned: T = calling.switch()
+        return returned
+    finally:
+        over.release()
+        ended.acquire()
+        _HANDLE(_STRIKE, previous)
+
+
+def text_of(value: object, to_text: Callable[[object], str] = str) -> str:
+    """The text of somebody else's value, of at most a line; where its `__str__` or `__repr__` gives none, why."""
+    return _text_or_problem(value, to_text)[0]
+
+
+def _text_or_problem(value: object, to_text: Callable[[object], str] = str, most: int = MAX_LINE) -> tuple[str, bool]:
+    """The text, shortened before it is copied, as it may have megabytes; and whether it is the value's own."""
+    kind = type(value)
+    is_plain = kind in _PLAIN or (
+        isinstance(value, BaseException)
+        and kind.__str__ is BaseException.__str__
+        and all(type(argument) in _PLAIN for argument in value.args)
+    )
+    try:
+        text = to_text(value) if is_plain else call_within(TEXT_WITHIN_S, lambda: to_text(value))
+        return cut(text, most), True
+    except KeyboardInterrupt:
+        raise
+    except OvertimeError:
+        return f"(its text takes more than {TEXT_WITHIN_S:g} s)", False
+    except BaseException as failure:  # of the author's own method
+        return f"(its text raised {type(failure).__name__})", False
 
 
 def error_text(error: BaseException) -> str:
@@ -35,12 +122,7 @@ def causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def _alone(error: BaseException) -> str:
-    try:
-        message = str(error)
-    except Exception as failure:  # of the author's own __str__
-        message = f"(its text raised {type(failure).__name__})"
-    message = cut(message, MAX_LINE)  # before it is copied, for it may have megabytes
-    text = " ".join(f"{type(error).__name__}: {message}".removesuffix(": ").split())
+    text = " ".join(f"{type(error).__name__}: {text_of(error)}".removesuffix(": ").split())
     if not isinstance(error, BaseExceptionGroup):
         return text
     leaves = [*_leaves(error)]
@@ -51,20 +133,51 @@ def _alone(error: BaseException) -> str:
 
 
 def _leaves(group: BaseExceptionGroup[BaseException]) -> Iterator[BaseException]:
+    """The errors of a group that are no groups, each once."""
     pending: list[BaseException] = [group]
+    seen: set[int] = set()
     while pending:  # no recursion: it may be of any depth
         error = pending.pop()
+        if id(error) in seen:
+            continue
+        seen.add(id(error))
         if isinstance(error, BaseExceptionGroup):
             pending += reversed(error.exceptions)
         else:
             yield error
 
 
-def shorten(error: BaseException) -> None:
-    """Cut the texts of an error, its causes, and its group, before pytest writes them: it would copy them many times.
+def _is_tangled(group: BaseExceptionGroup[BaseException]) -> bool:
+    """Whether groups are within each other too deeply, or the same is in several, so that recursion has no end."""
+    level: list[BaseExceptionGroup[BaseException]] = [group]
+    seen: set[int] = set()
+    for _ in range(MAX_NESTED):
+        inner = [part for outer in level for part in outer.exceptions if isinstance(part, BaseExceptionGroup)]
+        numbers = {id(part) for part in inner}
+        if len(numbers) < len(inner) or not numbers.isdisjoint(seen):
+            return True
+        seen |= numbers
+        level = inner
+    return bool(level)
 
-    The error stays the same object, of the same or a derived class, so that `pytest.raises` and marks still know it.
+
+def _untangle(error: BaseException) -> BaseException:
+    """The error, or for a group that nobody could write one that has the same errors, and no group."""
+    if not isinstance(error, BaseExceptionGroup) or not _is_tangled(error):
+        return error
+    flat = BaseExceptionGroup(f"{text_of(error.message)} (groups within groups)", [*_leaves(error)])
+    flat.__cause__, flat.__context__ = error.__cause__, error.__context__
+    flat.__suppress_context__ = error.__suppress_context__
+    return flat.with_traceback(error.__traceback__)
+
+
+def shorten(error: BaseException) -> BaseException:
+    """An error that pytest can write: the texts of its causes and its group are cut, and it is written many times.
+
+    It stays the same object, of the same or a derived class, so that `pytest.raises` and marks still know it; only
+    groups that are too deep become others.
     """
+    error = _untangle(error)
     for last in islice(causes(error), MAX_CAUSES - 1, None):  # of a recursion that catches itself there are thousands
         last.__cause__ = last.__context__ = None
     pending: list[BaseException | None] = [error]
@@ -74,34 +187,35 @@ def shorten(error: BaseException) -> None:
         if part is None or id(part) in seen:
             continue
         seen.add(id(part))
+        hidden = part.__suppress_context__
+        part.__cause__, part.__context__ = (
+            linked and _untangle(linked) for linked in (part.__cause__, part.__context__)
+        )
+        part.__suppress_context__ = hidden
         pending += [part.__cause__, part.__context__]
         if isinstance(part, BaseExceptionGroup):
             pending += part.exceptions
         _shorten_one(part)
+    return error
 
 
 def _shorten_one(error: BaseException) -> None:
     notes = getattr(error, "__notes__", None)
     if isinstance(notes, list):
         notes[:] = [cut(note) if isinstance(note, str) else note for note in notes]
-    text = _text_of(error)
-    if text is None or len(text) <= MAX_TEXT:
+    short, is_own = _text_or_problem(error, most=MAX_TEXT)
+    if is_own and len(short) <= MAX_TEXT:
         return
-    short = cut(text)
-    del text
     error.args = (short,)
-    if _text_of(error) == short:
+    if _text_or_problem(error, most=len(short)) == (short, True):
         return
     kind = type(error)
-    names = {"__str__": lambda self: short, "__module__": kind.__module__, "__qualname__": kind.__qualname__}
+
+    def say(self: object) -> str:
+        return short
+
+    names = {"__str__": say, "__repr__": say, "__module__": kind.__module__, "__qualname__": kind.__qualname__}
     try:
-        error.__class__ = type(kind.__name__, (kind,), names)
-    except TypeError:  # a class of C, whose text is none of its arguments: it stays as it is
+        error.__class__ = type(kind.__name__, (kind,), {**names, "__slots__": ()})
+    except Exception:  # a class of C, whose text is none of its arguments, or a metaclass that refuses: so it stays
         return
-
-
-def _text_of(error: BaseException) -> str | None:
-    try:
-        return str(error)
-    except Exception:  # of the author's own __str__
-        return None

@@ -6,6 +6,7 @@ import io
 import os
 import signal
 import sys
+from contextlib import suppress
 from typing import Any
 
 
@@ -50,6 +51,27 @@ def work_on_unread() -> None:
             stream.flush()
             written = io.BufferedWriter(_StreamWriter(stream.fileno()))
             setattr(sys, name, io.TextIOWrapper(written, stream.encoding, stream.errors, None, stream.line_buffering))
+
+
+class UnreadStream:
+    """A stream of texts whose reader may go, as of `pytest | head`: from then on its texts go nowhere."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text."""
+        with suppress(BrokenPipeError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write what waits."""
+        with suppress(BrokenPipeError):
+            self._stream.flush()
 
 
 def end_with_reader() -> None:

@@ -47,6 +47,7 @@ import msgspec
 import pytest
 
 from pytest_hricdv._base import self_check
+from pytest_hricdv._base.descriptors import StandardDescriptors
 
 # As they are now: what is put back is looked at with them.
 _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
@@ -113,6 +114,7 @@ class ProcessState:
         searched: tuple[list[Any], ...] = (sys.path, sys.meta_path, sys.path_hooks)
         self._finders = [(finders, [*finders]) for finders in searched]
         self._settings = [ask() for ask, _ in _SETTINGS]
+        self._descriptors = StandardDescriptors()
         for (kept, name), (before, made) in _MADE.items():
             if _KEPT[kept].__dict__.get(name) is before:
                 _SETATTR(_KEPT[kept], name, made)
@@ -125,6 +127,7 @@ class ProcessState:
             if _CALLABLE(before) or (kept, name) in _STREAMS:
                 _MADE[kept, name] = before, made
                 _SETATTR(_KEPT[kept], name, before)
+        self._descriptors.put_back()
         self._put_back_signals()
         if self._folder != _folder():
             with contextlib.suppress(OSError):

@@ -25,6 +25,7 @@ from zlib import compress, crc32  # as now: the code under test may replace them
 import msgspec
 
 from pytest_hricdv._base.contained import open_unlinked
+from pytest_hricdv._base.descriptors import OWN
 
 NAME = "journal.jsonl"
 
@@ -244,6 +245,7 @@ class JournalWriter:
         self.problem = ""
         """Why records are waiting; empty where none is."""
         self._file = open_unlinked(path, _FLAGS)
+        OWN.add(self._file)
         os.ftruncate(self._file, size)
 
     def append(self, record: JournalRecord) -> None:
@@ -276,10 +278,13 @@ class JournalWriter:
         self._path.parent.mkdir(parents=True, exist_ok=True)
         os.lseek(self._file, 0, os.SEEK_SET)
         with open(self._file, "rb") as removed:
+            OWN.discard(self._file)
             self._file = open_unlinked(self._path, _FLAGS | os.O_EXCL)
+            OWN.add(self._file)
             self._waiting.insert(0, removed.read(self._size))
         self._size = 0
 
     def close(self) -> None:
         """Close the file."""
+        OWN.discard(self._file)
         os.close(self._file)

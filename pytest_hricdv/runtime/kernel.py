@@ -21,8 +21,7 @@ from typing import NoReturn
 
 from greenlet import GreenletExit, greenlet
 
-from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv._base.message import MAX_LINE, cut
+from pytest_hricdv._base.error_text import error_text, text_of
 from pytest_hricdv.runtime.node_error import KernelError, NodeError, TerminalInterrupt
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
@@ -369,7 +368,7 @@ class Kernel:
         if node is None:
             return ""
         last = self.last_messages.get(node.name)
-        return f"; {node.name} last sent {cut(repr(last), MAX_LINE)}" if last is not None else f"; in {node.name}"
+        return f"; {node.name} last sent {text_of(last, repr)}" if last is not None else f"; in {node.name}"
 
     def _run_ready(self) -> None:
         while self._ready:

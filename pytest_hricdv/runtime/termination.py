@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from types import TracebackType
 
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv._base.message import quote
 from pytest_hricdv.runtime.source_location import authors_frame
 
@@ -32,7 +33,7 @@ def word_of(error: BaseException | None) -> str:
 
 def refusal(error: BaseException) -> str:
     """What is wrong about such an end, in a sentence with the line that asked for it."""
-    message = getattr(error, "msg", None) or str(error)
+    message = getattr(error, "msg", None) or text_of(error)
     return (
         f"{_place(error.__traceback__)}: {word_of(error)}({quote(message)}) in a run: only a test function or a "
         "fixture may end a test so, not the code under test, its world or the testbench's run: let them raise an "

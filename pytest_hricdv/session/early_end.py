@@ -5,6 +5,7 @@ Registered in the controlling process only.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import os
 import subprocess
@@ -13,6 +14,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from pytest_hricdv._base.output import UnreadStream
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import REBUILT_WITHIN_S, WORKERS_END_WITHIN_S, Signals
@@ -31,7 +33,15 @@ class EarlyEnd:
     def pytest_sessionstart(self) -> Iterator[None]:
         """Begins before all other hooks: a feature that generates a suite may take long."""
         self._signals.begin()
+        if self._config.pluginmanager.hasplugin("terminalreporter"):
+            writer = self._config.get_terminal_writer()
+            writer._file = UnreadStream(writer._file)
         return (yield)
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_sessionfinish(self, exitstatus: int) -> None:
+        """Keeps the status of the session from what code under test does when Python ends."""
+        atexit.register(_keep_status, int(exitstatus), os.getpid())
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_keyboard_interrupt(self) -> None:
@@ -70,3 +80,12 @@ class EarlyEnd:
         with contextlib.suppress(OSError, subprocess.TimeoutExpired):
             subprocess.run(making, stdin=subprocess.DEVNULL, capture_output=True, timeout=REBUILT_WITHIN_S, check=False)
         os._exit(pytest.ExitCode.INTERRUPTED)
+
+
+_EXIT = os._exit  # as it is now
+
+
+def _keep_status(ours: int, pid: int) -> None:
+    """Called first of all when Python ends: from then on `os._exit(0)` is no success of a session that failed."""
+    if os.getpid() == pid and os._exit is _EXIT:
+        os._exit = lambda status: _EXIT(status or ours)

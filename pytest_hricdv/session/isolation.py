@@ -24,6 +24,7 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.coverage.measurement import OwnMeasurement
 from pytest_hricdv.execution.case import formulas
 from pytest_hricdv.execution.execution_feature import execution_features
@@ -279,7 +280,7 @@ class Isolation:
                 made: pytest.TestReport = yield  # type: ignore[assignment]
                 answer = answer_of(item, made, self._caught)
             except BaseException as error:
-                answer = CallResult(problem=f"{type(error).__name__}: {error}")
+                answer = CallResult(problem=f"{type(error).__name__}: {text_of(error)}")
             self._send(self._in_fork, answer)
         report: pytest.TestReport = yield  # type: ignore[assignment]
         isolated, self._call = self._call, None

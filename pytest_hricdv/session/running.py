@@ -182,7 +182,7 @@ class TestRunner:
             failure = error if cause is None or word_of(cause) else cause
             place = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
         shown = self._result_to_show(case, nodeid)
-        shorten(failure)
+        failure = shorten(failure)
         failure.add_note("\n" + explanation.describe_abort(shown, place, **self._rerun_info(case)))
         raise explain_failure(failure)
 
@@ -321,9 +321,9 @@ def raise_for(judgement: Judgement, result: CaseResult, explain: Callable[[], st
         FAIL(judgement.reason, pytrace=False)
     cause = result.error.__cause__ if result.error is not None else None
     if isinstance(cause, Exception) and not word_of(cause):  # with its line it says more than that a node failed
-        shorten(cause)
-        cause.add_note("\n" + explain())
-        raise explain_failure(cause)
+        shown = shorten(cause)
+        shown.add_note("\n" + explain())
+        raise explain_failure(shown)
     raise explain_failure(FAIL.Exception(explain(), pytrace=False))
 
 

@@ -1,9 +1,10 @@
 """Signals that end a session: SIGTERM ends it as Ctrl-C does, and neither cuts off the report that is being made.
 
-SIGTERM ends it within 5 s, whatever the code under test does: a node that goes on is left where it is, and
-where even that does not help, as in code of the testbench that catches everything, what has been reached becomes a
-report without the process that is stuck, which then ends. So it is where the main thread is in code in C that does not
-return: Python calls no handler then, and a thread hears of the signal by Python's wake-up descriptor.
+SIGHUP, which comes when a terminal is closed, is as SIGTERM. That ends a session within 5 s, whatever the code under
+test does: a node that goes on is left where it is, and where even that does not help, as in code of the testbench that
+catches everything, what has been reached becomes a report without the process that is stuck, which then ends. So it is
+where the main thread is in code in C that does not return: Python calls no handler then, and a thread hears of the
+signal by Python's wake-up descriptor.
 """
 
 from __future__ import annotations
@@ -41,8 +42,11 @@ ENDING_WITHIN_S = 10.0
 AGAIN_S = 1.0
 """A second signal so soon after the first (s) is no second wish: it would cut off what the first one started."""
 
-_REPLACED = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
-"""The handlers that are replaced; where somebody else has set another one, this stays."""
+_ENDING = {signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
+"""Those that say that the session is to end."""
+
+_REPLACED = {signal.SIGINT: signal.default_int_handler, **dict.fromkeys(sorted(_ENDING), signal.SIG_DFL)}
+"""The handlers that are replaced; where somebody else has set another one, this stays: `nohup` ignores SIGHUP."""
 
 
 class Termination(KeyboardInterrupt):
@@ -144,18 +148,18 @@ class Signals:
             raise Termination("SIGTERM") if self.terminated else KeyboardInterrupt
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
-        if number == signal.SIGTERM and not self.terminated:
+        if number in _ENDING and not self.terminated:
             self.terminated = True
             self._terminating()
             _thread.start_new_thread(self._insist, ())
         now_s, insists, self._insists = time.monotonic(), self._insists, False
         is_again = now_s - self._raised_s < AGAIN_S and not insists
-        is_late = number == signal.SIGTERM and self._let_go_s is not None
+        is_late = number in _ENDING and self._let_go_s is not None
         if self._deferring or is_again or is_late:
-            self.pending |= number == signal.SIGTERM or not is_again
+            self.pending |= number in _ENDING or not is_again
             return
         went_on, self._raised_s = self._raised_s > 0, now_s
-        if number != signal.SIGTERM:
+        if number not in _ENDING:
             raise KeyboardInterrupt
         node = current_node()
         if node is not None and went_on:
@@ -164,7 +168,7 @@ class Signals:
 
     def _hear(self, number: int) -> None:
         """A signal came, says a thread: whether the main thread will ever handle it is another thing."""
-        if number != signal.SIGTERM or self._is_heard:
+        if number not in _ENDING or self._is_heard:
             return
         self._is_heard = True
         waiting = _thread.allocate_lock()

@@ -6,7 +6,8 @@ import traceback
 
 import pytest
 
-from pytest_hricdv._base.error_text import MAX_CAUSES, causes, error_text, shorten
+from pytest_hricdv._base import error_text as module
+from pytest_hricdv._base.error_text import MAX_CAUSES, MAX_NESTED, causes, error_text, shorten, text_of
 from pytest_hricdv._base.message import cut
 
 
@@ -138,3 +139,73 @@ def test_a_group_of_any_depth_is_told() -> None:
     for _ in range(5000):
         error = ExceptionGroup("group", [error])
     assert error_text(error) == "ExceptionGroup: group (1 sub-exception): ValueError: leaf"
+
+
+class EndlessError(Exception):
+    """Says its text without end, and catches what is raised in it."""
+
+    def __str__(self) -> str:
+        while True:
+            try:
+                while True:
+                    pass
+            except BaseException:
+                pass
+
+    __repr__ = __str__
+
+
+class LeavingError(Exception):
+    """Ends the process instead of saying its text."""
+
+    def __str__(self) -> str:
+        raise SystemExit(0)
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (EndlessError(), "its text takes more than 0.05 s"),
+        (KeyError(EndlessError()), "its text takes more than 0.05 s"),
+        (LeavingError(), "its text raised SystemExit"),
+    ],
+)
+def test_pytest_can_write_any_error(error: BaseException, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "TEXT_WITHIN_S", 0.05)
+    kind = type(error)
+    assert f"{kind.__name__}: ({text})" in error_text(error)
+    assert shorten(error) is error
+    assert isinstance(error, kind)
+    assert text in traceback.format_exception(error)[-1]
+    assert text in repr(error)
+
+
+def test_any_value_has_a_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "TEXT_WITHIN_S", 0.05)
+    assert text_of([1, "a"], repr) == "[1, 'a']"
+    assert text_of(EndlessError(), repr) == "(its text takes more than 0.05 s)"
+    assert len(text_of("x" * 3_000_000)) < 3_000
+
+
+def _nested(depth: int, leaf: Exception) -> ExceptionGroup[Exception]:
+    group = ExceptionGroup("group", [leaf])
+    for _ in range(depth - 1):
+        group = ExceptionGroup("group", [group])
+    return group
+
+
+def test_groups_that_nobody_could_write_become_one() -> None:
+    """Too deep, or so that the same is in several: a walk through 2^60 groups has no end."""
+    leaf, twice = ValueError("leaf"), ExceptionGroup("group", [ValueError("leaf")])
+    for _ in range(60):
+        twice = ExceptionGroup("group", [twice, twice])
+    as_it_is = _nested(MAX_NESTED, leaf)
+    assert shorten(as_it_is) is as_it_is
+    caused = RuntimeError("caused")
+    caused.__cause__ = _nested(5000, leaf)
+    for error in (_nested(MAX_NESTED + 1, leaf), _nested(5000, leaf), twice, shorten(caused).__cause__):
+        assert error is not None
+        flat = shorten(error)
+        assert isinstance(flat, ExceptionGroup)
+        assert [str(part) for part in flat.exceptions] == ["leaf"]
+        assert "ValueError: leaf" in "".join(traceback.format_exception(flat))

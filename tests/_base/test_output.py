@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv._base.output import _StreamWriter
+from pytest_hricdv._base.output import UnreadStream, _StreamWriter
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no SIGPIPE")
 
@@ -24,6 +25,17 @@ def test_what_nobody_reads_goes_nowhere() -> None:
     assert stream.write(b"second\n") == 7
     assert os.write(writing, b"of a process that it starts\n") == 28
     os.close(writing)
+
+
+def test_nor_do_texts_of_a_stream() -> None:
+    reading, writing = os.pipe()
+    stream = UnreadStream(os.fdopen(writing, "w"))
+    os.close(reading)
+    assert stream.write("text\n") == 5
+    stream.flush()
+    assert not stream.isatty()
+    with contextlib.suppress(BrokenPipeError):
+        stream.close()
 
 
 def unread(command: list[str], folder: Path, *, errors_too: bool = False) -> tuple[int, str]:

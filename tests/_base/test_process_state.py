@@ -78,6 +78,7 @@ SETTINGS: dict[str, tuple[Callable[[], object], Callable[[Path], object]]] = {
     ),
     "collector": (gc.get_threshold, lambda _: gc.set_threshold(1)),
     "streams": (lambda: sys.stdout, lambda _: setattr(sys, "stdout", None)),
+    "descriptors": (lambda: os.path.exists("/dev/fd/1"), lambda _: os.close(1)),
 }
 """What of the process -> how to ask for it, and how code spoils it."""
 

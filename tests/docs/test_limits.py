@@ -26,6 +26,7 @@ from pytest_hricdv.extra.campaign.__main__ import _number as number_of_campaign
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
+from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, RosTimer
 from pytest_hricdv.generate.abstract import AbstractTest, check_suite_name
 from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext
@@ -36,8 +37,10 @@ from pytest_hricdv.monitor.patterns.temporal import existence
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.report.carrying import FileCarrier
 from pytest_hricdv.results import codec, journal
+from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.session.options import _shard
 from tests.bdi.models import system_of
+from tests.extra.ros2 import system as ros2
 
 PACKAGE = Path(sys.modules["pytest_hricdv"].__path__[0])
 TABLE = (Path(__file__).parents[2] / "docs" / "reference.md").read_text(encoding="utf-8")
@@ -63,6 +66,15 @@ class Limit(NamedTuple):
     figure: str = ""
     low: int = 0
     step: int = 1
+
+
+def calls_of_timer(number: int, _: Path) -> None:
+    def robot(kernel: Kernel) -> None:
+        timer = RosTimer(Clock(ClockType.STEADY_TIME), ros2.node("robot").context, 1)
+        for _ in range(number):
+            timer.call_timer()
+
+    ros2.run(robot)
 
 
 def sparse(path: Path, size: int) -> Path:
@@ -254,6 +266,7 @@ LIMITS = (
         50,
         2,
     ),
+    Limit("extra.ros2.clocks:MAX_CALLS", calls_of_timer, r"test_limits.py:\d+: a timer .* was called 5 times", low=5),
     Limit("monitor.units:MAX_TIME_S", lambda n, at: requirement(at, f"eventually[0:{n}](p)"), "r.toml:5:", "10^9"),
     Limit("monitor.patterns.temporal:MAX_IN_SCOPE", lambda n, _: existence(on("m"), at_most=n, after=on("k")), "20"),
     Limit(
@@ -293,6 +306,7 @@ TIMES = {
     "extra.cluster.cluster:WAIT_FOR_WORKERS_S": "60 s",
     "extra.cluster.connection:WAIT_FOR_SCHEDULER_S": "120 s",
     "runtime.supervision:STUCK_AFTER_S": "8 s",
+    "_base.error_text:TEXT_WITHIN_S": "1 s",
     "runtime.supervision:NODE_WAITS_S": "0.5 s",
     "runtime.supervision:WORLD_WAITS_S": "60 s",
     "runtime.livelock:NOTHING_NEW_S": "180 s",

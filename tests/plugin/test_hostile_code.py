@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
+from tests._base.test_output import unread
 from tests.plugin import project
 
 RUN = ("--hri-suite=by-hand", "-p", "no:cacheprovider", "--hri-no-cov", "--hri-audit=1")
@@ -34,6 +37,11 @@ REFUSED = {
     "sys.setswitchinterval": "import sys; sys.setswitchinterval(1e3)",
     "signal.signal": "import signal; signal.signal(signal.SIGVTALRM, signal.SIG_IGN)",
     "faulthandler.dump_traceback_later": "import faulthandler; faulthandler.dump_traceback_later(0.1, exit=True)",
+    "os.close": "import os; os.close(1)",
+    "os.closerange": "import os; os.closerange(0, 1 << 16)",
+    "sys.stdout.close": "import sys; sys.stdout.close()",
+    "abc.ABCMeta.register": "from collections.abc import Mapping; Mapping.register(float)",
+    "select.select": "import os, select; select.select([os.pipe()[0]], [], [], 0.1)",
 }
 """What nobody can give back, or strikes by the machine's clock -> how code does it."""
 
@@ -86,9 +94,24 @@ def test_what_is_taken_from_the_process_is_put_back_and_fails_the_test(lamps: py
 
 
 @pytest.mark.slow
+def test_a_session_that_failed_does_not_end_well_whatever_code_does_at_the_end(lamps: pytest.Pytester) -> None:
+    leaves = "import atexit, os; atexit.register(os._exit, 0); atexit.register(lambda: os._exit(0)); raise OSError"
+    result = does(lamps, leaves)
+    assert result.ret == 1
+    assert "Traceback" not in result.stderr.str()
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SILENT)
 def test_what_code_may_change_ends_no_session(lamps: pytest.Pytester, name: str) -> None:
     result = does(lamps, SILENT[name])
     assert result.ret == 0
     assert project.report(lamps.path)["reported"] == 4
     assert "INTERNALERROR" not in result.stdout.str()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGPIPE")
+def test_a_session_that_nobody_reads_runs_all_its_tests(lamps: pytest.Pytester) -> None:
+    unread(["pytest", *RUN[:-2]], lamps.path)
+    assert project.report(lamps.path)["reported"] == 4

@@ -21,17 +21,17 @@ def send(number: signal.Signals = signal.SIGINT) -> None:
 def handled(monkeypatch: pytest.MonkeyPatch) -> Iterator[Signals]:
     """In this process; a second signal may come at once."""
     monkeypatch.setattr(module, "AGAIN_S", 0.0)
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    before = {number: signal.getsignal(number) for number in module._REPLACED}
+    for number, handler in module._REPLACED.items():
+        signal.signal(number, handler)
     signals = Signals()
     signals.begin()
     try:
         yield signals
     finally:
         signals.end()
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, restored in before.items():
+            signal.signal(number, restored)
 
 
 def test_it_raises_where_it_is_let_through_and_at_once_if_it_came_before(handled: Signals) -> None:
@@ -60,9 +60,10 @@ def test_what_is_held_is_raised_once_it_is_released(handled: Signals) -> None:
         send()
 
 
-def test_sigterm_is_raised_wherever_something_would_begin(handled: Signals) -> None:
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_sigterm_is_raised_wherever_something_would_begin(handled: Signals, name: str) -> None:
     with handled.defer():
-        send(signal.SIGTERM)
+        send(getattr(signal, name))
         assert handled.terminated
         for _ in range(2):
             with pytest.raises(Termination), handled.let_through():

@@ -14,6 +14,7 @@ from typing import NoReturn
 import msgspec
 import pytest
 
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
 from pytest_hricdv.extra.audit.sources import Reading, SourceWatch
 from pytest_hricdv.results.codec import encode
@@ -95,7 +96,7 @@ class _Fresh(FreshPytest):
             try:
                 text = encode(self._run(order, items)).encode()
             except BaseException as error:
-                text = encode(RerunAnswer(problem=f"{type(error).__name__}: {error}")).encode()
+                text = encode(RerunAnswer(problem=f"{type(error).__name__}: {text_of(error)}")).encode()
             process.send_and_end(text)
         return _message(process)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from random import Random
 from typing import NamedTuple, Protocol
 
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
@@ -296,7 +297,7 @@ def _error_text(error: Exception) -> str:
     """`ValueError: min() iterable argument is empty (closing/strategy.py:12)`: an error, and where it was raised."""
     at = traceback.extract_tb(error.__traceback__)[-1]
     file = Path(at.filename)
-    return f"{type(error).__name__}: {error} ({file.parent.name}/{file.name}:{at.lineno})"
+    return f"{type(error).__name__}: {text_of(error)} ({file.parent.name}/{file.name}:{at.lineno})"
 
 
 def _kinds(points: Iterable[Point]) -> frozenset[str]:

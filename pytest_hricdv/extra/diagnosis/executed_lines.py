@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
@@ -150,7 +151,7 @@ class LineTracer:
             with contextlib.redirect_stdout(io.StringIO()):
                 again = execute(self._settings.with_measurement(tracing), result.test, begun=tracing.begin)
         except Exception as error:
-            return ExecutedLines(note=f"not traced: {type(error).__name__}: {error}")
+            return ExecutedLines(note=f"not traced: {type(error).__name__}: {text_of(error)}")
         lines = collect_executed_lines(tracing.steps(), first_violation_s(result))
         if again.record.sha256 == result.record.sha256:
             return lines

@@ -17,6 +17,7 @@ import msgspec
 
 from pytest_hricdv._base.atomic_file import replace_file
 from pytest_hricdv._base.contained import inside
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.execution.judge import list_undeclared_violations
@@ -89,7 +90,7 @@ class FilmMaker:
             with contextlib.redirect_stdout(io.StringIO()):
                 return self._replay(result, inside(self._folder, f"{FOLDER}/{_file_name(result)}"))
         except Exception as error:
-            return _without(f"not filmed: {type(error).__name__}: {error}")
+            return _without(f"not filmed: {type(error).__name__}: {text_of(error)}")
 
     def count(self, failed: Sequence[str]) -> None:
         """A failure of these requirements is filmed."""

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
 from pytest_hricdv.execution.judge import list_undeclared_violations
@@ -196,7 +197,7 @@ class _Trier:
         try:
             result = execute(context.run_settings, test.concrete)
         except Exception as error:
-            self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {error}")
+            self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {text_of(error)}")
             return
         oracles = tuple(_has_failed(result, context.known_violations))
         outcome = result.outcome

@@ -171,7 +171,7 @@ class Entities:
             woken = [guard.take_readiness() for guard in self._guards]
             now_ns = kernel.now_us * 1000
             is_over = end_ns is not None and end_ns <= now_ns
-            if is_over:
+            if ready or is_over:  # a guard condition that triggers itself is always ready
                 kernel.count_poll()
             if ready or any(woken) or is_over:
                 return ready, is_over

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.case import execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
 from pytest_hricdv.execution.judge import list_undeclared_violations
@@ -166,7 +167,7 @@ def record_run(test: ConcreteTest, context: RunContext, formulas: Sequence[str] 
     try:
         result = execute(settings, test, watching=(authorship,), begun=authorship.begin)
     except Exception as error:
-        return StoredRun(test=test.id, errors=(f"{type(error).__name__}: {error}",))
+        return StoredRun(test=test.id, errors=(f"{type(error).__name__}: {text_of(error)}",))
     return store(test.id, result, authorship, list_undeclared_violations(result, context.known_violations))
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.contained import inside
+from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.traces.records import FOLDER, SceneChange, TraceResult
 from pytest_hricdv.registry import offers
@@ -89,7 +90,7 @@ class TraceWriter:
             mcap_trace.write(inside(self._folder, name), mcap_trace.McapTrace(test, run.record, self._testbench, scene))
             has_bag = any(write(inside(self._folder, bag), run.record) for write in offers("bag_writer", "write_bag"))
         except Exception as error:
-            return TraceResult(file=None, note=f"not written: {type(error).__name__}: {error}")
+            return TraceResult(file=None, note=f"not written: {type(error).__name__}: {text_of(error)}")
         return TraceResult(file=name, note=note, bag=bag if has_bag else None)
 
     def _scene(self, run: CaseResult) -> tuple[Sequence[SceneChange], str]:

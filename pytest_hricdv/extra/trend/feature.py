@@ -16,7 +16,7 @@ from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, Plain
 from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.section import Section, failure_causes
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option import OptionReader, Value
+from pytest_hricdv.session.option import OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.report.formatting import Line
@@ -172,6 +172,15 @@ def read(path: Path) -> tuple[list[HistoryEntry], list[int]]:
     return entries, damaged
 
 
+def _is_of_others(path: Path) -> bool:
+    """Whether a file has lines, and none that a session has written. One that cannot be read is told later."""
+    try:
+        entries, damaged = read(path)
+    except (OSError, MalformedError):
+        return False
+    return bool(damaged) and not entries
+
+
 def _comparable(entries: Iterable[HistoryEntry], entry: HistoryEntry) -> tuple[HistoryEntry, ...]:
     """The last complete sessions of the same suites and options."""
     same = [earlier for earlier in entries if earlier.complete and earlier.compared_by == entry.compared_by]
@@ -227,7 +236,12 @@ class TrendFeature(Feature[Path]):
 
     def read(self, reader: OptionReader) -> Path | None:
         """The file of the history."""
-        return reader.file("history")
+        path = reader.file("history")
+        if path is not None and path.is_file() and _is_of_others(path):
+            raise usage_error(
+                f"--hri-history: {visible(str(path))} is no history, and a line would be added to it; name another file"
+            )
+        return path
 
     def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """Add the session to the history, and earlier ones of the same suites and options to its report.

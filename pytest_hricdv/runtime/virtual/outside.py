@@ -8,6 +8,7 @@ the watchdog of the kernel, which interrupts it.
 
 from __future__ import annotations
 
+import abc
 import datetime
 import faulthandler
 import os
@@ -19,7 +20,7 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial, wraps
 from types import ModuleType
 from typing import Any, NoReturn
@@ -29,7 +30,7 @@ from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
-from pytest_hricdv.runtime.virtual.prohibition import WATCHDOGS, takes_away
+from pytest_hricdv.runtime.virtual.prohibition import WATCHDOGS, is_harmless, takes_away
 from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError, RealTimeError
 
@@ -46,6 +47,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 # As they are now: the code under test may replace them.
 _EXIT, _PID = os._exit, os.getpid
+_REGISTER = abc.ABCMeta.register
 _SLEEP = time.sleep
 _START = threading.Thread.start
 _WAIT = subprocess.Popen.wait
@@ -67,6 +69,9 @@ _REFUSED: dict[str, Callable[..., Any]] = {
     "sys.setswitchinterval": sys.setswitchinterval,
     "sys.addaudithook": sys.addaudithook,
     "sys.setrecursionlimit": sys.setrecursionlimit,
+    "os.close": os.close,
+    "os.closerange": os.closerange,
+    "os.dup2": os.dup2,
 }
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
 timers of the machine strike by its own clock, or never, as a run is over soon. And what takes from the process what
@@ -87,6 +92,7 @@ class _Guard:
         self._threads: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
         self._refused: weakref.WeakSet[subprocess.Popen[Any]] = weakref.WeakSet()
         self._reaps = False
+        self.is_over = False
 
     def sleep(self, duration_s: float) -> None:
         """As `time.sleep`: in nodes virtual, or refused."""
@@ -111,7 +117,7 @@ class _Guard:
                 f"{place_of(sys._getframe(1))}: {name} takes from the whole process, pytest included, what the session "
                 "needs: let the code do so where it is started, which a test does not do, or in a process of its own"
             )
-        if node is not None and self._is_node() and not _is_harmless(name, args):
+        if node is not None and self._is_node() and not is_harmless(name, args):
             if name.rpartition(".")[2] not in _CLOCKED:
                 self._refuse(name)
             raise RealTimeError(
@@ -171,8 +177,17 @@ class _Guard:
         terminal.wait_readable(timeout)
         return True
 
+    def register(self, kind: abc.ABCMeta, subclass: type) -> type:
+        """As `ABCMeta.register`: libraries of Python do so when they are imported."""
+        if is_library_of_python(str(sys._getframe(2).f_globals.get("__name__"))):
+            return _REGISTER(kind, subclass)
+        registered: type = self.call_or_refuse("abc.ABCMeta.register", _REGISTER, kind, subclass)
+        return registered
+
     def exit(self, status: int) -> NoReturn:
         """As `os._exit`, in a process that the run has forked, and in threads beside it, as of time limits."""
+        if self.is_over:
+            os._exit(status)
         caller = sys._getframe(2)
         is_ours = str(caller.f_globals.get("__name__")).partition(".")[0] == _OURS  # a signal handler of the session
         is_beside = threading.current_thread() is not self._thread and not self._is_node()
@@ -189,20 +204,6 @@ class _Guard:
         node, frame = current_node(), sys._getframe(2)
         who = "run" if node is None else f"node {node.name}"
         raise RealTimeError(real_wait(frame, who, self._kernel.code, self._kernel.virtual, what))
-
-
-def _is_harmless(name: str, args: tuple[Any, ...]) -> bool:
-    """Whether it does not wait, as a poll, or a timer that is switched off."""
-    match name.rpartition(".")[2]:
-        case "sigtimedwait" | "setitimer":
-            return args[1:2] == (0,)
-        case "alarm":
-            return args[:1] == (0,)
-        case "setrlimit":
-            return args[:1] != (getattr(resource, "RLIMIT_CPU", None),)
-        case "addaudithook" | "setrecursionlimit" | "setswitchinterval" | "prlimit" | "signal" | "pthread_sigmask":
-            return True
-    return False
 
 
 @contextmanager
@@ -226,6 +227,10 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
     def sleep(seconds: float, /) -> None:
         guard.sleep(seconds)
 
+    @wraps(_REGISTER)
+    def register(kind: abc.ABCMeta, subclass: type) -> type:
+        return guard.register(kind, subclass)
+
     def leave(status: int) -> NoReturn:
         guard.exit(status)
 
@@ -247,12 +252,16 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
                 put(module, name, _TERMINAL_CALLS[id(value)])
         put(threading.Thread, "start", start)
         put(subprocess.Popen, "wait", wait)
+        put(abc.ABCMeta, "register", register)
+        for name in ("stdout", "stderr"):
+            undo += _keep_open(guard, f"sys.{name}.close", getattr(sys, name))
         for kind in _SELECTORS:
             put(kind, "select", _make_select(guard, kind.select))
         for module in filter(None, map(sys.modules.get, ("asyncio", "asyncio.events"))):
             _let_loops_be_virtual(module, put)
         yield
     finally:
+        guard.is_over = True
         for restore in reversed(undo):
             restore()
         if HAS_TERMINALS:
@@ -265,6 +274,15 @@ def _shows_time(module: ModuleType, clock: object) -> bool:
     if is_library_of_python(module.__name__):
         return module is time
     return not isinstance(clock, type) or "-packages" not in str(vars(module).get("__file__"))
+
+
+def _keep_open(guard: _Guard, name: str, stream: Any) -> Iterator[Callable[[], object]]:
+    """Refuse to close a stream and what it writes to; yields what allows it again."""
+    parts: tuple[Any, Any] = stream, getattr(stream, "buffer", None)
+    for part in parts:
+        with suppress(AttributeError, TypeError):  # one of another kind, as somebody has put it there
+            part.close = _make_refusal(guard, name, part.close)
+            yield partial(delattr, part, "close")
 
 
 def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[..., list[Any]]:

@@ -6,6 +6,9 @@ import math
 import signal
 from typing import Any
 
+from pytest_hricdv._base.descriptors import OWN, STANDARD
+from pytest_hricdv.runtime.virtual.reach import is_library_of_python
+
 try:
     import resource
 except ImportError:  # of Windows
@@ -30,8 +33,16 @@ def takes_away(name: str, args: tuple[Any, ...], depth: int) -> bool:
         depth: the limit of recursion when the run began.
     """
     match name, args:
-        case "sys.addaudithook", _:
+        case "sys.addaudithook" | "sys.stdout.close" | "sys.stderr.close", _:
             return True
+        case "os.close", (int(number),):
+            return number in OWN
+        case "os.closerange", (int(first), int(end)):
+            return any(first <= number < end for number in OWN)
+        case "os.dup2", (_, int(number), *_):
+            return number in OWN.difference(STANDARD)
+        case "abc.ABCMeta.register", (kind, subclass):
+            return subclass.__module__ == "builtins" and is_library_of_python(kind.__module__)
         case "signal.signal", (number, _):
             return bool(number == WATCHDOGS)
         case "sys.setswitchinterval", (interval_s,):
@@ -41,6 +52,22 @@ def takes_away(name: str, args: tuple[Any, ...], depth: int) -> bool:
         case "resource.setrlimit" | "resource.prlimit", (*_, what, (int(soft), int(hard))) if what in _LIMITED:
             now_soft, now_hard = map(_amount, resource.getrlimit(what))
             return _amount(soft) < now_soft or _amount(hard) < now_hard
+    return False
+
+
+def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
+    """Whether it does not wait, as a poll, or a timer that is switched off."""
+    match name.rpartition(".")[2]:
+        case "sigtimedwait" | "setitimer":
+            return args[1:2] == (0,)
+        case "alarm":
+            return args[:1] == (0,)
+        case "setrlimit":
+            return args[:1] != (getattr(resource, "RLIMIT_CPU", None),)
+        case "addaudithook" | "setrecursionlimit" | "setswitchinterval" | "prlimit" | "signal" | "pthread_sigmask":
+            return True
+        case "close" | "closerange" | "dup2":
+            return True
     return False
 
 

@@ -17,8 +17,10 @@ from collections.abc import Callable, Iterable
 from functools import wraps
 from typing import Any, NoReturn
 
+from pytest_hricdv.runtime.blocking_calls import real_wait
 from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.source_location import place_of
+from pytest_hricdv.runtime.virtual import clocks
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 from pytest_hricdv.runtime.virtual.terminal import SIZE, Terminal, terminal_of, terminals_of
 
@@ -184,6 +186,18 @@ def _ioctl(terminal: Terminal, request: int, *_: Any) -> Any:
 _REAL_SELECT = select.select
 
 
+def _select_others(files: tuple[list[Any], list[Any], list[Any]], timeout: float | None) -> Any:
+    """What is ready of other files; without any, it is a way to sleep."""
+    if not any(files) and timeout is not None and timeout > 0:
+        clocks.sleep(timeout)
+    ready = _REAL_SELECT(*files, 0)
+    node = current_node()
+    if any(ready) or (timeout is not None and (timeout <= 0 or not any(files))) or node is None:
+        return ready
+    kernel, frame = node.kernel, sys._getframe(2)
+    raise RealTimeError(real_wait(frame, f"node {node.name}", kernel.code, kernel.virtual, "select.select"))
+
+
 @wraps(_REAL_SELECT)
 def _select(read: Iterable[Any], write: Iterable[Any], other: Iterable[Any], timeout: float | None = None, /) -> Any:
     files = ([*read], [*write], [*other])
@@ -191,7 +205,7 @@ def _select(read: Iterable[Any], write: Iterable[Any], other: Iterable[Any], tim
         return _REAL_SELECT(*files, timeout)
     terminals = [meant for file in files[0] if (meant := _find_terminal(file)) is not None]
     if not terminals:
-        return _REAL_SELECT(*files, timeout)
+        return _select_others(files, timeout)
     node, terminal = terminals[0]
     if len(files[0]) > 1 or files[1] or files[2]:
         raise RealTimeError(

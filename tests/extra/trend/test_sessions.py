@@ -74,6 +74,14 @@ def test_one_that_cannot_be_written_fails_the_session(lamps: pytest.Pytester) ->
     assert report(lamps.path)["reported"] == 4
 
 
+def test_a_file_of_something_else_is_refused_and_stays(lamps: pytest.Pytester) -> None:
+    before = (lamps.path / "conftest.py").read_bytes()
+    result = lamps.runpytest_inprocess(*SUITE[:-1], "--hri-history=conftest.py")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --hri-history: *conftest.py is no history*"])
+    assert (lamps.path / "conftest.py").read_bytes() == before
+
+
 @pytest.mark.slow
 def test_without_it_nothing_is_kept_and_a_merged_report_has_none(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE[:-1])
