@@ -196,7 +196,7 @@ def _nested(depth: int, leaf: Exception) -> ExceptionGroup[Exception]:
 
 def test_groups_that_nobody_could_write_become_one() -> None:
     """Too deep, or so that the same is in several: a walk through 2^60 groups has no end."""
-    leaf, twice = ValueError("leaf"), ExceptionGroup("group", [ValueError("leaf")])
+    leaf, twice = ValueError("leaf"), _nested(1, ValueError("leaf"))
     for _ in range(60):
         twice = ExceptionGroup("group", [twice, twice])
     as_it_is = _nested(MAX_NESTED, leaf)

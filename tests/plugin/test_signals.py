@@ -22,16 +22,16 @@ def handled(monkeypatch: pytest.MonkeyPatch) -> Iterator[Signals]:
     """In this process; a second signal may come at once."""
     monkeypatch.setattr(module, "AGAIN_S", 0.0)
     before = {number: signal.getsignal(number) for number in module._REPLACED}
-    for number, handler in module._REPLACED.items():
-        signal.signal(number, handler)
+    for number in module._REPLACED:
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
     signals = Signals()
     signals.begin()
     try:
         yield signals
     finally:
         signals.end()
-        for number, restored in before.items():
-            signal.signal(number, restored)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def test_it_raises_where_it_is_let_through_and_at_once_if_it_came_before(handled: Signals) -> None:
