@@ -44,13 +44,15 @@ def analyse(package: str, start: Path | None = None) -> CodeModel:
     return analyse_sources(find(name, (start or Path.cwd()).resolve()), name, entry_name)
 
 
-def analyse_sources(sources: Sources, name: str, entry_name: str, usage: Usage | None = None) -> CodeModel:
+def analyse_sources(
+    sources: Sources, name: str, entry_name: str, usage: Usage | None = None, flow: Flow | None = None
+) -> CodeModel:
     """The same of code that was read; `usage` is how programs use it.
 
     Raises:
         DraftError: there is no such function.
     """
-    flow = Flow(sources)
+    flow = flow or Flow(sources)
     entry = EntryFinder(sources, flow, usage).entry(entry_name)
     messages = MessageFinder(sources, flow).messages()
     machines = _with_fields(_unique(StateMachines(sources, flow).machines()), messages, flow)

@@ -186,8 +186,7 @@ class Operation:
         is_async: whether it is awaited.
         is_set: whether the attribute is set.
         arguments: number of positional arguments of a method.
-        callbacks: functions of the code that it passes to the method, or sets the attribute to: the first text that is
-            passed with it, and the function's name.
+        is_registration: whether the code passes one of its functions to it, or sets it to one.
         result: what it returns, where this is a truth, a number or one of a few texts; None where it is not known.
     """
 
@@ -200,7 +199,7 @@ class Operation:
     is_async: bool = False
     is_set: bool = False
     arguments: int = 0
-    callbacks: tuple[tuple[str, str], ...] = ()
+    is_registration: bool = False
     result: MessageField | None = None
 
 

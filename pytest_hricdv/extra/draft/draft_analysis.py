@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -13,14 +13,17 @@ from typing import TypeVar
 from pytest_hricdv.extra.draft.analysis import analyse_sources, questions
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
 from pytest_hricdv.extra.draft.code.constants import Member, members
+from pytest_hricdv.extra.draft.code.entry import EntryFinder
 from pytest_hricdv.extra.draft.code.flow import Flow, parameters_of
 from pytest_hricdv.extra.draft.code.loading import find
+from pytest_hricdv.extra.draft.code.message_kinds import FORMS
 from pytest_hricdv.extra.draft.code.messages import TAKES
-from pytest_hricdv.extra.draft.code.naming import camel, snake, word
+from pytest_hricdv.extra.draft.code.naming import camel, snake
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
-from pytest_hricdv.extra.draft.code.stimuli import MESSAGE_FORMS, StimulusReader
+from pytest_hricdv.extra.draft.code.stimuli import StimulusReader
 from pytest_hricdv.extra.draft.code.usage import read_usage
+from pytest_hricdv.extra.draft.code.waits import parameters
 from pytest_hricdv.extra.draft.code_model import (
     OWN_MODULE,
     CodeModel,
@@ -34,7 +37,13 @@ from pytest_hricdv.extra.draft.code_model import (
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
-from pytest_hricdv.extra.draft.observed_code import best_entry, methods_from_outside, period_of, with_observations
+from pytest_hricdv.extra.draft.observed_code import (
+    best_entry,
+    function_at,
+    methods_from_outside,
+    period_of,
+    with_observations,
+)
 
 T = TypeVar("T")
 
@@ -43,6 +52,9 @@ DEPTH, BYTES = 30_000, 512 * 1024 * 1024
 
 PERIOD_S = 0.1
 """Of a control loop, where nothing says how often it runs."""
+
+MAX_ENTRIES = 8
+"""Candidates that are looked at where the likeliest one gets nothing from outside."""
 
 STATE_TOPIC = "state_changed"
 
@@ -67,6 +79,7 @@ class CodeReader:
         self._usage = read_usage(self._sources)
         self._flow = Flow(self._sources)
         self._stimuli = StimulusReader(self._sources, self._flow, self._usage)
+        self._entries = EntryFinder(self._sources, self._flow, self._usage)
 
     def model(self, seen: Observations | None = None, faulty: frozenset[str] = frozenset()) -> CodeModel:
         """What a draft is made of.
@@ -78,33 +91,65 @@ class CodeReader:
         return with_deep_stack(lambda: self._model(seen, faulty))
 
     def _model(self, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
-        entry_name = self._asked or (best_entry(seen, self._sources) if seen is not None else "")
-        model = analyse_sources(self._sources, self.name, entry_name, self._usage)
-        if model.entry is None:
+        asked = self._asked or (best_entry(seen, self._sources) if seen is not None else "")
+        model = analyse_sources(self._sources, self.name, asked, self._usage, self._flow)
+        if model.entry is None and asked:
             return replace(model, messages=tuple(self._carry(model)))
+        others = [] if asked or model.ros.endpoints else [entry for entry, _ in self._entries.entries()]
+        first = self._with_entry(model, seen, faulty) if model.entry is not None else None
+        if first is not None and _has_inputs(first):
+            return first
+        made = [self._with_entry(replace(model, entry=entry, parameters=tuple(parameters(self._sources, entry))), seen,
+                                 faulty) for entry in others[:MAX_ENTRIES] if entry != model.entry]  # fmt: skip
+        first = next((each for each in made if _has_inputs(each)), first)
+        return first or replace(model, messages=tuple(self._carry(model)))
+
+    def _with_entry(self, model: CodeModel, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
+        """The model with what gets to its entry and comes from it."""
         missing = {p.text.split("`")[1] for p in model.problems if p.kind == "missing module" and "`" in p.text}
-        entry = self._without_buses(model)
-        model = replace(model, entry=entry, inner=tuple(self._inner(entry, frozenset(missing) | faulty)))
-        messages = list(self._carry(model))
-        received = [*self._stimuli.callbacks(_with_inner(entry, model.inner)), *self._items(entry, messages)]
-        period = self._period(entry, seen)
-        if period is not None:
-            entry = period
-        called = methods_from_outside(seen, entry) if seen is not None else frozenset()
-        inputs = [message for message in messages if message.direction != "published"]
-        inputs += [message for message in received if message.form == "item"]
-        methods = list(self._stimuli.methods(entry, called)) if entry.is_class and not inputs else []
-        if received:
-            used = called | frozenset(self._usage.calls)
-            methods = [message for message in methods if message.channel in used]
-        every = _unique((*messages, *received, *methods))
-        if seen is not None and all(message.direction == "published" for message in every):
-            every = _unique((*every, *_callback_messages(seen, entry)))
+        assert model.entry is not None
+        entry = replace(model.entry, ports=self._without_buses(model, model.entry.ports))
+        inner = self._without_buses(model, self._inner(entry, frozenset(missing) | faulty))
+        model = replace(model, entry=entry, inner=inner)
+        entry = self._period(entry, seen) or entry
+        messages = list(_carried(self._carry(model), (*entry.ports, *entry.method_ports, *model.inner)))
+        items = list(self._items((*entry.ports, *entry.method_ports, *model.inner), messages))
+        inputs = [*(message for message in messages if message.direction != "published"), *items]
+        every = _unique((*messages, *items, *self._calls(entry, seen, bool(inputs))))
         model = replace(model, entry=entry, messages=every)
         model = self._with_state(model, seen)
         model = replace(model, messages=_unique((*model.messages, *_device_messages(model))))
         model = with_observations(model, seen) if seen is not None else model
         return replace(model, questions=tuple(questions(model)))
+
+    def _calls(self, entry: Entry, seen: Observations | None, has_inputs: bool) -> Iterator[Message]:
+        """What gets to the entry as calls."""
+        called = methods_from_outside(seen, entry) if seen is not None else frozenset()
+        handed = list(self._stimuli.callbacks(entry))
+        yield from handed
+        methods = list(self._stimuli.methods(entry, called)) if entry.is_class and not has_inputs else []
+        if handed:
+            used = called | frozenset(self._usage.calls)
+            methods = [message for message in methods if message.channel in used]
+        handled = list(self._stimuli.handlers(entry)) if not (has_inputs or handed) else []
+        yield from (each for each in methods if each.fields or "Neutral" not in each.delivery or not handled)
+        yield from handled
+        observed = list(self._observed_callbacks(entry, seen)) if seen is not None else []
+        yield from (each for each in observed if each.fields or not (has_inputs or handed or methods or handled))
+        if not entry.is_class:
+            yield from self._stimuli.functions()
+
+    def _observed_callbacks(self, entry: Entry, seen: Observations) -> Iterator[Message]:
+        """Functions that the code handed to its ports while it ran, as far as the object does not hand them itself."""
+        scope = self._scope(entry)
+        own = {id(method.node) for method in methods_of(self._sources, scope).values()} if scope is not None else set()
+        names = [key.removeprefix(CALLBACK) for key in seen.methods if key.startswith(CALLBACK)]
+        for name in names:
+            if any(other.startswith(f"{name} ") for other in names):
+                continue  # the same with a text among the arguments is one of several
+            function = function_at(self._sources, seen.methods[CALLBACK + name].location)
+            if function is not None and id(function.node) not in own:
+                yield from self._stimuli.observed(name, function)
 
     def _carry(self, model: CodeModel) -> Iterator[Message]:
         """Messages that the bus of a test carries; others are converted, or asked for."""
@@ -112,28 +157,24 @@ class CodeReader:
             module = self._sources.by_name.get(message.module)
             if module is None or not isinstance(module.scope.get(message.name), ast.ClassDef):
                 continue  # a class in a class or function cannot be imported
-            if message.form in MESSAGE_FORMS:
+            if message.form in FORMS:
                 yield message
             elif message.direction != "published":
                 yield self._stimuli.convert(replace(message, direction="received"))
 
-    def _items(self, entry: Entry, messages: list[Message]) -> Iterator[Message]:
+    def _items(self, ports: tuple[Port, ...], messages: list[Message]) -> Iterator[Message]:
         typed = {message.channel for message in messages if message.direction != "published"}
-        for port in (*entry.ports, *entry.method_ports) if "" not in typed else ():
+        for port in ports if "" not in typed else ():
             if port.role == "queue" and port.direction != "published" and port.name.strip("_") not in typed:
                 yield from self._stimuli.items(port, TAKES)
             elif port.role in ("device", "bus"):
                 names = tuple(each.name for each in port.operations if each.is_method and each.result is None)
                 yield from self._stimuli.items(replace(port, role="device"), names)
 
-    def _without_buses(self, model: CodeModel) -> Entry:
-        """The entry, whose buses are devices where no class of the code is a topic of them."""
-        entry = model.entry
-        assert entry is not None
-        if any(message.form in MESSAGE_FORMS and not message.channel for message in model.messages):
-            return entry
-        made = tuple(replace(port, role="device") if port.role == "bus" else port for port in entry.ports)
-        return replace(entry, ports=made)
+    def _without_buses(self, model: CodeModel, ports: Iterable[Port]) -> tuple[Port, ...]:
+        """The ports, whose buses are devices where no class of the code is a topic of them."""
+        is_typed = any(message.form in FORMS and not message.channel for message in model.messages)
+        return tuple(replace(port, role="device") if port.role == "bus" and not is_typed else port for port in ports)
 
     def _scope(self, entry: Entry) -> Scope | None:
         return next((scope for scope in self._sources.classes
@@ -249,10 +290,6 @@ class CodeReader:
         yield from (machine for _, _, machine in sorted(found, key=lambda each: each[:2], reverse=True))
 
 
-def _with_inner(entry: Entry, inner: tuple[Port, ...]) -> Entry:
-    return replace(entry, ports=(*entry.ports, *inner))
-
-
 def _is_bus(sources: Sources, scope: Scope) -> bool:
     return form_of(sources, scope) == "" and {"publish", "subscribe"} <= {*methods_of(sources, scope)}
 
@@ -261,18 +298,28 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _callback_messages(seen: Observations, entry: Entry) -> Iterator[Message]:
-    """Functions that the code handed to its ports while it ran, of which nobody knows with what they are called."""
-    names = [key.removeprefix(CALLBACK) for key in seen.methods if key.startswith(CALLBACK)]
-    for name in names:
-        if any(other.startswith(f"{name} ") for other in names):
-            continue  # the same with a text among the arguments is one of several
-        count = int(seen.methods[CALLBACK + name].arguments["parameters"].high or 0)
-        title = camel(word(name.rpartition(" ")[2].rpartition("/")[2].rpartition(".")[2]))
-        arguments = "Neutral(), " * count
-        how = f"CallbackCall({name!r}, lambda m: ({arguments.rstrip()}))" if count else f"CallbackCall({name!r})"
-        yield Message(title, snake(title), OWN_MODULE, "received", (), entry.location, (entry.location,), "call",
-                      "", how)  # fmt: skip
+def _has_inputs(model: CodeModel) -> bool:
+    """Whether people can say something that is known, set what a device returns, or the code registers something."""
+    entry = model.entry
+    assert entry is not None
+    operations = [each for port in (*entry.ports, *entry.method_ports, *model.inner) for each in port.operations]
+    is_open = any(each.result is not None or each.is_registration for each in operations)
+    return is_open or any(message.fields for message in model.inputs)
+
+
+def _carried(messages: Iterable[Message], ports: tuple[Port, ...]) -> Iterator[Message]:
+    """Messages as the ports carry them, which are a bus, or queues; what has no way to the code is left out."""
+    queues = {port.name.strip("_"): port.direction for port in ports if port.role == "queue"}
+    is_bus = any(port.role == "bus" for port in ports)
+    gets = [name for name, direction in queues.items() if direction != "published"]
+    for message in messages:
+        side = queues.get(message.channel, "")
+        if message.direction == "both" and side in ("received", "published"):
+            yield replace(message, direction="received" if side == "received" else "published")
+        elif message.direction == "published" or is_bus or (gets and message.channel in ("", *gets)):
+            yield message
+        elif message.direction == "both":
+            yield replace(message, direction="published")
 
 
 def _unique(messages: tuple[Message, ...]) -> tuple[Message, ...]:
@@ -294,8 +341,8 @@ def _device_messages(model: CodeModel) -> Iterator[Message]:
         if port.default or (port.role != "device" and not is_channel):
             continue
         names = [each.name.strip("_") for each in port.operations
-                 if each.is_method and each.result is None and not each.callbacks]  # fmt: skip
-        names += [f"set_{each.name}" for each in port.operations if each.is_set and not each.callbacks]
+                 if each.is_method and each.result is None and not each.is_registration]  # fmt: skip
+        names += [f"set_{each.name}" for each in port.operations if each.is_set and not each.is_registration]
         if is_channel:
             names = ["publish" if port.role == "bus" else "put"]
         if names:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
-from pytest_hricdv.extra.draft.code.sources import Sources
+from pytest_hricdv.extra.draft.code.sources import Scope, Sources
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
     Entry,
@@ -36,6 +37,16 @@ def best_entry(seen: Observations, sources: Sources) -> str:
             scores[name] = ports + calls
     best = max(scores, key=lambda name: scores[name], default="")
     return best if scores.get(best) else ""
+
+
+def function_at(sources: Sources, location: str) -> Scope | None:
+    """The function of the code at `file:line`; None where there is none."""
+    file, _, line = location.rpartition(":")
+    for scope in sources.functions if line.isdigit() else ():
+        lines = {scope.node.lineno, *(each.lineno for each in scope.node.decorator_list)}
+        if int(line) in lines and (sources.root / scope.module.file) == Path(file):
+            return scope
+    return None
 
 
 def _methods(seen: Observations, entry: Entry) -> dict[str, Site]:

@@ -162,3 +162,166 @@ class Porter:
         elif fetch.kind == "jam":
             raise RuntimeError("the cart is jammed")
 """
+
+DISPENSER = """
+import queue
+import threading
+from typing import NamedTuple
+
+
+class Fill(NamedTuple):
+    cups: int
+
+
+class Empty(NamedTuple):
+    pass
+
+
+class Dispenser(threading.Thread):
+    def __init__(self, pump):
+        super().__init__()
+        self._box = queue.Queue()
+        self._pump = pump
+
+    def post(self, command):
+        self._box.put(command)
+
+    def run(self):
+        while True:
+            self._obey(self._box.get())
+
+    def _obey(self, command):
+        match command:
+            case Fill(cups=cups):
+                self._pump.turn(cups)
+            case Empty():
+                self._pump.reverse()
+"""
+
+SCALE = """
+import socket
+
+
+class Scale:
+    def __init__(self):
+        self.state = "off"
+
+    def command(self, line):
+        verb, _, rest = line.strip().partition(" ")
+        if verb == "TARE":
+            self.state = "empty"
+        elif verb == "LOAD" and float(rest) > 5.0:
+            self.state = "full"
+
+
+def main():
+    scale, link = Scale(), socket.socket()
+    while True:
+        scale.command(link.recv(100).decode())
+
+
+if __name__ == "__main__":
+    main()
+"""
+
+LOCKER = """
+import json
+import time
+
+
+class Locker:
+    def __init__(self, client):
+        self.client, self.state = client, "shut"
+        for topic, handler in {"order": self.on_order, "keypad": self.on_keypad}.items():
+            client.message_callback_add("locker/" + topic, self.wrap(handler))
+
+    def wrap(self, handler):
+        return lambda client, userdata, message: handler(**json.loads(message.payload))
+
+    def on_order(self, parcel, urgent):
+        self.parcel = parcel
+        self.client.publish("locker/now" if urgent else "locker/soon", parcel)
+
+    def on_keypad(self, digits):
+        self.state = "open" if digits == "4711" else "shut"
+
+    def loop(self):
+        while True:
+            time.sleep(0.5)
+"""
+
+PRESS = """
+import queue
+import threading
+
+
+def worker(events, out):
+    while True:
+        name, strokes = events.get()
+        if name == "start":
+            out.put(("pressed", strokes * 2))
+        elif name == "quit":
+            break
+
+
+def main():
+    events, out = queue.Queue(), queue.Queue()
+    threading.Thread(target=worker, args=(events, out)).start()
+
+
+if __name__ == "__main__":
+    main()
+"""
+
+PICKER = """
+import asyncio
+from dataclasses import dataclass
+
+
+@dataclass
+class Pick:
+    drug: str
+
+
+@dataclass
+class Picked:
+    drug: str
+
+
+class Picker:
+    def __init__(self, incoming: "asyncio.Queue[Pick]", outgoing: "asyncio.Queue[Picked]", stock=None):
+        self.incoming, self.outgoing, self.stock = incoming, outgoing, stock or {}
+
+    async def run(self):
+        while True:
+            pick = await self.incoming.get()
+            if self.stock.get(pick.drug, 1) > 0:
+                await self.outgoing.put(Picked(pick.drug))
+
+
+async def serve():
+    incoming, outgoing = asyncio.Queue(), asyncio.Queue()
+
+    async def client(reader, writer):
+        await incoming.put(Pick((await reader.readline()).decode()))
+        writer.write((await outgoing.get()).drug.encode())
+
+    asyncio.create_task(Picker(incoming, outgoing).run())
+    await asyncio.start_server(client, "127.0.0.1", 7700)
+"""
+
+BELL = """
+class Bell:
+    def __init__(self, emitter, wheels):
+        self.state = "waiting"
+
+        @emitter.on("ring")
+        def ring(table):
+            self.state = "driving"
+            wheels.drive(table)
+
+        @emitter.on("arrived")
+        def arrived():
+            self.state = "waiting"
+            wheels.stop()
+"""

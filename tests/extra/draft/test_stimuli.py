@@ -44,7 +44,7 @@ def test_methods_and_callbacks_are_what_people_do(tmp_path: Path) -> None:
     inputs = {message.topic: message for message in model.inputs}
     assert set(inputs) == {"press", "fault"}  # neither the getter nor the control loop nor what is private
     assert texts(inputs["press"], "button") == ["start", "stop", "reset"]
-    assert inputs["fault"].delivery == "CallbackCall('pump.on_fault', lambda m: (m.code,))"
+    assert inputs["fault"].delivery == "MethodCall('_pump_fault', lambda m: (m.code,))"
     assert model.entry is not None
     assert (model.entry.name, model.entry.method, model.entry.period_s) == ("CoffeeMaker", "tick", 0.1)
     assert model.state == "state_changed.state"
@@ -63,13 +63,65 @@ def test_what_the_code_compares_of_a_device_is_set_by_a_person(tmp_path: Path) -
 
 def test_dicts_and_json_are_messages_with_their_keys(tmp_path: Path) -> None:
     inputs, conftest = module(tmp_path, appliances.GUIDE)
-    item, message = inputs["tasks_item"], inputs["message"]
-    assert texts(item, "kind") == ["tour", "home"]
-    assert [part.type for part in item.fields if part.name == "minutes"] == ["int"]  # as its default is
-    assert "InboxPort({TasksItem: lambda m: {'kind': m.kind, 'minutes': m.minutes}})" in conftest
+    tour, message = inputs["tour"], inputs["on_message"]
+    assert [(part.name, part.type) for part in tour.fields] == [("minutes", "int")]  # as its default is
+    assert "Home: lambda m: {'kind': 'home'}" in conftest  # which has no minutes
+    assert "Tour: lambda m: {'kind': 'tour', 'minutes': m.minutes}" in conftest
     assert texts(message, "topic") == ["museum/stop"]
     assert texts(message, "who") == ["guard"]
     assert "SimpleNamespace(topic=m.topic, payload=json.dumps({'who': m.who}).encode())" in conftest
+
+
+@pytest.mark.parametrize(
+    ("source", "deliveries"),
+    [
+        (
+            appliances.DISPENSER,  # a queue of its own, whose contents it tells apart
+            {"fill": "MethodCall('_obey', lambda m: (m,))", "empty": "MethodCall('_obey', lambda m: (m,))"},
+        ),
+        (
+            appliances.SCALE,  # a line of text, which a server takes from a socket
+            {
+                "tare": "MethodCall('command', lambda m: ('TARE',))",
+                "load": "MethodCall('command', lambda m: ('LOAD' + ' ' + str(m.rest),))",
+            },
+        ),
+        (
+            appliances.LOCKER,  # handlers in a table, of which nobody knows who calls them
+            {
+                "order": "MethodCall('on_order', lambda m: (m.parcel, m.urgent,))",
+                "keypad": "MethodCall('on_keypad', lambda m: (m.digits,))",
+            },
+        ),
+        (
+            appliances.PRESS,  # tuples from a queue, in a function that a thread runs
+            {"start": "lambda m: ('start', m.strokes,)", "quit": "lambda m: ('quit', Neutral(),)"},
+        ),
+    ],
+    ids=["classes", "text", "table", "tuples"],
+)
+def test_what_an_object_tells_apart_is_what_people_say(source: str, deliveries: dict[str, str], tmp_path: Path) -> None:
+    inputs, conftest = module(tmp_path, source)
+    assert {topic: message.delivery for topic, message in inputs.items()} == deliveries
+    compile(conftest, "conftest.py", "exec")
+
+
+def test_a_queue_that_a_server_fills_is_no_queue_of_the_robot(tmp_path: Path) -> None:
+    inputs, conftest = module(tmp_path, appliances.PICKER)
+    assert {message.direction for message in inputs.values()} == {"received"}
+    assert '"incoming": InboxPort(Pick)' in conftest
+    assert "stock" not in conftest  # it has a `get`, too, with a key
+
+
+@pytest.mark.slow
+def test_functions_that_are_registered_while_the_code_runs_are_what_people_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "robot_code.py").write_text(appliances.BELL, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "hri", "--from", "robot_code", "--budget", "20"]) == 0
+    conftest = (tmp_path / "hri" / "conftest.py").read_text(encoding="utf-8")
+    assert "Ring: CallbackCall('emitter.on ring', lambda m: (m.table,))" in conftest
 
 
 def test_a_bus_that_the_code_makes_itself_is_replaced(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.code.constants import is_enum, members
 from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
@@ -18,7 +19,7 @@ ARRAY_LENGTH = 36
 FAR = "10.0"
 """Each of them: of distances, nobody is near."""
 
-_MAX_DEPTH = 4
+_MAX_DEPTH = 5
 
 Neutral = tuple[str, Imports]
 """Source text, and the names that it needs."""
@@ -32,7 +33,15 @@ def form_of(sources: Sources, scope: Scope) -> str:
         return "dataclass"
     for decorator in node.decorator_list:
         name = resolve_import(scope.module, decorator.func if isinstance(decorator, ast.Call) else decorator)
-        if name in ("attr.s", "attrs.define", "attrs.frozen", "attr.define", "attr.frozen", "attr.attrs"):
+        if name in (
+            "attr.s",
+            "attrs.define",
+            "attrs.frozen",
+            "attr.define",
+            "attr.frozen",
+            "attr.attrs",
+            "attr.dataclass",
+        ):
             return "model"
     bases = {base.rpartition(".")[2] for base in sources.bases(scope)}
     for base, form in (("NamedTuple", "namedtuple"), ("TypedDict", "typeddict"), ("BaseModel", "model"),
@@ -68,6 +77,27 @@ def parse_annotation(annotation: ast.expr | None) -> ast.expr | None:
         except SyntaxError:
             return None
     return annotation
+
+
+def named_messages(sources: Sources, annotation: ast.expr | None, module: Module, depth: int = 0) -> Iterator[Scope]:
+    """Message classes that an annotation names, through unions and aliases."""
+    annotation = parse_annotation(annotation)
+    if annotation is None or depth > _MAX_DEPTH:
+        return
+    parts: list[ast.expr] = []
+    if isinstance(annotation, ast.BinOp):
+        parts = [annotation.left, annotation.right]
+    elif isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value).endswith(("Union", "Optional")):
+        parts = annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
+    own = sources.class_of(module, annotation)
+    if own is not None and form_of(sources, own):
+        yield own
+    name = name_with_dots(annotation)
+    defined = sources.definition(module, name) if name and own is None else None
+    if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign):
+        yield from named_messages(sources, defined[1].value, defined[0], depth + 1)
+    for part in parts:
+        yield from named_messages(sources, part, module, depth + 1)
 
 
 def neutral_value(sources: Sources, module: Module, annotation: ast.expr | None, depth: int = 0) -> Neutral | None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from pytest_hricdv.extra.draft.code.branches import Branches
 from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.naming import word
@@ -13,17 +15,31 @@ from pytest_hricdv.extra.draft.code.sources import Function, Scope, name_with_do
 from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code_model import FieldValue, Imports, MessageField
 
+NUMBER_OF = ("int", "float", "round", "abs", "min", "max")
+"""Functions that take numbers, or make them of texts."""
+
+TEXT_OF = ("strip", "rstrip", "lstrip", "decode", "lower", "upper")
+"""Methods of a text, or of its bytes, that return it, as far as it is taken apart."""
+
+KIND_OF_USE = {"bool": "bool", "float": "float", "object": "", "text": "str", "any": "str"}
+"""Kind of a value, by what is done with it."""
+
 MAX_HANDOVERS = 2
 """Calls through which a dict is followed."""
 
 
 @dataclass(frozen=True)
 class Argument:
-    """What a parameter gets: the fields of the message from which an expression makes it."""
+    """What a parameter gets: the fields of the message `m` from which an expression makes it."""
 
     source: str
     fields: tuple[MessageField, ...] = ()
     imports: Imports = ()
+
+    def fixed(self, name: str, text: str) -> Argument:
+        """The same where a field has always one text."""
+        source = re.sub(rf"\bm\.{name}\b", lambda _: repr(text), self.source)
+        return Argument(source, tuple(part for part in self.fields if part.name != name), self.imports)
 
 
 class ContentReader:
@@ -31,11 +47,65 @@ class ContentReader:
 
     def __init__(self, flow: Flow, fields: FieldReader, usage: Usage) -> None:
         self._flow, self._fields, self._usage = flow, fields, usage
+        self._skipped: frozenset[int] = frozenset()
+        self._places: dict[str, list[tuple[Scope, ast.AST]]] = {}
 
-    def of_result(self, scope: Scope, node: ast.Call) -> Argument | None:
-        """What a call returns, by what is done with it under the names that it gets."""
-        arguments = (self.of_name(scope, name) for name in self._names_of(node))
-        return next((argument for argument in arguments if argument is not None), None)
+    def of_result(self, scope: Scope, node: ast.Call) -> list[tuple[str, Argument]]:
+        """What a call returns, by what is done with it under the names that it gets: each kind with its name."""
+        parent = self._flow.parents.get(id(node))
+        parent = self._flow.parents.get(id(parent)) if isinstance(parent, ast.Await) else parent
+        if isinstance(parent, ast.Assign) and isinstance(parent.targets[0], ast.Tuple):
+            return self._kinds_of(lambda: self._unpacked(scope, parent.targets[0], None))
+        for name in self._names_of(node):
+            found = self.kinds(scope, name) or self._text(scope, name, node)
+            if found:
+                return found
+        return []
+
+    def kinds(self, scope: Scope, name: str) -> list[tuple[str, Argument]]:
+        """The kinds of a value that a function tells apart, each with its name; one without a name where it does not.
+
+        A field tells kinds apart where others are only read for some of its texts.
+        """
+        return self._kinds_of(lambda: self.of_name(scope, name))
+
+    def _kinds_of(self, read: Callable[[], Argument | None]) -> list[tuple[str, Argument]]:
+        self._places.clear()
+        whole = read()
+        if whole is None:
+            return []
+        for part in whole.fields:
+            branches = Branches(self._flow, list(self._places.get(part.name, ())))
+            if len(part.values) < 2 or part.name not in self._places:
+                continue
+            made = []
+            for value in part.values:
+                self._skipped = branches.skipped(value.text)
+                argument = read()
+                self._skipped = frozenset()
+                if argument is not None and any(each.name == part.name for each in argument.fields):
+                    made.append((value.text, argument.fixed(part.name, value.text)))
+            if len({tuple(each.name for each in argument.fields) for _, argument in made}) > 1:
+                return made
+        return [("", whole)]
+
+    def _walk(self, node: ast.AST) -> Iterator[ast.AST]:
+        """All nodes of what runs."""
+        waiting = [node]
+        while waiting:
+            each = waiting.pop(0)
+            yield each
+            waiting += [child for child in ast.iter_child_nodes(each) if id(child) not in self._skipped]
+
+    def _text(self, scope: Scope, name: str, node: ast.Call) -> list[tuple[str, Argument]]:
+        """A text, or bytes of one, that a function compares."""
+        part = self._fields.parameter(scope, name, None)
+        above = self._flow.parents.get(id(node))
+        is_bytes = isinstance(above, ast.Attribute) and above.attr == "decode"
+        if part.kind != "str" or not part.values:
+            return []  # of a number that follows a text, some number
+        texts = (value if value.text[-1].isalnum() else replace(value, text=f"{value.text}1") for value in part.values)
+        return [("", Argument(f"m.{name}" + (".encode()" if is_bytes else ""), (replace(part, values=tuple(texts)),)))]
 
     def _names_of(self, node: ast.AST) -> Iterator[str]:
         """The names that get a value, also through `json.loads`."""
@@ -48,11 +118,14 @@ class ContentReader:
             yield parent.target.id
 
     def of_name(self, scope: Scope, name: str) -> Argument | None:
-        """A dict whose keys the code reads, JSON of one, or an object whose attributes it reads."""
+        """A dict whose keys the code reads, JSON of one, a text or tuple with parts, or an object with attributes."""
         keys = self._keys(scope, name)
         if keys:
             return Argument(_dict_source(keys), _fields_of_keys(keys))
-        for node in ast.walk(scope.node):
+        return self._json(scope, name) or self._parts(scope, name) or self._attributes(scope, name)
+
+    def _json(self, scope: Scope, name: str) -> Argument | None:
+        for node in self._walk(scope.node):
             is_loads = isinstance(node, ast.Call) and last_name(node.func) == "loads" and node.args
             if not is_loads or not isinstance(node, ast.Call):
                 continue
@@ -73,6 +146,105 @@ class ContentReader:
             return Argument(source, fields)
         return None
 
+    def _parts(self, scope: Scope, name: str) -> Argument | None:
+        """The names into which a function takes a tuple or a text apart: `verb, rest = line.split(" ", 1)`."""
+        for node in self._walk(scope.node):
+            if not isinstance(node, ast.Assign) or not isinstance(node.targets[0], ast.Tuple):
+                continue
+            value, separator = node.value, None
+            if isinstance(value, ast.Call) and last_name(value.func) in ("split", "partition"):
+                first = value.args[0] if value.args else None
+                separator = first.value if isinstance(first, ast.Constant) else " "
+                value = value.func.value if isinstance(value.func, ast.Attribute) else value
+                while (
+                    isinstance(value, ast.Call)
+                    and last_name(value.func) in TEXT_OF
+                    and isinstance(value.func, ast.Attribute)
+                ):
+                    value = value.func.value
+            if name_with_dots(value) != name or not isinstance(separator, str | None):
+                continue
+            return self._unpacked(scope, node.targets[0], separator)
+        return None
+
+    def _unpacked(self, scope: Scope, target: ast.expr, separator: str | None) -> Argument | None:
+        parts = target.elts if isinstance(target, ast.Tuple) else []
+        names = [part.id for part in parts if isinstance(part, ast.Name)]
+        if len(names) != len(parts):
+            return None
+        return self._joined(scope, [name for name in names if name.strip("_")], separator)
+
+    def _joined(self, scope: Scope, names: list[str], separator: str | None) -> Argument:
+        fields = []
+        for name in names:
+            part = self._fields.parameter(scope, name, None)
+            for node in self._walk(scope.node):
+                if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load):
+                    self._note(word(name), scope, node)
+            kind = part.kind or self.kind_by_use(scope, name)
+            fields.append(replace(part, name=word(name), kind=kind))
+        known = tuple(part for part in fields if part.kind)
+        if separator is None:
+            texts = [f"m.{part.name}" if part.kind else "Neutral()" for part in fields]
+            return Argument(f"({', '.join(texts)},)", known)
+        texts = [f"str(m.{part.name})" if part.kind != "str" else f"m.{part.name}" for part in known]
+        return Argument(f" + {separator!r} + ".join(texts), known)
+
+    def _attributes(self, scope: Scope, name: str) -> Argument | None:
+        """An object of which a function compares attributes."""
+        found: dict[str, MessageField] = {}
+        encoded = set()
+        for node in self._walk(scope.node):
+            if isinstance(node, ast.Attribute) and name_with_dots(node.value) == name:
+                field = self._fields.read_value(node, scope, word(node.attr))
+                if field.kind:
+                    self._note(word(node.attr), scope, node)
+                    self._add_key(found, node.attr, field)
+                parent = self._flow.parents.get(id(node))
+                if isinstance(parent, ast.Compare) and any(isinstance(getattr(each, "value", None), bytes)
+                                                           for each in parent.comparators):  # fmt: skip
+                    encoded.add(node.attr)
+        if not found:
+            return None
+        made = ", ".join(f"{key}=m.{field.name}" + (".encode()" if key in encoded else "")
+                         for key, field in _with_own_names(found))  # fmt: skip
+        return Argument(f"SimpleNamespace({made})", tuple(field for _, field in _with_own_names(found)))
+
+    def kind_by_use(self, scope: Scope, name: str) -> str:
+        """The kind of a value that nothing is compared with: by what is done with it; empty where it is an object."""
+        kinds = {self._use(node) for node in self._walk(scope.node)
+                 if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load)}  # fmt: skip
+        for node in ast.walk(scope.node):
+            target = node.targets[0] if isinstance(node, ast.Assign) else None
+            if isinstance(node, ast.Assign) and name_with_dots(node.value) == name and scope.owner is not None:
+                kept = name_with_dots(target)
+                kinds |= {self._use(each) for _, at, each in self._flow.nodes if isinstance(each, ast.Attribute)
+                          and at is not None and at.owner is scope.owner and isinstance(each.ctx, ast.Load)
+                          and name_with_dots(each) == kept}  # fmt: skip
+        if not kinds or "object" in kinds:
+            return ""  # nothing is done with it, or it has parts
+        return "float" if "float" in kinds else "bool" if "bool" in kinds else "str"
+
+    def _use(self, node: ast.AST) -> str:
+        above = self._flow.parents.get(id(node))
+        if isinstance(above, ast.If | ast.While | ast.IfExp) and above.test is node:
+            return "bool"
+        if isinstance(above, ast.BoolOp) or (isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)):
+            return "bool"
+        if isinstance(above, ast.UnaryOp | ast.AugAssign):
+            return "float"
+        if isinstance(above, ast.BinOp):
+            others = (above.left, above.right)
+            is_text = any(isinstance(each, ast.JoinedStr) or isinstance(getattr(each, "value", None), str)
+                          for each in others)  # fmt: skip
+            return "text" if is_text else "float"
+        if isinstance(above, ast.Call):
+            is_object = above.func is node or last_name(above.func) in ("put", "put_nowait")
+            return "object" if is_object else "float" if last_name(above.func) in NUMBER_OF else "any"
+        is_inside = isinstance(above, ast.Attribute | ast.Starred | ast.For | ast.comprehension)
+        is_inside |= isinstance(above, ast.Subscript) and above.value is node
+        return "object" if is_inside or (isinstance(above, ast.keyword) and above.arg is None) else "any"
+
     def _keys_of_argument(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
         """Of a value that is handed on at once, `self.handle(json.loads(line))`, the keys that are read there."""
         call = self._flow.parents.get(id(node))
@@ -88,8 +260,9 @@ class ContentReader:
     def _topic_of(self, scope: Scope, name: str) -> MessageField | None:
         """The topics with which a callback of a client of MQTT compares its message's; None where it does not."""
         found: dict[str, MessageField] = {}
-        for node in ast.walk(scope.node):
+        for node in self._walk(scope.node):
             if isinstance(node, ast.Attribute) and node.attr == "topic" and name_with_dots(node.value) == name:
+                self._note("topic", scope, node)
                 self._add_key(found, "topic", self._fields.read_value(node, scope, "topic"))
         topic = found.get("topic")
         return topic if topic is not None and topic.values else None
@@ -97,17 +270,22 @@ class ContentReader:
     def _keys(self, scope: Scope, name: str, depth: int = 0) -> list[tuple[str, MessageField]]:
         """The keys of a dict that a function reads, and those do to which it hands it, each with its values."""
         found: dict[str, MessageField] = {}
-        for node in ast.walk(scope.node):
+        for node in self._walk(scope.node):
             if not isinstance(node, ast.expr):
                 continue
             key, default = _key_of(node, name)
             if key is not None:
+                self._note(word(key), scope, node)
                 self._add_key(found, key, self._read_key(scope, node, key, default))
             if isinstance(node, ast.Call) and depth < MAX_HANDOVERS:
                 for target, parameter in self._handovers(scope, node, name):
                     for inner, field in self._keys(target, parameter, depth + 1):
                         self._add_key(found, inner, field)
         return _with_own_names(found)
+
+    def _note(self, field: str, scope: Scope, node: ast.AST) -> None:
+        if not self._skipped:
+            self._places.setdefault(field, []).append((scope, node))
 
     def _handovers(self, scope: Scope, node: ast.Call, name: str) -> Iterator[tuple[Scope, str]]:
         """The functions of the code that get a value of this name, and the name that it has there."""
@@ -123,10 +301,13 @@ class ContentReader:
 
     def _read_key(self, scope: Scope, node: ast.expr, key: str, default: object) -> MessageField:
         read = self._fields.read_value(node, scope, word(key))
+        use = self._use(node)
         passed = self._usage.keys.get(key, [])
         known = [*passed, *([default] if default is not None else [])]
         is_whole = bool(known) and all(type(value) is int for value in known)
-        return with_constants(replace(read, kind=kind_of(known, read), type="int" if is_whole else ""), passed)
+        return with_constants(
+            replace(read, kind=kind_of(known, read) or KIND_OF_USE[use], type="int" if is_whole else ""), passed
+        )
 
     def _add_key(self, found: dict[str, MessageField], key: str, field: MessageField) -> None:
         before = found.get(key)

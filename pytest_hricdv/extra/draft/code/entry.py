@@ -48,11 +48,14 @@ class EntryFinder:
         """
         if name:
             return self._read(self._find(name), is_certain=True)
+        return next((entry for entry, score in self.entries() if score > 0), None)
+
+    def entries(self) -> Iterator[tuple[Entry, float]]:
+        """All that may be the entry, each with its score, the likeliest first."""
         candidates = sorted(self._candidates(), key=lambda candidate: -candidate.score)
-        if not candidates or candidates[0].score <= 0:
-            return None
-        is_alone = len(candidates) == 1 or candidates[0].score >= candidates[1].score + 2
-        return self._read(candidates[0], is_certain=is_alone)
+        for candidate in candidates:
+            is_alone = len(candidates) == 1 or candidate.score >= candidates[1].score + 2
+            yield self._read(candidate, is_certain=is_alone), candidate.score
 
     def _find(self, name: str) -> _Candidate:
         head, _, method = name.partition(".")
@@ -89,7 +92,7 @@ class EntryFinder:
     def _port_score(self, scope: Scope) -> float:
         assert not isinstance(scope.node, ast.ClassDef)
         roles = {self._ports.port(scope, name).role for name in parameter_names(scope.node) if name != "self"}
-        return 4.0 if roles & {"bus", "publish", "queue"} else 0.0
+        return 4.0 if roles & {"bus", "publish", "queue"} else 1.0 if "device" in roles else 0.0
 
     def _outside_score(self, scope: Scope) -> float:
         """More where nothing of the code calls it, most where its main program does."""

@@ -193,6 +193,9 @@ class FieldReader:
         elif isinstance(parent, ast.Attribute) and parent.attr in ("strip", "lower", "upper", "value"):
             above = self._flow.parents.get(id(parent))
             yield from self._comparisons(above if isinstance(above, ast.Call) else parent, module, scope, names)
+        elif isinstance(parent, ast.Attribute) and parent.attr == "startswith":
+            above = self._flow.parents.get(id(parent))
+            yield from ((other, module, scope) for other in getattr(above, "args", ()))
         elif isinstance(parent, ast.Assign) and scope is not None and names < MAX_NAMES:
             for target in parent.targets:
                 if isinstance(target, ast.Name):

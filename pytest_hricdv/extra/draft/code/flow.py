@@ -229,6 +229,7 @@ def texts(constants: list[tuple[Any, CodeLine]]) -> dict[str, CodeLine]:
     for value, location in constants:
         for part in value if isinstance(value, tuple | dict) else (value,):
             text = part.text if isinstance(part, Member) else part
+            text = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
             if isinstance(text, str) and text:
                 found.setdefault(text, location)
     return found

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.draft.code.classes import form_of, parse_annotation
+from pytest_hricdv.extra.draft.code.classes import form_of, named_messages, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import CallSite, Flow, annotation_of, last_name, parameter_names
@@ -109,7 +109,7 @@ class MessageFinder:
         key = name.strip("_")
         if name_with_dots(annotation.value).rpartition(".")[2] in _QUEUES and key not in internal:
             puts, gets = self._sides(key)
-            for own in self._in_annotation(annotation.slice, module):
+            for own in named_messages(self._sources, annotation.slice, module):
                 if gets:
                     self._note(own, "received", gets[0], key)
                 if puts:
@@ -117,21 +117,29 @@ class MessageFinder:
 
     def _sides(self, queue: str) -> tuple[list[CodeLine], list[CodeLine]]:
         """Where the code puts into a queue of this name, and where it takes from it."""
-        puts, gets = [], []
-        for module, _, node in self._flow.nodes:
+        puts, gets = self._sides_by_owner(queue)
+        return [each for lines in puts.values() for each in lines], [each for lines in gets.values() for each in lines]
+
+    def _sides_by_owner(self, queue: str) -> tuple[dict[int, list[CodeLine]], dict[int, list[CodeLine]]]:
+        """The same for each class, and for each module outside of classes."""
+        puts: dict[int, list[CodeLine]] = defaultdict(list)
+        gets: dict[int, list[CodeLine]] = defaultdict(list)
+        for module, scope, node in self._flow.nodes:
+            owner = id(scope.owner if scope is not None and scope.owner is not None else module)
             if isinstance(node, ast.Call) and _receiver(node) == queue:
                 if last_name(node.func) in PUBLISHES:
-                    puts.append(module.location(node))
+                    puts[owner].append(module.location(node))
                 elif last_name(node.func) in TAKES:
-                    gets.append(module.location(node))
+                    gets[owner].append(module.location(node))
             elif isinstance(node, ast.AsyncFor | ast.For) and _name_of(node.iter) == queue:
-                gets.append(module.location(node))
+                gets[owner].append(module.location(node))
         return puts, gets
 
     def _internal_queues(self) -> set[str]:
-        """Queues to which the code adds, and from which it takes itself."""
+        """Queues to which only such classes add that take from them, too."""
         names = {_receiver(call.node) for verb in ("put", "put_nowait") for call in self._flow.calls.get(verb, ())}
-        return {name for name in names if name and all(self._sides(name))}
+        sides = {name: self._sides_by_owner(name) for name in names if name}
+        return {name for name, (puts, gets) in sides.items() if puts.keys() <= gets.keys()}
 
     def _classes_of(self, expression: ast.expr, module: Module, scope: Scope | None) -> Iterator[Scope]:
         """Message classes whose instances (or members) an expression can be."""
@@ -143,34 +151,14 @@ class MessageFinder:
                     yield from self._classes_of(node.args[0], where, at)
                 for function in self._flow.methods.get(last_name(node.func), ()):
                     assert not isinstance(function.node, ast.ClassDef)
-                    yield from self._in_annotation(function.node.returns, function.module)
+                    yield from named_messages(self._sources, function.node.returns, function.module)
             elif isinstance(node, ast.Attribute):
                 own = self._sources.class_of(where, node.value)
                 own = own if own is not None and is_enum(self._sources, own) else None
             elif isinstance(node, ast.Name) and at is not None and not isinstance(at.node, ast.ClassDef):
-                yield from self._in_annotation(annotation_of(at.node, node.id), at.module)
+                yield from named_messages(self._sources, annotation_of(at.node, node.id), at.module)
             if own is not None and form_of(self._sources, own):
                 yield own
-
-    def _in_annotation(self, annotation: ast.expr | None, module: Module, depth: int = 0) -> Iterator[Scope]:
-        """Message classes that an annotation names, through unions and aliases."""
-        annotation = parse_annotation(annotation)
-        if annotation is None or depth > 5:
-            return
-        parts: list[ast.expr] = []
-        if isinstance(annotation, ast.BinOp):
-            parts = [annotation.left, annotation.right]
-        elif isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value).endswith(("Union", "Optional")):
-            parts = annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
-        own = self._sources.class_of(module, annotation)
-        if own is not None and form_of(self._sources, own):
-            yield own
-        name = name_with_dots(annotation)
-        defined = self._sources.definition(module, name) if name and own is None else None
-        if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign):
-            yield from self._in_annotation(defined[1].value, defined[0], depth + 1)
-        for part in parts:
-            yield from self._in_annotation(part, module, depth + 1)
 
     def _message(self, key: int, uses: _Uses) -> Message | None:
         scope = self._scopes[key]

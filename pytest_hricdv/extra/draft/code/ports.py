@@ -24,6 +24,9 @@ from pytest_hricdv.extra.draft.code_model import MessageField, Operation, Port
 _QUEUE = {"get", "put", "get_nowait", "put_nowait", "empty", "qsize", "task_done", "join", "full"}
 _CLOCK = {"sleep", "now_s", "now", "time", "monotonic"}
 
+_PLAIN = ("int", "float", "str", "bool", "dict", "list", "tuple", "set", "frozenset", "Mapping", "Sequence")
+"""Annotations of values that are no objects."""
+
 MAX_HANDOVERS = 3
 """Calls and attributes through which a port is followed."""
 
@@ -103,7 +106,11 @@ class PortReader:
             return "publish"
         if own is not None and form_of(self._sources, own) in ("dataclass", "model", "namedtuple"):
             return "settings"
-        is_plain = written in ("int", "float", "str", "bool") or unit_of(name) or (default and not used)
+        is_plain = (
+            written.partition("[")[0].partition(" ")[0] in _PLAIN
+            or unit_of(name)
+            or (default and used <= {"__getitem__"})
+        )
         if is_plain or (own is not None and is_enum(self._sources, own)):
             return "parameter"
         return "device" if used or written else "parameter"
@@ -198,14 +205,15 @@ class PortReader:
         location = module.location(node)
         if isinstance(parent, ast.Call) and parent.func is node:
             is_async = isinstance(self._flow.parents.get(id(parent)), ast.Await)
-            callbacks = tuple(self._callbacks(parent))
-            return Operation(node.attr, True, location, is_async=is_async, arguments=len(parent.args),
-                             callbacks=callbacks, result=self._used_as(parent, scope))  # fmt: skip
+            every = (*parent.args, *(keyword.value for keyword in parent.keywords))
+            takes = any(self._is_function(argument) for argument in every)
+            takes |= isinstance(self._flow.parents.get(id(parent)), ast.FunctionDef | ast.AsyncFunctionDef)  # decorates
+            name = node.attr if not _is_lookup(parent, node.attr) else "__getitem__"
+            return Operation(name, True, location, is_async=is_async, arguments=len(parent.args),
+                             is_registration=takes, result=self._used_as(parent, scope))  # fmt: skip
         value = parent.value if isinstance(parent, ast.Assign) and node in parent.targets else None
-        function = self._function_of(value)
-        callbacks = (("", function),) if function else ()
-        return Operation(node.attr, False, location, is_set=isinstance(node.ctx, ast.Store), callbacks=callbacks,
-                         result=self._used_as(node, scope))  # fmt: skip
+        return Operation(node.attr, False, location, is_set=isinstance(node.ctx, ast.Store),
+                         is_registration=self._is_function(value), result=self._used_as(node, scope))  # fmt: skip
 
     def _used_as(self, node: ast.expr, scope: Scope) -> MessageField | None:
         """What the code takes a value for: a truth that it tests, or what it compares; None where it does neither."""
@@ -217,23 +225,17 @@ class PortReader:
         is_test = isinstance(above, ast.If | ast.While | ast.IfExp) and above.test is node
         return replace(part, kind="bool") if is_test or is_not or isinstance(above, ast.BoolOp) else None
 
-    def _callbacks(self, call: ast.Call) -> Iterator[tuple[str, str]]:
-        """Functions of the code among the arguments of a call, each with the first text among them."""
-        arguments = [*call.args, *(keyword.value for keyword in call.keywords)]
-        texts = [part.value for part in arguments if isinstance(part, ast.Constant) and isinstance(part.value, str)]
-        if any(name_with_dots(part).rpartition(".")[2][:1].isupper() and not texts for part in arguments):
-            return  # it subscribes to a class
-        for argument in arguments:
-            function = self._function_of(argument)
-            if function:
-                yield (texts[0] if texts else "", function)
-
-    def _function_of(self, value: ast.expr | None) -> str:
-        """The name of a method of `self`, or of a function, of the code; empty for anything else."""
+    def _is_function(self, value: ast.expr | None) -> bool:
+        """Whether a value is a method of `self`, or a function, of the code."""
         name = name_with_dots(value)
         is_own = name.startswith("self.") and name.count(".") == 1
-        last = name.rpartition(".")[2]
-        return last if (is_own or "." not in name) and last in self._flow.methods else ""
+        return (is_own or "." not in name) and name.rpartition(".")[2] in self._flow.methods
+
+
+def _is_lookup(call: ast.Call, name: str) -> bool:
+    """Whether `get` is called as a dict is: with a key, and not with whether to wait."""
+    key = call.args[0] if name == "get" and call.args else None
+    return key is not None and not isinstance(getattr(key, "value", None), bool)
 
 
 def _merge(before: Operation | None, operation: Operation) -> Operation:
@@ -246,7 +248,7 @@ def _merge(before: Operation | None, operation: Operation) -> Operation:
         is_async=before.is_async or operation.is_async,
         is_set=before.is_set or operation.is_set,
         result=_merge_fields(before.result, operation.result),
-        callbacks=tuple(dict.fromkeys((*before.callbacks, *operation.callbacks))),
+        is_registration=before.is_registration or operation.is_registration,
         arguments=max(before.arguments, operation.arguments),
     )
 

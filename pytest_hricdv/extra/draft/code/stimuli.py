@@ -8,19 +8,19 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 
-from pytest_hricdv.extra.draft.code.classes import form_of, methods_of, neutral_value, parse_annotation
+from pytest_hricdv.extra.draft.code.classes import methods_of, neutral_value, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.contents import Argument, ContentReader, kind_of, with_constants
 from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
+from pytest_hricdv.extra.draft.code.handovers import Handovers, last_part
+from pytest_hricdv.extra.draft.code.message_kinds import KindReader
 from pytest_hricdv.extra.draft.code.naming import camel, snake, word
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots
 from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Entry, Imports, Message, Port
-
-MESSAGE_FORMS = ("dataclass", "namedtuple", "model")
-"""Forms of classes that the bus of a test carries."""
 
 ENDS = ("stop", "close", "shutdown", "join", "cancel", "quit", "exit", "terminate", "disconnect")
 """Methods that end the work of an object are the last thing that anybody calls."""
@@ -33,6 +33,7 @@ class StimulusReader:
         self._sources, self._flow, self._usage = sources, flow, usage
         self._fields = FieldReader(sources, flow)
         self._contents = ContentReader(flow, self._fields, usage)
+        self._kinds = KindReader(sources, flow)
 
     def methods(self, entry: Entry, called: frozenset[str] = frozenset()) -> Iterator[Message]:
         """The public methods of the entry's object, and those that were called from outside.
@@ -47,20 +48,45 @@ class StimulusReader:
                 not name.startswith("_") and name not in ENDS and not _is_reader(method) and not self._is_used(name)
             )
             if name != entry.method and (name in called or is_open) and not _decorators(method):
-                yield self._message(name, method, f"MethodCall({name!r}, ", 1)
+                yield from self._messages(name, method, name)
 
     def callbacks(self, entry: Entry) -> Iterator[Message]:
-        """Functions of the code that it hands to its ports: `driver.on_button(self._pressed)`."""
-        for port in (*entry.ports, *entry.method_ports):
-            for operation in port.operations if port.role in ("device", "bus") else ():
-                for text, function in operation.callbacks:
-                    scope = self._function(entry, function)
-                    if scope is None:
-                        continue
-                    name = text or operation.name.removeprefix("on_").removeprefix("set_") or operation.name
-                    where = f"{port.name}.{operation.name}" + (f" {text}" if text else "")
-                    skip = 1 if scope.owner is not None else 0
-                    yield self._message(f"{name}", scope, f"CallbackCall({where!r}, ", skip)
+        """Methods of the entry's object that it hands to somebody, in whatever way: as an argument, in a table, ..."""
+        scope = self._scope_of(entry)
+        methods = methods_of(self._sources, scope) if scope is not None else {}
+        handovers = Handovers(self._sources, self._flow)
+        for name, method in methods.items():
+            if name != entry.method and not _decorators(method):
+                title = handovers.title(methods, name)
+                if title:
+                    yield from self._messages(title, method, name)
+
+    def handlers(self, entry: Entry) -> Iterator[Message]:
+        """Methods with which the object itself handles what it gets: they tell its kinds apart."""
+        scope = self._scope_of(entry)
+        for name, method in methods_of(self._sources, scope).items() if scope is not None else ():
+            assert not isinstance(method.node, ast.ClassDef)
+            if name == entry.method or name.startswith("__") or _decorators(method):
+                continue
+            given = parameters_of(method.node)[1:]
+            if len(given) == 1 and self._is_used(name):
+                made = list(self._messages(name, method, name))
+                yield from (each for each in made if each.module != OWN_MODULE or _tells_apart(each))
+
+    def functions(self) -> Iterator[Message]:
+        """Functions that the code registers by a decorator with a text."""
+        for module in self._sources.modules:
+            for node in module.tree.body:
+                texts = [part.value for each in getattr(node, "decorator_list", ()) if isinstance(each, ast.Call)
+                         for part in each.args[:1] if isinstance(part, ast.Constant)]  # fmt: skip
+                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and texts and isinstance(texts[0], str):
+                    yield from self._messages(last_part(texts[0]) or node.name, Scope(module, node),
+                                              f"{module.name}:{node.name}")  # fmt: skip
+
+    def observed(self, name: str, function: Scope) -> Iterator[Message]:
+        """A function of the code that it was seen to hand to a port."""
+        title = last_part(name.partition(" ")[2]) or name.rpartition(".")[2].removeprefix("on_").removeprefix("set_")
+        yield from self._messages(title, function, name, "CallbackCall")
 
     def items(self, port: Port, methods: tuple[str, ...]) -> Iterator[Message]:
         """Messages for the dicts and JSON without a class that the code takes from a port.
@@ -75,13 +101,15 @@ class StimulusReader:
             owner = name_with_dots(node.func).split(".")
             if len(owner) < 2 or owner[-2].strip("_") != port.name.strip("_"):
                 continue
-            argument = self._contents.of_result(scope, node)
-            if argument is not None:
-                title = camel(port.name.strip("_")) + "Item"
-                channel = port.name.strip("_") if port.role == "queue" else f"{port.name}.{last_name(node.func)}"
-                yield Message(title, snake(title), OWN_MODULE, "received", argument.fields, module.location(node),
-                              (module.location(node),), "item", channel, f"lambda m: {argument.source}",
-                              argument.imports)  # fmt: skip
+            kinds = self._contents.of_result(scope, node)
+            channel = port.name.strip("_") if port.role == "queue" else f"{port.name}.{last_name(node.func)}"
+            for name, argument in kinds:
+                title = camel(word(last_part(name))) if name else camel(channel.replace(".", "_").strip("_")) + "Item"
+                if argument.fields or name:
+                    yield Message(title, snake(title), OWN_MODULE, "received", argument.fields, module.location(node),
+                                  (module.location(node),), "item", channel, f"lambda m: {argument.source}",
+                                  argument.imports)  # fmt: skip
+            if kinds:
                 return
 
     def convert(self, message: Message) -> Message:
@@ -96,10 +124,9 @@ class StimulusReader:
                        delivery=f"lambda m: {source}", delivery_imports=imports)  # fmt: skip
 
     def _is_used(self, name: str) -> bool:
-        """Whether the code itself calls a method, or hands it to somebody: then this is how it works inside."""
-        handed = any(isinstance(node, ast.Attribute) and node.attr == name and isinstance(node.ctx, ast.Load)
-                     for _, _, node in self._flow.nodes)  # fmt: skip
-        return handed or bool(self._flow.calls.get(name))
+        """Whether an object calls its own method, or hands it to somebody: then this is how it works inside."""
+        return any(isinstance(node, ast.Attribute) and node.attr == name and name_with_dots(node.value) == "self"
+                   for _, _, node in self._flow.nodes)  # fmt: skip
 
     # --- functions and their parameters
 
@@ -107,45 +134,46 @@ class StimulusReader:
         return next((scope for scope in self._sources.classes
                      if (scope.module.name, scope.node.name) == (entry.module, entry.name)), None)  # fmt: skip
 
-    def _function(self, entry: Entry, function: str) -> Scope | None:
-        scope = self._scope_of(entry)
-        own = methods_of(self._sources, scope).get(function) if scope is not None else None
-        others = self._flow.methods.get(function, [])
-        return own or (others[0] if len(others) == 1 else None)
-
-    def _message(self, name: str, scope: Scope, call: str, skip: int) -> Message:
-        """A message for a call of a function."""
+    def _messages(self, name: str, scope: Scope, called: str, how: str = "MethodCall") -> Iterator[Message]:
+        """A message for the call of a function, or one for each class of messages that it takes."""
         assert not isinstance(scope.node, ast.ClassDef)
-        parameters = parameters_of(scope.node)[skip:]
-        positional = [*scope.node.args.posonlyargs, *scope.node.args.args][skip:]
+        parameters = _given(scope)
+        positional = [part for part in parameters if part not in scope.node.args.kwonlyargs]
         required = len(positional) - len(scope.node.args.defaults)
-        arguments = [self._argument(scope, part, number) for number, part in enumerate(parameters)
-                     if number < required or self._is_passed(scope.node.name, number, part.arg)]  # fmt: skip
-        alone = arguments[0] if len(arguments) == 1 else None
-        if alone is not None and alone.source == "m":  # a message of the code itself
-            own = self._sources.class_of(scope.module, parse_annotation(parameters[0].annotation))
-            assert own is not None
-            how = f"{call}lambda m: (m,))"
-            return Message(own.node.name, snake(own.node.name), own.module.name, "received", alone.fields,
-                           own.location, (scope.location,), "call", scope.node.name, how)  # fmt: skip
-        title = camel(word(name))
-        fields = {part.name: part for argument in arguments for part in argument.fields}
-        sources = "".join(f"{argument.source}, " for argument in arguments).rstrip(" ")
-        made = f"{call}lambda m: ({sources}))" if arguments else f"{call.removesuffix(', ')})"
-        imports = tuple(dict.fromkeys(need for argument in arguments for need in argument.imports))
-        return Message(title, snake(title), OWN_MODULE, "received", tuple(fields.values()), scope.location,
-                       (scope.location,), "call", scope.node.name, made, imports)  # fmt: skip
+        passed = [part for number, part in enumerate(parameters)
+                  if number < required or self._usage.values(scope.node.name, number, part.arg)
+                  or self._fields.parameter(scope, part.arg, None).kind]  # fmt: skip
+        classes = self._kinds.classes(scope, passed[0]) if len(passed) == 1 else []
+        for own in classes:  # messages of the code itself
+            yield Message(own.node.name, snake(own.node.name), own.module.name, "received", self._fields.fields(own),
+                          own.location, (scope.location,), "call", scope.node.name,
+                          f"{how}({called!r}, lambda m: (m,))")  # fmt: skip
+        if classes:
+            return
+        choices = [self._arguments(scope, part, parameters.index(part)) for part in passed]
+        for combination in product(*choices):
+            named = [kind for kind, _ in combination if kind]
+            arguments = [argument for _, argument in combination]
+            title = camel(word(last_part(named[0]) if named else name.strip("_")))
+            fields = {part.name: part for argument in arguments for part in argument.fields}
+            sources = "".join(f"{argument.source}, " for argument in arguments).rstrip(" ")
+            made = f"{how}({called!r}, lambda m: ({sources}))" if arguments else f"{how}({called!r})"
+            imports = tuple(dict.fromkeys(need for argument in arguments for need in argument.imports))
+            yield Message(title, snake(title), OWN_MODULE, "received", tuple(fields.values()), scope.location,
+                          (scope.location,), "call", scope.node.name, made, imports)  # fmt: skip
 
-    def _is_passed(self, function: str, number: int, name: str) -> bool:
-        """Whether programs pass a parameter that has a default."""
-        return bool(self._usage.values(function, number, name))
+    def _arguments(self, scope: Scope, part: ast.arg, number: int) -> list[tuple[str, Argument]]:
+        """What a parameter gets: of each kind that the function tells apart, or of the only one, without a name."""
+        annotation = parse_annotation(part.annotation)
+        is_open = annotation is None or name_with_dots(annotation) in ("dict", "bytes", "object", "Any")
+        is_open |= isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value) in ("dict", "Mapping")
+        kinds = self._contents.kinds(scope, part.arg) if is_open else []
+        return kinds or [("", self._argument(scope, part, number))]
 
     def _argument(self, scope: Scope, part: ast.arg, number: int) -> Argument:
         assert not isinstance(scope.node, ast.ClassDef)
         annotation = parse_annotation(part.annotation)
         own = self._sources.class_of(scope.module, annotation)
-        if own is not None and form_of(self._sources, own) in MESSAGE_FORMS and _is_top_level(own):
-            return Argument("m", self._fields.fields(own))
         known = self._usage.values(scope.node.name, number, part.arg)
         field = self._fields.parameter(scope, part.arg, annotation)
         if own is not None and is_enum(self._sources, own):
@@ -154,10 +182,8 @@ class StimulusReader:
         if field.kind:
             return Argument(f"m.{part.arg}", (with_constants(field, known),))
         if annotation is None:
-            unknown = self._contents.of_name(scope, part.arg)
-            if unknown is not None:
-                return unknown
             field = with_constants(replace(field, kind=kind_of(known, field)), known)
+            field = field if field.kind else replace(field, kind=self._contents.kind_by_use(scope, part.arg))
             if field.kind:
                 return Argument(f"m.{part.arg}", (field,))
         neutral, imports = neutral_value(self._sources, scope.module, annotation) or ("Neutral()", ())
@@ -184,5 +210,13 @@ def _is_reader(method: Scope) -> bool:
     return returns
 
 
-def _is_top_level(scope: Scope) -> bool:
-    return scope.module.scope.get(scope.node.name) is scope.node
+def _given(scope: Scope) -> list[ast.arg]:
+    """The parameters that a caller fills."""
+    assert not isinstance(scope.node, ast.ClassDef)
+    parameters = parameters_of(scope.node)
+    return parameters[1:] if parameters and parameters[0].arg in ("self", "cls") else parameters
+
+
+def _tells_apart(message: Message) -> bool:
+    """Whether some field of a message has values, or decides."""
+    return any(len(part.values) > 1 or part.kind == "bool" or part.compared for part in message.fields)

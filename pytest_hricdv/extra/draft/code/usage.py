@@ -104,6 +104,9 @@ def _read(usage: Usage, node: ast.AST, loops: int) -> None:
         call.count += 1
         call.in_loop += depth > 0
         named: list[tuple[int | str, ast.expr]] = [(k.arg, k.value) for k in each.keywords if k.arg]
+        for keyword in each.keywords:  # what is made into a dict
+            if keyword.arg and isinstance(keyword.value, ast.Constant):
+                usage.keys.setdefault(keyword.arg, []).append(keyword.value.value)
         for place, argument in [*enumerate(each.args), *named]:
             try:
                 call.values.setdefault(place, []).append(ast.literal_eval(argument))

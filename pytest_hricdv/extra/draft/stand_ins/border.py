@@ -130,21 +130,17 @@ class RunBorder:
         for name, functions in self.callbacks.items():
             site = self._seen.site(self._seen.methods, f"{CALLBACK}{name}")
             if site is not None:
-                site.add(0.0, {"parameters": _count_parameters(functions[-1])})
+                site.add(0.0, {}, _location(functions[-1]))
         path = Path(os.environ[OBSERVE])
         if path.exists():
             self._seen.merge(read_observations(path))
         write_atomically(path, self._seen.to_json())
 
 
-def _count_parameters(function: Callable[..., Any]) -> int:
-    """How many arguments a function has to be called with."""
-    try:
-        parameters = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):
-        return 1
-    positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    return sum(each.kind in positional and each.default is each.empty for each in parameters)
+def _location(function: Callable[..., Any]) -> str:
+    """Where a function is defined; empty where it is none of Python."""
+    code = getattr(inspect.unwrap(getattr(function, "func", function)), "__code__", None)
+    return f"{code.co_filename}:{code.co_firstlineno}" if code is not None else ""
 
 
 def signal_name(name: str) -> str:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
-from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Convert, Inbox
+from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S, AsyncInbox, Convert, Inbox
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, NeutralNumber
 
 
@@ -116,7 +116,11 @@ class _Method(Neutral):
 
 
 class _Answer(Neutral):
-    """What an unknown method returns; as a decorator, it keeps the function as a callback."""
+    """What an unknown method returns; as a decorator, it keeps the function as a callback.
+
+    A coroutine that waits for something of it, as for the next message of a subscription, waits for the rest of the
+    run: nobody knows what comes.
+    """
 
     def __new__(cls, *_: Any, **__: Any) -> _Answer:
         return float.__new__(cls)
@@ -124,12 +128,29 @@ class _Answer(Neutral):
     def __init__(self, border: RunBorder, name: str) -> None:
         self.__dict__.update(_border=border, _called=name)
 
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return _Answer(self.__dict__["_border"], f"{self.__dict__['_called']}.{name}")
+
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Neutral; of a decorator, the function."""
+        border, called = self.__dict__["_border"], self.__dict__["_called"]
         if len(arguments) == 1 and not named and callable(arguments[0]):
-            self.__dict__["_border"].register(self.__dict__["_called"], arguments[0])
+            border.register(called, arguments[0])
             return arguments[0]
-        return Neutral()
+        port, _, method = called.partition(".")
+        border.note_call(port, method, arguments, named)
+        return _Answer(border, called)
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        if self.__dict__["_called"].count(".") > 1:
+            yield from asyncio.sleep(REST_OF_RUN_S).__await__()
+        return self
+
+    async def __anext__(self) -> Any:
+        await asyncio.sleep(REST_OF_RUN_S)
+        raise StopAsyncIteration
 
 
 async def _later(value: Any) -> Any:

@@ -10,6 +10,8 @@ from contextlib import chdir, nullcontext
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import partial
+from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -215,6 +217,8 @@ class ActiveRobot:
     def _functions(self, how: MethodCall | CallbackCall) -> list[Callable[..., Any]]:
         if isinstance(how, CallbackCall):
             return list(dict.fromkeys(self._border.callbacks.get(how.port, ())))
+        if ":" in how.method:
+            return [attrgetter(how.method.partition(":")[2])(import_module(how.method.partition(":")[0]))]
         return [getattr(self._border.instance, how.method)] if self._border.instance is not None else []
 
     def _call(self, call: Callable[[], Any]) -> None:

@@ -76,10 +76,10 @@ def member(kind: Any, text: str) -> Any:
 
 @dataclass(frozen=True)
 class MethodCall:
-    """A message gets to the robot as the call of a method of its object.
+    """A message gets to the robot as the call of a method of its object, or of a function.
 
     Args:
-        method: its name.
+        method: its name; of a function, its module and name, as "robot.arm:on_order".
         arguments: what it is called with, made of the message.
     """
 
