@@ -32,6 +32,12 @@ from pytest_hricdv.runtime.world import World, advance_world
 US_PER_S = 1_000_000
 """A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
 
+MAX_STEPS = 20_000
+"""Steps of a node, from one wait to the next, in 0.1 s of simulated time: a loop of 200 kHz, twenty times that of the
+fastest controllers."""
+
+_COUNTED_US = US_PER_S // 10
+
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
@@ -64,6 +70,7 @@ class Node:
         self.greenlet = _NodeGreenlet(body)
         self.greenlet.node = self
         self.wait = 0  # number of the current wait; heap entries of earlier waits are stale
+        self.counted = 0  # of these, when its steps were counted last
         self.woken = False
         self.abandoned = False
         """It goes on whatever is raised in it, and is left where it is."""
@@ -140,6 +147,7 @@ class Kernel:
         self._timeouts: Timeouts[Node] = Timeouts()
         self._ready: deque[Node] = deque()
         self._stop: str | None = None
+        self._count_us = _COUNTED_US
         self._resumes = 0  # at the present instant
         self._max_resumes = max_resumes_at_one_instant
 
@@ -293,6 +301,8 @@ class Kernel:
             if self.now_us >= self._look_us:
                 self._look_us = self.now_us + self._look_period_us
                 self._look()
+            if self.now_us >= self._count_us:
+                self._count_steps()
             if self._stop is not None:
                 return self._stop
             due_us = self._timeouts.next_us()
@@ -303,6 +313,18 @@ class Kernel:
                 return "limit"
             for node in self._timeouts.pop(self.now_us):
                 self._make_runnable(node)
+
+    def _count_steps(self) -> None:
+        """Raises NodeError for a node that waits for next to nothing, again and again."""
+        self._count_us = self.now_us + _COUNTED_US
+        for node in self._nodes:
+            waits, node.counted = (node.wait - node.counted) // 2, node.wait  # a wait has two numbers
+            if waits > MAX_STEPS and not node.ended:
+                problem = (
+                    f"at {self.now_s:.3f} s: more than {MAX_STEPS:,} steps of it within 0.1 s, at "
+                    f"{place_of(node.frame)}: sleep longer between two of them, or give timers a longer period"
+                )
+                raise NodeError(node.name, self.now_s, problem)
 
     def look_each(self, period_s: float, look: Callable[[], None]) -> None:
         """Let somebody look at the run each `period_s` of simulated time, between two steps of it, who may stop it."""

@@ -26,7 +26,6 @@ from pytest_hricdv.extra.campaign.__main__ import _number as number_of_campaign
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
-from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, RosTimer
 from pytest_hricdv.generate.abstract import AbstractTest, check_suite_name
 from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext
@@ -40,7 +39,6 @@ from pytest_hricdv.results import codec, journal
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.session.options import _shard
 from tests.bdi.models import system_of
-from tests.extra.ros2 import system as ros2
 
 PACKAGE = Path(sys.modules["pytest_hricdv"].__path__[0])
 TABLE = (Path(__file__).parents[2] / "docs" / "reference.md").read_text(encoding="utf-8")
@@ -68,13 +66,17 @@ class Limit(NamedTuple):
     step: int = 1
 
 
-def calls_of_timer(number: int, _: Path) -> None:
-    def robot(kernel: Kernel) -> None:
-        timer = RosTimer(Clock(ClockType.STEADY_TIME), ros2.node("robot").context, 1)
-        for _ in range(number):
-            timer.call_timer()
+def steps_of_node(number: int, _: Path) -> None:
+    kernel = Kernel()
 
-    ros2.run(robot)
+    def hurry() -> None:
+        for _ in range(number - 1):
+            kernel.sleep(1e-6)
+        kernel.sleep(0.1)
+        kernel.sleep(1.0)
+
+    kernel.spawn("robot", hurry)
+    kernel.run(2.0)
 
 
 def sparse(path: Path, size: int) -> Path:
@@ -266,7 +268,7 @@ LIMITS = (
         50,
         2,
     ),
-    Limit("extra.ros2.clocks:MAX_CALLS", calls_of_timer, r"test_limits.py:\d+: a timer .* was called 5 times", low=5),
+    Limit("runtime.kernel:MAX_STEPS", steps_of_node, r"robot at 0.120 s: more than 20,000 steps .*test_limits.py:\d+"),
     Limit("monitor.units:MAX_TIME_S", lambda n, at: requirement(at, f"eventually[0:{n}](p)"), "r.toml:5:", "10^9"),
     Limit("monitor.patterns.temporal:MAX_IN_SCOPE", lambda n, _: existence(on("m"), at_most=n, after=on("k")), "20"),
     Limit(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -11,14 +10,9 @@ from weakref import WeakSet
 from pytest_hricdv.extra.ros2.contexts import Context
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, Waitable, current_kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Kernel, Node, current_node
-from pytest_hricdv.runtime.node_error import KernelError
-from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.clocks import EPOCH
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
-
-MAX_CALLS = 20_000
-"""Calls of a timer in a second of simulated time: the fastest controllers have 10 kHz."""
 
 _BOOT_NS = 3600 * 1_000_000_000
 """What a steady clock shows when a run begins: the machine was on before, so that a time before is none below 0."""
@@ -264,8 +258,6 @@ class RosTimer(Waitable):
         self._last_ns = clock.now_ns()
         self._next_ns = self._last_ns + period_nsec
         self._canceled = not autostart
-        self._made_at = place_of(sys._getframe(1))
-        self._calls, self._second = 0, 0
 
     def is_ready(self) -> bool:
         return not self._canceled and self._next_ns <= self._clock.now_ns()
@@ -294,7 +286,6 @@ class RosTimer(Waitable):
         """Count one call; returns when it was expected, and when it came (ns)."""
         if self._canceled:
             raise TimerCancelledError("failed to call timer: timer is canceled")
-        self._count()
         now_ns, expected_ns = self._clock.now_ns(), self._next_ns
         self._last_ns = now_ns
         self._next_ns += self._period_ns
@@ -304,13 +295,6 @@ class RosTimer(Waitable):
         if not self._period_ns:
             self._next_ns = now_ns + 1  # it is due as often as the machine can call it: time has to pass meanwhile
         return {"expected_call_time": expected_ns, "actual_call_time": now_ns}
-
-    def _count(self) -> None:
-        second = self.kernel.now_us // US_PER_S
-        self._calls, self._second = (self._calls if second == self._second else 0) + 1, second
-        if self._calls > MAX_CALLS:
-            what = f"a timer with a period of {self._period_ns} ns was called {MAX_CALLS:,} times within a second"
-            raise KernelError(f"{self._made_at}: {what}: a simulated run makes each call; give it a longer period")
 
     def notice_jump(self) -> None:
         """Restart the period if the clock was set back before the last call."""

@@ -10,7 +10,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from types import ModuleType
+from types import CellType, FunctionType, ModuleType
 from typing import Any
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
@@ -258,8 +258,21 @@ def local_like(kind: type) -> type:
         return kind
     if kind not in _LIKE:
         own = {name: value for name, value in vars(kind).items() if name not in ("__dict__", "__weakref__")}
-        _LIKE[kind] = type(kind.__name__, tuple(map(local_like, kind.__bases__)), own)
+        here = CellType()
+        own = {name: _within_class(value, here) for name, value in own.items()}
+        here.cell_contents = _LIKE[kind] = type(kind.__name__, tuple(map(local_like, kind.__bases__)), own)
     return _LIKE[kind]
+
+
+def _within_class(value: object, here: CellType) -> object:
+    """A method whose `super()` is that of another class; anything else as it is."""
+    if not isinstance(value, FunctionType) or "__class__" not in value.__code__.co_freevars:
+        return value
+    cells = zip(value.__code__.co_freevars, value.__closure__ or (), strict=True)
+    closure = tuple(here if name == "__class__" else cell for name, cell in cells)
+    method = FunctionType(value.__code__, value.__globals__, value.__name__, value.__defaults__, closure)
+    method.__kwdefaults__ = value.__kwdefaults__
+    return method
 
 
 _LIKE: dict[type, type] = {}

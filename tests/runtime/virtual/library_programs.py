@@ -317,7 +317,9 @@ def moments_of_every_kind(say: Say) -> None:
 
 
 class _Own(threading.local):
-    count = 0
+    def __init__(self) -> None:
+        super().__init__()
+        self.count = 0
 
     def add(self) -> int:
         self.count += 1
