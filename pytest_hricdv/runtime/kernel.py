@@ -32,11 +32,11 @@ from pytest_hricdv.runtime.world import World, advance_world
 US_PER_S = 1_000_000
 """A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
 
-MAX_STEPS = 20_000
-"""Steps of a node, from one wait to the next, in 0.1 s of simulated time: a loop of 200 kHz, twenty times that of the
-fastest controllers."""
+MAX_STEPS = 5_000
+"""Steps of a node, from one wait to the next, in 0.02 s of simulated time: a loop of 250 kHz, 25 times as fast as that
+of the fastest controllers."""
 
-_COUNTED_US = US_PER_S // 10
+_COUNTED_US = US_PER_S // 50
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -321,7 +321,7 @@ class Kernel:
             waits, node.counted = (node.wait - node.counted) // 2, node.wait  # a wait has two numbers
             if waits > MAX_STEPS and not node.ended:
                 problem = (
-                    f"at {self.now_s:.3f} s: more than {MAX_STEPS:,} steps of it within 0.1 s, at "
+                    f"at {self.now_s:.3f} s: more than {MAX_STEPS:,} steps of it within 0.02 s, at "
                     f"{place_of(node.frame)}: sleep longer between two of them, or give timers a longer period"
                 )
                 raise NodeError(node.name, self.now_s, problem)

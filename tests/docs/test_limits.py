@@ -268,7 +268,7 @@ LIMITS = (
         50,
         2,
     ),
-    Limit("runtime.kernel:MAX_STEPS", steps_of_node, r"robot at 0.120 s: more than 20,000 steps .*test_limits.py:\d+"),
+    Limit("runtime.kernel:MAX_STEPS", steps_of_node, r"robot at 0.105 s: more than 5,000 steps .*test_limits.py:\d+"),
     Limit("monitor.units:MAX_TIME_S", lambda n, at: requirement(at, f"eventually[0:{n}](p)"), "r.toml:5:", "10^9"),
     Limit("monitor.patterns.temporal:MAX_IN_SCOPE", lambda n, _: existence(on("m"), at_most=n, after=on("k")), "20"),
     Limit(
