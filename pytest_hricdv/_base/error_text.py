@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from itertools import islice
 from types import FrameType
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from greenlet import getcurrent, greenlet
 
@@ -123,7 +123,7 @@ def causes(error: BaseException | None) -> Iterator[BaseException]:
 
 def _alone(error: BaseException) -> str:
     text = " ".join(f"{type(error).__name__}: {text_of(error)}".removesuffix(": ").split())
-    if not isinstance(error, BaseExceptionGroup):
+    if not _members(error):
         return text
     leaves = [*_leaves(error)]
     named = [_alone(leaf) for leaf in leaves[:4]]
@@ -132,7 +132,13 @@ def _alone(error: BaseException) -> str:
     return f"{text}: {'; '.join([*named, *more])}"
 
 
-def _leaves(group: BaseExceptionGroup[BaseException]) -> Iterator[BaseException]:
+def _members(error: BaseException) -> tuple[BaseException, ...]:
+    """The errors of a group; none of another one, whatever its class says or code has made of `isinstance`."""
+    is_group = BaseExceptionGroup in type(error).__mro__
+    return cast("BaseExceptionGroup[BaseException]", error).exceptions if is_group else ()
+
+
+def _leaves(group: BaseException) -> Iterator[BaseException]:
     """The errors of a group that are no groups, each once."""
     pending: list[BaseException] = [group]
     seen: set[int] = set()
@@ -141,18 +147,19 @@ def _leaves(group: BaseExceptionGroup[BaseException]) -> Iterator[BaseException]
         if id(error) in seen:
             continue
         seen.add(id(error))
-        if isinstance(error, BaseExceptionGroup):
-            pending += reversed(error.exceptions)
+        members = _members(error)
+        if members:
+            pending += reversed(members)
         else:
             yield error
 
 
-def _is_tangled(group: BaseExceptionGroup[BaseException]) -> bool:
+def _is_tangled(group: BaseException) -> bool:
     """Whether groups are within each other too deeply, or the same is in several, so that recursion has no end."""
-    level: list[BaseExceptionGroup[BaseException]] = [group]
+    level = [group]
     seen: set[int] = set()
     for _ in range(MAX_NESTED):
-        inner = [part for outer in level for part in outer.exceptions if isinstance(part, BaseExceptionGroup)]
+        inner = [part for outer in level for part in _members(outer) if _members(part)]
         numbers = {id(part) for part in inner}
         if len(numbers) < len(inner) or not numbers.isdisjoint(seen):
             return True
@@ -163,9 +170,9 @@ def _is_tangled(group: BaseExceptionGroup[BaseException]) -> bool:
 
 def _untangle(error: BaseException) -> BaseException:
     """The error, or for a group that nobody could write one that has the same errors, and no group."""
-    if not isinstance(error, BaseExceptionGroup) or not _is_tangled(error):
+    if not _is_tangled(error):
         return error
-    flat = BaseExceptionGroup(f"{text_of(error.message)} (groups within groups)", [*_leaves(error)])
+    flat = BaseExceptionGroup(f"{text_of(error)}, of groups within groups", [*_leaves(error)])
     flat.__cause__, flat.__context__ = error.__cause__, error.__context__
     flat.__suppress_context__ = error.__suppress_context__
     return flat.with_traceback(error.__traceback__)
@@ -193,8 +200,7 @@ def shorten(error: BaseException) -> BaseException:
         )
         part.__suppress_context__ = hidden
         pending += [part.__cause__, part.__context__]
-        if isinstance(part, BaseExceptionGroup):
-            pending += part.exceptions
+        pending += _members(part)
         _shorten_one(part)
     return error
 

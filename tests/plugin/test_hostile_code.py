@@ -66,6 +66,22 @@ def test_what_cannot_be_given_back_is_refused_with_its_line(lamps: pytest.Pytest
     assert "guide.py:" in test["errors"][0]
 
 
+HARMLESS = """import abc, numbers, os
+        numbers.Integral.register(type("Count", (), {}))
+        file = os.open(os.devnull, os.O_RDWR)
+        os.dup2(file, file + 100)
+        os.close(file)
+        os.closerange(file + 100, file + 101)"""
+"""What libraries do when they are imported, and code with its own files."""
+
+
+def test_what_takes_nothing_away_is_as_ever(lamps: pytest.Pytester) -> None:
+    serving = "    greetings, wishes = "
+    project.change(lamps.path, "lamps/guide.py", serving, f"    if True:\n        {HARMLESS}\n{serving}")
+    result = lamps.runpytest_inprocess(*RUN[:-1], "-k", "hall-polite")
+    assert result.ret == 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", [(), ("-n", "2"), ("--hri-isolate",)], ids=str)
 def test_a_session_of_any_mode_ends_with_a_report(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:

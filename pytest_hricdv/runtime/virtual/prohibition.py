@@ -66,7 +66,7 @@ def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
             return args[:1] != (getattr(resource, "RLIMIT_CPU", None),)
         case "addaudithook" | "setrecursionlimit" | "setswitchinterval" | "prlimit" | "signal" | "pthread_sigmask":
             return True
-        case "close" | "closerange" | "dup2":
+        case "close" | "closerange" | "dup2" | "register":
             return True
     return False
 
