@@ -18,7 +18,6 @@ from pytest_hricdv.extra.draft.code.flow import Flow, parameters_of
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.message_kinds import FORMS
 from pytest_hricdv.extra.draft.code.messages import TAKES
-from pytest_hricdv.extra.draft.code.naming import camel, snake
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
 from pytest_hricdv.extra.draft.code.stimuli import StimulusReader
@@ -37,6 +36,7 @@ from pytest_hricdv.extra.draft.code_model import (
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
+from pytest_hricdv.extra.draft.observed_calls import told_messages
 from pytest_hricdv.extra.draft.observed_code import (
     best_entry,
     function_at,
@@ -118,9 +118,19 @@ class CodeReader:
         every = _unique((*messages, *items, *self._calls(entry, seen, bool(inputs))))
         model = replace(model, entry=entry, messages=every)
         model = self._with_state(model, seen)
-        model = replace(model, messages=_unique((*model.messages, *_device_messages(model))))
+        model = replace(model, messages=_unique((*model.messages, *self._calls_outside(model, seen))))
         model = with_observations(model, seen) if seen is not None else model
         return replace(model, questions=tuple(questions(model)))
+
+    def _calls_outside(self, model: CodeModel, seen: Observations | None) -> Iterator[Message]:
+        """What the code tells its ports."""
+        entry = model.entry
+        assert entry is not None
+        is_typed = any(message.direction != "received" and message.form != "state" for message in model.messages)
+        for port in (*entry.ports, *entry.method_ports, *model.inner):
+            is_channel = port.role in ("queue", "publish", "bus") and port.direction != "received" and not is_typed
+            if not port.default and (port.role == "device" or is_channel):
+                yield from told_messages(port, entry, seen or Observations(), self._flow)
 
     def _calls(self, entry: Entry, seen: Observations | None, has_inputs: bool) -> Iterator[Message]:
         """What gets to the entry as calls."""
@@ -328,30 +338,6 @@ def _unique(messages: tuple[Message, ...]) -> tuple[Message, ...]:
     for message in messages:
         topics.setdefault(message.topic, message)
     return tuple(topics.values())
-
-
-def _device_messages(model: CodeModel) -> Iterator[Message]:
-    """A message for each device that tells what the code calls there."""
-    entry = model.entry
-    ports = (*entry.ports, *entry.method_ports, *model.inner) if entry is not None else ()
-    typed = any(message.direction != "received" and message.form not in ("state", "called")
-                for message in model.messages)  # fmt: skip
-    for port in ports:
-        is_channel = port.role in ("queue", "publish", "bus") and port.direction != "received" and not typed
-        if port.default or (port.role != "device" and not is_channel):
-            continue
-        names = [each.name.strip("_") for each in port.operations
-                 if each.is_method and each.result is None and not each.is_registration]  # fmt: skip
-        names += [f"set_{each.name}" for each in port.operations if each.is_set and not each.is_registration]
-        if is_channel:
-            names = ["publish" if port.role == "bus" else "put"]
-        if names:
-            title = f"{camel(port.name.strip('_'))}Called"
-            what = MessageField("what", "str", "str", port.location,
-                                tuple(FieldValue(name, port.location) for name in dict.fromkeys(names)))  # fmt: skip
-            text = MessageField("text", "str", "str", port.location)
-            yield Message(title, snake(title), OWN_MODULE, "published", (what, text), port.location, (port.location,),
-                          "called", port.name)  # fmt: skip
 
 
 def with_deep_stack(function: Callable[[], T]) -> T:

@@ -17,9 +17,11 @@ from pytest_hricdv.extra.draft.code_model import (
     Port,
     State,
     StateMachine,
+    Transition,
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
 from pytest_hricdv.extra.draft.observe.shape import MASK, Shape
+from pytest_hricdv.extra.draft.observed_calls import kind_of_shape
 
 MIN_REPEATS = 10
 """Calls of a method, all alike, that make it a control loop."""
@@ -110,7 +112,7 @@ def _field(part: MessageField, shape: Shape | None) -> MessageField:
     """A field with what was observed of it."""
     if shape is None:
         return part
-    kind = part.kind or (_kind(shape) if not part.type else "")
+    kind = part.kind or (kind_of_shape(shape) if not part.type else "")
     if kind == "float" and shape.low is not None and shape.high is not None and not part.compared:
         return replace(part, kind=kind, observed=(shape.low, shape.high))
     if kind == "str" and not part.by_type and not shape.is_open:
@@ -119,15 +121,6 @@ def _field(part: MessageField, shape: Shape | None) -> MessageField:
                      for text in shape.texts if text not in there and text and text != MASK)  # fmt: skip
         return replace(part, kind=kind, values=(*part.values, *more))
     return replace(part, kind=kind)
-
-
-def _kind(shape: Shape) -> str:
-    kinds = set(shape.kinds) - {"none"}
-    if kinds == {"bool"}:
-        return "bool"
-    if kinds and kinds <= {"int", "float"}:
-        return "float"
-    return "str" if kinds and kinds <= {"text", "enum"} else ""
 
 
 def _with_results(ports: tuple[Port, ...], seen: Observations, owner: str) -> tuple[Port, ...]:
@@ -140,7 +133,7 @@ def _operation(port: Port, operation: Operation, seen: Observations, owner: str)
     names = (f"{owner}.{port.name}.{operation.name}", f"{owner}.__init__.{port.name}.{operation.name}",
              f"{port.name}.{operation.name}")  # fmt: skip
     site = next((seen.calls[name] for name in names if name in seen.calls), None)
-    kind = _kind(site.result) if site is not None else ""
+    kind = kind_of_shape(site.result) if site is not None else ""
     if (
         site is None
         or not kind
@@ -154,7 +147,7 @@ def _operation(port: Port, operation: Operation, seen: Observations, owner: str)
 
 
 def _with_states(machine: StateMachine, model: CodeModel, seen: Observations) -> StateMachine:
-    """A machine with the states that its attribute was seen in."""
+    """A machine with the states that its attribute was seen in; what followed what, where the code declares nothing."""
     path = next((message.channel for message in model.messages if message.form == "state"), "")
     entry = model.entry
     if entry is None or not path or not machine.field:
@@ -162,4 +155,7 @@ def _with_states(machine: StateMachine, model: CodeModel, seen: Observations) ->
     pairs = seen.states.get(f"{entry.module}:{entry.name}.{path}", {})
     there = {state.name for state in machine.states}
     texts = dict.fromkeys(text for pair in pairs for text in pair.split(" -> ") if text and text not in there)
-    return replace(machine, states=(*machine.states, *(State(text, machine.location) for text in texts)))
+    steps = [pair.split(" -> ") for pair in pairs if pair.count(" -> ") == 1]
+    moves = tuple(Transition(before, after, machine.location) for before, after in steps if before != after)
+    return replace(machine, states=(*machine.states, *(State(text, machine.location) for text in texts)),
+                   transitions=machine.transitions or moves)  # fmt: skip

@@ -69,27 +69,33 @@ def drafted(tmp_path: Path, source: str, **changes: Any) -> tuple[Draft, dict[st
 
 
 @dataclass(frozen=True)
-class BaseCalled:
-    what: str
-    text: str
+class Drive:
+    speed_m_s: float
+    turn: float
+
+
+@dataclass(frozen=True)
+class SetBlade:
+    value: str
 
 
 def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice_at_once_twice() -> None:
     kernel, recorder = Kernel(), Recorder()
-    bus = Bus(kernel, [BaseCalled], recorder)
+    bus = Bus(kernel, [Drive, SetBlade], recorder)
     run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
-    border = RunBorder(run, frozenset(), {"base": BaseCalled}, {"base.is_lifted": False})
+    called = {"base.drive": Drive, "base.set_blade": SetBlade}
+    border = RunBorder(run, frozenset(), called, {"base.is_lifted": False})
     base = Device(senses=("is_lifted",)).make(border, "base")
-    heard = bus.subscribe(BaseCalled)
+    heard, blades = bus.subscribe(Drive), bus.subscribe(SetBlade)
 
     def body() -> None:
         for _ in range(10):
-            base.drive(0.2, 0.0)
+            base.drive(0.2, turn=0.0)
             kernel.sleep(0.1)
-        assert [message.what for message in iter(heard.poll, None)] == ["drive"]
+        assert list(iter(heard.poll, None)) == [Drive(0.2, 0.0)]
         kernel.sleep(5.0)
-        base.drive(0.2, 0.0)
-        base.drive(0.2, 0.0)
+        base.drive(0.2, turn=0.0)
+        base.drive(0.2, turn=0.0)
         assert not base.is_lifted()
         border.sense("base.is_lifted", True)
         assert base.is_lifted()
@@ -97,8 +103,8 @@ def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice
 
     kernel.spawn("robot", body)
     kernel.run(60.0)
-    said = [(message.what, message.text) for message in iter(heard.poll, None)]
-    assert said == [("drive", ""), ("drive", ""), ("set_blade", "on")]
+    assert list(iter(heard.poll, None)) == [Drive(0.2, 0.0), Drive(0.2, 0.0)]
+    assert list(iter(blades.poll, None)) == [SetBlade("on")]
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,8 @@ def test_what_the_code_compares_of_a_device_is_set_by_a_person(tmp_path: Path) -
     draft = Draft(model, "coffee", "person", tmp_path / "hri")
     (sensor,) = draft.sensors
     assert (sensor.name, sensor.field.kind, sensor.field.compared) == ("tank_level_ml", "float", (100.0,))
-    (pump,) = [message for message in model.outputs if message.topic == "pump_called"]
-    assert texts(pump, "what") == ["on", "off"]  # to hand over a callback is no output
+    told = [message.channel for message in model.outputs if message.form == "called"]
+    assert told == ["pump.on", "pump.off", "display.show"]  # to hand over a callback is no output
 
 
 def test_dicts_and_json_are_messages_with_their_keys(tmp_path: Path) -> None:

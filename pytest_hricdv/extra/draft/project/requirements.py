@@ -153,7 +153,8 @@ def _transitions(draft: Draft) -> Iterator[DraftedRequirement]:
     """That the robot goes from state to state only as its code declares."""
     state = draft.code.state
     topic = state.partition(".")[0]
-    for source in dict.fromkeys(source for source, _, _ in draft.transitions):
+    is_declared = draft.code.machine is not None and draft.code.machine.kind != "attribute"  # not only observed
+    for source in dict.fromkeys(source for source, _, _ in draft.transitions) if is_declared else ():
         moves = [(target, location) for origin, target, location in draft.transitions if origin == source]
         targets = list(dict.fromkeys(target for target, _ in moves))
         allowed = " | ".join(f"{state} == {_quote(target)}" for target in (source, *targets))

@@ -7,7 +7,7 @@ import json
 import os
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations, write_atomically
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK, texts_of
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
+from pytest_hricdv.extra.draft.stand_ins.told import read_content
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import text_of
 
@@ -33,7 +34,7 @@ class RunBorder:
     Args:
         run: of the test.
         kinds: classes that the bus of the run carries.
-        called: port -> class of the message that says what the code has called there.
+        called: "port.method", or "port.method topic" -> class of the message that says that the code has called it.
         senses: what devices return next, by "port.name".
         takes_s: simulated time that each call of a device takes; a loop that only asks devices would not end.
         is_async: whether the code is a coroutine.
@@ -75,11 +76,13 @@ class RunBorder:
         for value in every:
             if callable(value) and not isinstance(value, type):
                 self.register(f"{port}.{name}", value, first_text(each for each in every if each is not value))
-        if self._seen is not None:
-            site = self._seen.site(self._seen.calls, f"{port}.{name}")
+        if self._seen is None:
+            return
+        told = read_content(arguments, named)
+        for key in dict.fromkeys((f"{port}.{name}", f"{port}.{name} {told.topic}".rstrip())):
+            site = self._seen.site(self._seen.calls, key)
             if site is not None:
-                known = {**{str(n): a for n, a in enumerate(arguments)}, **named}
-                site.add(self.run.kernel.now_s, {n: a for n, a in known.items() if not isinstance(a, Neutral)})
+                site.add(self.run.kernel.now_s, told.arguments)
 
     def answer(self, port: str, name: str, value: Any) -> None:
         """Note what the code got."""
@@ -93,14 +96,15 @@ class RunBorder:
         if text:
             self.callbacks[f"{name} {text}"].append(function)
 
-    def tell_call(self, port: str, name: str, arguments: Iterable[Any]) -> None:
-        """Tell others that the code has called a port: by a message, and by a signal."""
-        kind = self.called.get(port)
-        if kind is None:
+    def tell_call(self, port: str, name: str, arguments: Sequence[Any], named: Mapping[str, Any]) -> None:
+        """Tell others that the code has called a port: by the message of its topic, or of its method."""
+        told = read_content(arguments, named)
+        called = next((key for key in (f"{port}.{name} {told.topic}", f"{port}.{name}") if key in self.called), None)
+        if called is None:
             return
-        message = kind(what=name, text=first_text(arguments))
-        before, now_s = self._last_calls.get(port), self.run.kernel.now_s
-        self._last_calls[port] = (message, now_s)
+        message = told.message(self.called[called])
+        before, now_s = self._last_calls.get(called), self.run.kernel.now_s
+        self._last_calls[called] = (message, now_s)
         if before is None or before[0] != message or not 0.0 < now_s - before[1] <= REPEATS_S:
             self.run.bus.publish(port, message)
 
@@ -111,7 +115,7 @@ class RunBorder:
                 self.run.bus.publish("robot", message)
                 self.on_said(message)
                 return
-        self.tell_call(port, name, contents)
+        self.tell_call(port, name, contents, {})
 
     def note_states(self) -> None:
         """Observe which texts the attributes of the object have."""

@@ -65,7 +65,7 @@ class DeviceStandIn(Neutral):
             border.register(f"{port}.{name}", value)
         else:
             border.note_call(port, f"set_{name}", (value,), {})
-            border.tell_call(port, f"set_{name}", (value,))
+            border.tell_call(port, f"set_{name}", (value,), {})
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """The device itself is a function."""
@@ -83,7 +83,7 @@ class DeviceStandIn(Neutral):
             return message
         is_registration = any(callable(each) and not isinstance(each, type | Neutral) for each in arguments)
         if name not in device.senses and inbox is None and not is_registration:
-            border.tell_call(port, name.strip("_"), (*arguments, *named.values()))
+            border.tell_call(port, name, arguments, named)
         value = self._value(name, read=False)
         return _later(value) if name in device.coroutines else value
 

@@ -43,7 +43,7 @@ class Driver:
         reaches: class of a message -> the method or callback by which it gets to the robot; others are on its bus.
         answers: classes of messages by which the robot answers.
         outputs: all classes of messages that the robot publishes.
-        called: port -> class of the message that says what the robot has called there; its fields are what and text.
+        called: "port.method", or "port.method topic" -> class of the message that says that the robot has called it.
         senses: "port.name" -> what a device returns first; a person sets it.
         settings: command -> the text that it sets, of a device that returns texts.
         inner: name -> stand-in of an object that the code makes itself.

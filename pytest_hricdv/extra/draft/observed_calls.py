@@ -1,0 +1,107 @@
+"""Messages for what the code calls at its ports: one for each method, or for each topic that was observed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
+from pytest_hricdv.extra.draft.code.handovers import last_part
+from pytest_hricdv.extra.draft.code.naming import camel, snake, unit_of, word
+from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Entry, Message, MessageField, Port
+from pytest_hricdv.extra.draft.observe.observations import Observations, Site
+from pytest_hricdv.extra.draft.observe.shape import Shape
+
+LOGS = {"debug", "info", "warning", "warn", "error", "exception", "critical", "log", "setLevel"}
+"""Methods of a logger, which tells nobody anything."""
+
+CHANNELS = ("queue", "publish", "bus")
+"""Roles of ports that only hand messages on."""
+
+MAX_TOLD = 12
+"""Messages for the calls of a port."""
+
+
+def told_messages(port: Port, entry: Entry, seen: Observations, flow: Flow) -> Iterator[Message]:
+    """The messages for what the code calls at a port, without what only returns something or takes a function.
+
+    Args:
+        port: a device, or a channel for messages that have no class.
+        entry: of the code.
+        seen: what was observed.
+        flow: of the code.
+    """
+    methods = {each.name: each.location for each in port.operations if each.is_method and each.result is None
+               and not each.is_registration}  # fmt: skip
+    methods |= {f"set_{each.name}": each.location for each in port.operations
+                if each.is_set and not each.is_registration}  # fmt: skip
+    if len(methods) > 1 and {*methods} <= LOGS:
+        return
+    if port.role in CHANNELS:
+        methods = {"publish" if port.role == "bus" else "put": port.location}
+    made: dict[str, Message] = {}
+    for method, location in methods.items():
+        sites = _sites(port, method, entry, seen)
+        topics = {key: site for key, site in sites.items() if key}
+        for topic, site in (topics or sites or {"": Site()}).items():
+            named = port.name if port.role in CHANNELS else f"{port.name.strip('_')} {method.strip('_')}"
+            title = camel(word(last_part(topic)) if topic else word(named))
+            parts = _fields(site, location, _names(method, flow, entry))
+            channel = f"{port.name}.{method} {topic}".rstrip()
+            made.setdefault(title, Message(title, snake(title), OWN_MODULE, "published", tuple(parts), location,
+                                           (location,), "called", channel))  # fmt: skip
+    yield from list(made.values())[:MAX_TOLD]
+
+
+def _sites(port: Port, method: str, entry: Entry, seen: Observations) -> dict[str, Site]:
+    """What was observed of a method, by topic."""
+    for owner in (f"{entry.name}.{port.name}", f"{entry.name}.__init__.{port.name}", port.name):
+        head = f"{owner}.{method}"
+        found = {key[len(head) :].strip(): site for key, site in seen.calls.items()
+                 if key == head or key.startswith(f"{head} ")}  # fmt: skip
+        if found:
+            return found
+    return {}
+
+
+def _fields(site: Site, location: CodeLine, names: list[str]) -> Iterator[MessageField]:
+    """A field for each value of which the kind is known."""
+    done: set[str] = set()
+    flat: dict[str, Shape] = {}
+    for name, shape in site.arguments.items():
+        flat |= shape.fields if shape.fields else {name: shape}
+    for name, kind in _kinds(flat, names).items():
+        unique = word(name)
+        while unique in done:
+            unique += "_"
+        done.add(unique)
+        yield MessageField(unique, kind, kind, location, unit=unit_of(name) if kind == "float" else "")
+
+
+def _kinds(shapes: Mapping[str, Shape], names: list[str]) -> dict[str, str]:
+    """The kind of each value, by its name; those without a name have that of the parameter, or are values."""
+    found = {}
+    for name, shape in shapes.items():
+        number = int(name) if name.isdigit() else -1
+        called = name if number < 0 else names[number] if number < len(names) else f"value_{number + 1}"
+        kind = kind_of_shape(shape)
+        if kind:
+            found[called] = kind
+    return found
+
+
+def kind_of_shape(shape: Shape) -> str:
+    """The kind of a field that has these values; empty where it has several."""
+    kinds = set(shape.kinds) - {"none"}
+    if kinds == {"bool"}:
+        return "bool"
+    if kinds and kinds <= {"int", "float"}:
+        return "float"
+    return "str" if kinds and kinds <= {"text", "enum"} else ""
+
+
+def _names(method: str, flow: Flow, entry: Entry) -> list[str]:
+    """The parameters of a method, where all classes of the code that have it call them so."""
+    functions = [scope.node for scope in flow.methods.get(method, ())
+                 if scope.owner is not None and scope.owner.name != entry.name]  # fmt: skip
+    named = [parameter_names(function)[1:] for function in functions]  # type: ignore[arg-type]
+    return named[0] if named and all(each == named[0] for each in named) else []
