@@ -66,7 +66,7 @@ class FirstRuns:
         raising: commands of each test that ended with an error. calm: those of each other test.
         last: the last command of each test that ended with an error.
         libraries: top-level names of the modules that the code was in when it raised.
-        problems: why the session fails beside its tests, a sentence each.
+        problems: why the session fails beside its tests and requirements, a sentence each.
         used_s: processor time of the runs (s).
         seen: what the stand-ins observed.
         missing: lines of the code that no test executed, by file.
@@ -153,7 +153,7 @@ def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> F
                     used_s=session.used_s, seen=session.seen)  # fmt: skip
     if is_ended:
         return replace(trial, is_ended=True, problems=(), error=trial.error or ("" if trial.tests else TOO_LONG))
-    if session.status and not (trial.cause or trial.failed or trial.no_waivers):
+    if session.status and not (trial.cause or trial.failed or trial.rare or trial.no_waivers):
         return replace(trial, error=f"pytest ended with status {session.status}")
     return trial
 
@@ -212,6 +212,7 @@ def _read(report: dict[str, Any]) -> FirstRuns:
                 failed[name] = None
             tests_of[name] = tests_of.get(name, 0) + bool(result["triggers"])
     rare = [name for name, count in tests_of.items() if count < MIN_SHARE * len(tests)]
+    problems = (*report.get("problems", ()), *(report.get("gates") or {}).get("failed", ()))
     errors = [test["failure"] for test in tests if test["failure"] and not _is_of_requirements(test)]
     passed = sum(test["outcome"] == "passed" for test in tests)
     others = [test["unrepeatable"] for test in tests if test.get("unrepeatable")]
@@ -224,7 +225,7 @@ def _read(report: dict[str, Any]) -> FirstRuns:
         calm=tuple(_commands(test) for test in tests if not _has_raised(test)),
         last=tuple(_last_command(test) for test in tests if _has_raised(test)),
         libraries=frozenset(name for test in tests if _has_raised(test) for name in _libraries(test["failure"])),
-        problems=(*report.get("problems", ()), *(report.get("gates") or {}).get("failed", ())),
+        problems=tuple(text for text in problems if text.partition(" ")[0] not in report["requirements"]),
         missing={file["file"]: tuple(file["missing_lines"])
                  for file in (report.get("code_under_test") or {}).get("files", ())},
     )  # fmt: skip

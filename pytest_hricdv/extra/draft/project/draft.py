@@ -164,10 +164,11 @@ class Draft:
         )
         return tuple(sensor for sensor in every if sensor.levels)
 
-    @property
+    @cached_property
     def messages(self) -> tuple[Message, ...]:
-        """All messages of the bus, by their names."""
-        return tuple(sorted(self.code.messages, key=lambda message: message.name))
+        """All messages of the bus: what the code publishes, and what a person says."""
+        said = [thing.message for thing in self.inputs]
+        return tuple(each for each in self.code.messages if each.direction != "received" or each in said)
 
     @cached_property
     def answers(self) -> tuple[Message, ...]:

@@ -238,7 +238,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
 
 def _disturbances(draft: Draft) -> list[str]:
     lines = []
-    for message in draft.code.messages:
+    for message in draft.messages:
         if message.form == "topic":  # lost requests of services and actions leave their clients without an answer
             topic = message.topic
             lines.append(f'            "{topic}_lost": Drop("{topic}"),')

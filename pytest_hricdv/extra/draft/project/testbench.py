@@ -182,7 +182,7 @@ def _parameter(port: Port) -> str:
 
 def _disturbances(draft: Draft) -> Iterator[str]:
     state_topic = draft.code.state.partition(".")[0]
-    for message in draft.code.messages:
+    for message in draft.messages:
         topic = message.topic
         if message.form == "called":
             continue
