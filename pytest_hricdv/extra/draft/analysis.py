@@ -29,6 +29,8 @@ from pytest_hricdv.extra.draft.code_model import (
 from pytest_hricdv.extra.draft.ros.nodes import ros_nodes
 from pytest_hricdv.extra.draft.ros_model import Endpoint
 
+NO_INPUTS = "No inputs found"
+
 
 def analyse(package: str, start: Path | None = None) -> CodeModel:
     """Read the code of a package for what a testbench needs. Nothing is imported or run.
@@ -132,7 +134,7 @@ def questions(model: CodeModel) -> Iterator[Question]:
     for endpoint in model.ros.endpoints:
         yield from _endpoint_questions(endpoint)
     if not model.inputs and all(endpoint.is_outgoing for endpoint in model.ros.endpoints):
-        yield Question("No inputs found. Which messages or calls make the code act?", "messages", None)
+        yield Question(f"{NO_INPUTS}. Which messages or calls make the code act?", "messages", None)
     if not model.outputs and not any(endpoint.is_outgoing for endpoint in model.ros.endpoints):
         yield Question("No outputs found. How does one see what the code does?", "messages", None)
     for message in model.inputs:
@@ -173,7 +175,7 @@ def _entry_questions(entry: Entry | None) -> Iterator[Question]:
     for port in (*entry.ports, *entry.method_ports):
         if port.role == "parameter" and not port.default:
             yield Question(f"Between which values is the parameter `{port.name}`?", port.name, port.location)
-        for operation in port.operations if port.role == "device" else ():
-            if not operation.is_set and operation.returns != "None":
-                about = f"{port.name}.{operation.name}"
-                yield Question(f"What does `{about}` return, and when?", about, operation.location)
+        answers = [f"`{port.name}.{each.name}`" for each in port.operations if port.role == "device"
+                   and not each.is_set and (each.result is not None or each.returns not in ("", "None"))]  # fmt: skip
+        if answers:
+            yield Question(f"What do {', '.join(answers)} return, and when?", port.name, port.location)

@@ -15,7 +15,7 @@ from pytest_hricdv.extra.draft.code_model import CodeModel, Problem, Question
 from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns, run
 from pytest_hricdv.extra.draft.observe.observations import Observations, merge_observations
 from pytest_hricdv.extra.draft.project.draft import ENDS, Draft
-from pytest_hricdv.extra.draft.project.requirements import requirement_ids
+from pytest_hricdv.extra.draft.project.requirements import ENDS_VISIT, requirement_ids
 
 FIRST_TESTS = 8
 """Tests of the first suite, with each start belief and most other beliefs."""
@@ -70,10 +70,14 @@ class Settlement:
     """The error for which each test got a process of its own."""
 
     def try_out(self, suite: str = "rl", tests: int | None = FIRST_TESTS, limit_s: float = 20.0) -> FirstRuns:
-        """Run the draft as it is, until all ends of its runs are allowed."""
+        """Run the draft as it is, until all ends of its runs are allowed; requirements are told by their subjects."""
         while True:
             self.draft = _with_some_requirement(self.draft)
+            subjects = {name: subject for subject, name in requirement_ids(self.draft).items()}
             trial = run(self.draft, suite, max(MIN_RUN_S, min(limit_s, self.budget_s)), tests)
+            failed, rare = ([subjects[name] for name in names if name in subjects]
+                            for names in (trial.failed, trial.rare))  # fmt: skip
+            trial = replace(trial, failed=tuple(failed), rare=tuple(rare))
             self.trials += 1
             self.budget_s -= trial.used_s
             if trial.seen is not None:
@@ -111,7 +115,8 @@ class Settlement:
         found = _REFUSED.search(trial.error)
         before = self.draft.dropped
         if found is not None:
-            self.draft = _without(self.draft, (found.group(1),))
+            subjects = [subject for subject, name in requirement_ids(self.draft).items() if name == found.group(1)]
+            self.draft = _without(self.draft, subjects)
         return self.draft.dropped != before
 
     def _drop_name(self, trial: FirstRuns) -> bool:
@@ -340,16 +345,15 @@ def _without_rare(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:
 
 
 def _with_some_requirement(draft: Draft) -> Draft:
-    """The draft, with a requirement on the visit where no other one is left."""
+    """The draft, with the requirement that a visit ends where no other one is left."""
     is_none = {*requirement_ids(draft)} <= {*draft.dropped}
-    return replace(draft, has_dropped_all=draft.has_dropped_all or is_none)
+    dropped = tuple(subject for subject in draft.dropped if subject != ENDS_VISIT)
+    return replace(draft, has_dropped_all=True, dropped=dropped) if is_none else draft
 
 
-def _without(draft: Draft, names: Sequence[str]) -> Draft:
-    """The draft, in which these requirements are questions."""
-    subjects = {name: subject for subject, name in requirement_ids(draft).items()}
-    dropped = tuple(subjects[name] for name in names if name in subjects)
-    return _with_some_requirement(replace(draft, dropped=tuple(dict.fromkeys(draft.dropped + dropped))))
+def _without(draft: Draft, subjects: Sequence[str]) -> Draft:
+    """The draft, in which the requirements on these subjects are questions."""
+    return _with_some_requirement(replace(draft, dropped=tuple(dict.fromkeys((*draft.dropped, *subjects)))))
 
 
 def _with_problems(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:

@@ -198,8 +198,7 @@ def test_what_the_code_leaves_open_is_a_question_with_its_location(tmp_path: Pat
         "goal.level": "robot_code.py:18",
         "state": "None",
         "patience_s": "robot_code.py:38",
-        "base.pose": "robot_code.py:30",
-        "base.is_blocked": "robot_code.py:32",
+        "base": "robot_code.py:38",
     }
 
 

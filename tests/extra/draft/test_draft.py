@@ -57,7 +57,7 @@ def test_what_is_in_a_draft_has_the_place_that_it_comes_from(tmp_path: Path) -> 
     assert '"command_lost": Drop("command")' in conftest
     for manner in ("in_time", "too_early", "too_late", "twice", "never"):
         assert f"@command_{manner} " in texts["models/person.asl"]
-    assert "`gripper`" in texts["QUESTIONS.md"]
+    assert "`gripper.close`" in texts["QUESTIONS.md"]
 
 
 def test_a_file_that_exists_is_not_overwritten(

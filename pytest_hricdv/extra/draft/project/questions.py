@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+from pytest_hricdv.extra.draft.analysis import NO_INPUTS
 from pytest_hricdv.extra.draft.code_model import CodeLine, Question
 from pytest_hricdv.extra.draft.project.draft import Draft
 
@@ -19,6 +20,9 @@ What the code of {robot} does not say. Each question has the line of the code th
 to edit. The first ones have most unexecuted lines of code behind them. Delete what is answered.
 """
 
+MAX_SUBJECTS = 12
+"""Requirements that are listed in a question; `requirements.toml` has all."""
+
 WHOLE = ("entry", "messages", "run", "inner")
 """Subjects on which all of the code hangs."""
 
@@ -30,7 +34,7 @@ def questions_file(draft: Draft, conftest: str) -> str:
         draft: the draft.
         conftest: the text of its testbench, in which the lines to edit are looked up.
     """
-    ranked = sorted(_questions(draft), key=lambda question: -_weight(draft, question))
+    ranked = sorted(dict.fromkeys(_questions(draft)), key=lambda question: -_weight(draft, question))
     lines = [HEAD.format(robot=draft.robot)]
     for number, question in enumerate(ranked[:MAX_QUESTIONS], 1):
         weight = _weight(draft, question)
@@ -43,12 +47,15 @@ def questions_file(draft: Draft, conftest: str) -> str:
 
 
 def _questions(draft: Draft) -> Iterator[Question]:
-    yield from draft.code.questions
-    for subject in draft.dropped:
-        text = f"Is *{subject}* required? It did not hold in the first runs, or nothing checked it"
-        yield Question(text, "requirements", None)
-    for port in draft.devices:
-        yield Question(f"What does `{port.name}` do in the world?", port.name, port.location)
+    for question in draft.code.questions:
+        is_answered = question.text.startswith(NO_INPUTS) and bool(draft.code.inputs or draft.sensors)
+        if not is_answered:
+            yield question
+    if draft.dropped:
+        listed = ", ".join(f"*{subject}*" for subject in draft.dropped[:MAX_SUBJECTS])
+        more = f", and {len(draft.dropped) - MAX_SUBJECTS} more" if len(draft.dropped) > MAX_SUBJECTS else ""
+        text = f"Which of these are required? They did not hold in the first runs, or few tests checked them: {listed}"
+        yield Question(text + more, "requirements", None)
 
 
 def _weight(draft: Draft, question: Question) -> int:

@@ -15,6 +15,9 @@ from pytest_hricdv.monitor.syntax_tree import syntax_tree
 ANSWER_S = STAY_S = 60.0
 """Within which the robot is to answer, and for which it may be in one state: a person who waits for longer has left."""
 
+ENDS_VISIT = "ends"
+"""The subject of the requirement that is left where no other one is."""
+
 HEAD = """\
 # always(a -> b) is checked whenever a holds; if it never holds in a test, the verdict is NC, not checked.
 # These are a draft: they held in the first runs, and nobody has asked for them yet.
@@ -198,7 +201,7 @@ def _presence(draft: Draft) -> Iterator[DraftedRequirement]:
         )
     left = "not person_is_there" if draft.ros is not None else "not person_is_there | not robot_works"
     formula = f"always(person_is_there -> eventually[0:900]({left}))"
-    yield DraftedRequirement("ends", "A visit ends within 900 s", formula, "TODO: ask for more", "may it be longer")
+    yield DraftedRequirement(ENDS_VISIT, "A visit ends within 900 s", formula, "TODO: ask for more", "may it be longer")
 
 
 def _words(topic: str) -> str:
