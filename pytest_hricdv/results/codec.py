@@ -15,7 +15,7 @@ from pytest_hricdv._base.contained import file_inside
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_text
 from pytest_hricdv._base.message import InputError, cut, quote
 from pytest_hricdv.results import journal
-from pytest_hricdv.results.consistency import check_report
+from pytest_hricdv.results.consistency import check_counts, check_report
 from pytest_hricdv.results.model import SCHEMA, Report, TestResult
 
 REPORT_NAME = "report.json"
@@ -135,6 +135,7 @@ def load(path: Path) -> Report:
             )
         report = from_json(text, Report)
         check_report(report)
+        check_counts(report)
         return report
     except FileNotFoundError:
         raise ReportError(f"{file}: no such report; a run with --hri-suite writes one") from None

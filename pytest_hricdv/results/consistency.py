@@ -27,6 +27,19 @@ def check_report(report: Report) -> None:
         raise MalformedError(f": {problem} - at `$.{place}`")
 
 
+def check_counts(report: Report) -> None:
+    """Check that a report which is complete has as many tests as it says.
+
+    Raises:
+        MalformedError: as of `check_report`.
+    """
+    not_run = sum(test.outcome == "not-run" for test in report.tests)
+    counts = {"selected": len(report.tests), "reported": len(report.tests) - not_run, "not_run": not_run}
+    for name, count in counts.items():
+        if getattr(report, name) != count:
+            raise MalformedError(f": expected {count}, as there are tests, got {getattr(report, name)} - at `$.{name}`")
+
+
 def _problems(report: Report) -> Iterator[tuple[str, str]]:
     yield from _duplicates("suites", "name", (suite.name for suite in report.suites))
     yield from _duplicates("tests", "nodeid", (test.nodeid for test in report.tests))

@@ -62,6 +62,8 @@ def test_a_journal_of_deep_json_is_refused(tmp_path: Path, deep: str, kind: str)
         (lambda data: data["tests"][1].update(suite="../up"), "Expected `str` matching regex"),
         (lambda data: data["suites"][0].update(name="a/b"), "Expected `str` matching regex"),
         (lambda data: data["suites"].append(data["suites"][0]), "got 'rl' again - at `$.suites[1].name`"),
+        (lambda data: data["tests"].pop(), "expected 1, as there are tests, got 2 - at `$.selected`"),
+        (lambda data: data.update(reported=1), "expected 2, as there are tests, got 1 - at `$.reported`"),
         (lambda data: data["tests"].append(data["tests"][0]), "again - at `$.tests[2].nodeid`"),
         (lambda data: data["tests"][0]["requirements"].pop("R2"), "got none on 'R2' - at `$.tests[0].requirements`"),
         (
