@@ -247,10 +247,12 @@ def execute(
             finally:
                 tampering = state.put_back()
     except BaseException as error:
+        failed = run.ending.error if isinstance(error, Exception) and run.ending is not None else None
+        raised = failed or error
         for sentence in tampering:
-            error.add_note(sentence)
-        if isinstance(error, Exception) and run.ending is not None and run.ending.error is not None:
-            raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
+            (raised.__cause__ or raised).add_note(sentence)  # a cause is what is shown
+        if failed is not None:
+            raise failed from failed.__cause__  # what fails after it may be its consequence
         if word_of(error):
             raise TestbenchError(refusal(error)) from error
         raise
