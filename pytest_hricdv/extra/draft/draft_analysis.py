@@ -20,7 +20,7 @@ from pytest_hricdv.extra.draft.code.message_kinds import FORMS
 from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
-from pytest_hricdv.extra.draft.code.stimuli import StimulusReader
+from pytest_hricdv.extra.draft.code.stimuli import StimulusReader, is_reader
 from pytest_hricdv.extra.draft.code.usage import read_usage
 from pytest_hricdv.extra.draft.code.waits import parameters
 from pytest_hricdv.extra.draft.code_model import (
@@ -50,8 +50,11 @@ T = TypeVar("T")
 DEPTH, BYTES = 30_000, 512 * 1024 * 1024
 """Calls in each other, and the stack that they may take; memory is only taken where it is used."""
 
-PERIOD_S = 0.1
-"""Of a control loop, where nothing says how often it runs."""
+PERIOD_S, MAX_PERIOD_S = 0.1, 10.0
+"""Of a control loop, where nothing says how often it runs; a number beyond is none."""
+
+SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server", "serial.Serial")
+"""What makes a connection to the outside."""
 
 MAX_ENTRIES = 8
 """Candidates that are looked at where the likeliest one gets nothing from outside."""
@@ -142,8 +145,9 @@ class CodeReader:
             used = called | frozenset(self._usage.calls)
             methods = [message for message in methods if message.channel in used]
         handled = list(self._stimuli.handlers(entry)) if not (has_inputs or handed) else []
-        yield from (each for each in methods if each.fields or "Neutral" not in each.delivery or not handled)
-        yield from handled
+        open_ones = [each for each in methods if each.fields or "Neutral" not in each.delivery or not handled]
+        yield from open_ones
+        yield from (each for each in handled if each.module != OWN_MODULE or not open_ones)
         observed = list(self._observed_callbacks(entry, seen)) if seen is not None else []
         yield from (each for each in observed if each.fields or not (has_inputs or handed or methods or handled))
         if not entry.is_class:
@@ -193,6 +197,14 @@ class CodeReader:
     # --- objects that the code makes itself
 
     def _inner(self, entry: Entry, faulty: frozenset[str]) -> Iterator[Port]:
+        """Each with a name of its own, and made from something of its own."""
+        done: set[str] = set()
+        for port in (*self._attributes_made(entry, faulty), *self._sockets(entry)):
+            if not done & {port.name, port.made_from}:
+                done |= {port.name, port.made_from}
+                yield port
+
+    def _attributes_made(self, entry: Entry, faulty: frozenset[str]) -> Iterator[Port]:
         scope = self._scope(entry)
         ports = PortReader(self._sources, self._flow)
         done: set[str] = set()
@@ -209,6 +221,20 @@ class CodeReader:
                     port = ports.attribute(scope, name, target, value)
                     yield port if port.role in ("bus", "device") else replace(port, role="device")
 
+    def _sockets(self, entry: Entry) -> Iterator[Port]:
+        """What classes, or programs, make of the network, under whatever name: no run may have an effect outside."""
+        ports = PortReader(self._sources, self._flow)
+        for module, scope, node in self._flow.nodes:
+            if entry.is_class and (scope is None or scope.owner is None):
+                continue
+            is_made = isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
+            if not is_made or resolve_import(module, node.value.func) not in SOCKETS:  # type: ignore[attr-defined]
+                continue
+            value, target = node.value, node.targets[0]  # type: ignore[attr-defined]
+            made_from, name = f"{module.name}:{name_with_dots(value.func)}", name_with_dots(target)
+            if name:
+                yield replace(ports.variable(module, name, value), role="device", made_from=made_from)
+
     # --- control loops
 
     def _period(self, entry: Entry, seen: Observations | None) -> Entry | None:
@@ -216,7 +242,7 @@ class CodeReader:
         scope = self._scope(entry)
         if entry.method or scope is None:
             return None
-        best: tuple[int, str] | None = None
+        best: tuple[int, int, str] | None = None
         for name, method in methods_of(self._sources, scope).items():
             assert not isinstance(method.node, ast.ClassDef)
             parameters = parameters_of(method.node)[1:]
@@ -224,21 +250,24 @@ class CodeReader:
             calls = self._usage.of(name)
             texts = [value for values in calls.values.values() for value in values if not _is_number(value)]
             repeated = times or (calls.in_loop if not texts else 0)
-            if repeated and len(parameters) <= 1 and not name.startswith("_") and (best is None or repeated > best[0]):
-                best = repeated, name
+            made = bool(times), len(list(ast.walk(method.node))), name
+            numbers = [value for values in calls.values.values() for value in values if _is_number(value)]
+            is_slow = bool(numbers) and not any(0.001 <= number <= MAX_PERIOD_S for number in numbers)
+            if repeated and not is_slow and not is_reader(method) and len(parameters) <= 1 and not name.startswith("_"):
+                best = made if best is None else max(best, made)
         if best is None:
             return None
-        parts = tuple(PortReader(self._sources, self._flow).ports(methods_of(self._sources, scope)[best[1]], skip=1))
-        numbers = [value for values in self._usage.of(best[1]).values.values() for value in values if _is_number(value)]
-        seconds = period_of(seen, entry, best[1])[1] if seen is not None else 0.0
-        period_s = next((float(number) for number in numbers if 0.001 <= number <= 10.0), seconds or PERIOD_S)
+        parts = tuple(PortReader(self._sources, self._flow).ports(methods_of(self._sources, scope)[best[2]], skip=1))
+        numbers = [value for values in self._usage.of(best[2]).values.values() for value in values if _is_number(value)]
+        seconds = period_of(seen, entry, best[2])[1] if seen is not None else 0.0
+        period_s = next((float(number) for number in numbers if 0.001 <= number <= MAX_PERIOD_S), seconds or PERIOD_S)
         given = tuple(replace(part, role="parameter", neutral=f"{period_s:g}", annotation="fixed")
                       for part in parts if not part.default or numbers)  # fmt: skip
         given = tuple(replace(part, default="") for part in given)
-        is_async = isinstance(methods_of(self._sources, scope)[best[1]].node, ast.AsyncFunctionDef)
+        is_async = isinstance(methods_of(self._sources, scope)[best[2]].node, ast.AsyncFunctionDef)
         if is_async:
             return None
-        return replace(entry, method=best[1], method_ports=given, period_s=period_s)
+        return replace(entry, method=best[2], method_ports=given, period_s=period_s)
 
     # --- states
 

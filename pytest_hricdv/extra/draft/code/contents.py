@@ -55,7 +55,9 @@ class ContentReader:
         parent = self._flow.parents.get(id(node))
         parent = self._flow.parents.get(id(parent)) if isinstance(parent, ast.Await) else parent
         if isinstance(parent, ast.Assign) and isinstance(parent.targets[0], ast.Tuple):
-            return self._kinds_of(lambda: self._unpacked(scope, parent.targets[0], None))
+            kinds = self._kinds_of(lambda: self._unpacked(scope, parent.targets[0], None))
+            decides = len(kinds) > 1 or any(part.values for _, argument in kinds for part in argument.fields)
+            return kinds if decides else []  # such as the bytes and the sender of a datagram
         for name in self._names_of(node):
             found = self.kinds(scope, name) or self._text(scope, name, node)
             if found:

@@ -59,6 +59,13 @@ class PortReader:
         operations = list(self._of_attribute(owner.node, name, 0))
         return replace(self._port(owner.module, name, None, "", operations, node), made_from=made_from)
 
+    def variable(self, module: Module, name: str, node: ast.AST) -> Port:
+        """A variable of a module or of its functions, or an attribute, that the code makes itself."""
+        operations = [self._operation(each, at, scope) for at, scope, each in self._flow.nodes
+                      if isinstance(each, ast.Attribute) and scope is not None and at is module
+                      and name_with_dots(each.value) == name]  # fmt: skip
+        return self._port(module, name.rpartition(".")[2], None, "", operations, node)
+
     def port(self, scope: Scope, name: str) -> Port:
         """A parameter of a function."""
         function = scope.node

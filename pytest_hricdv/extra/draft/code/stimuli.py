@@ -45,7 +45,7 @@ class StimulusReader:
         scope = self._scope_of(entry)
         for name, method in methods_of(self._sources, scope).items() if scope is not None else ():
             is_open = (
-                not name.startswith("_") and name not in ENDS and not _is_reader(method) and not self._is_used(name)
+                not name.startswith("_") and name not in ENDS and not is_reader(method) and not self._is_used(name)
             )
             if name != entry.method and (name in called or is_open) and not _decorators(method):
                 yield from self._messages(name, method, name)
@@ -196,7 +196,7 @@ def _decorators(method: Scope) -> bool:
     return bool(names & {"property", "setter", "staticmethod", "classmethod", "abstractmethod", "cached_property"})
 
 
-def _is_reader(method: Scope) -> bool:
+def is_reader(method: Scope) -> bool:
     """Whether a method returns something and changes nothing: it sets nothing, and calls nothing for its effect."""
     returns = False
     for node in ast.walk(method.node):

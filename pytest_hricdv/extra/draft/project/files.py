@@ -113,6 +113,7 @@ def write(draft: Draft, folder: Path) -> tuple[str, ...]:
 def readme(draft: Draft) -> str:
     """The README."""
     code = draft.code
+    received = [*(message.name for message in code.inputs), *(sensor.name for sensor in draft.sensors)]
     lines = [
         f"# Tests of {draft.robot}, drafted",
         "",
@@ -128,7 +129,7 @@ def readme(draft: Draft) -> str:
         "",
         "| what | how many | |",
         "|---|---|---|",
-        f"| messages that it receives | {len(code.inputs)} | {', '.join(m.name for m in code.inputs)} |",
+        f"| messages that it receives | {len(received)} | {', '.join(received)} |",
         f"| messages that it publishes | {len(code.outputs)} | {', '.join(m.name for m in code.outputs)} |",
         f"| states | {len(draft.states)} | {', '.join(draft.states)} |",
         f"| transitions | {len(draft.transitions)} | |",

@@ -49,7 +49,7 @@ class Input:
     @property
     def commands(self) -> tuple[tuple[str, Variant], ...]:
         """The name of each command, with what it says."""
-        return tuple((f"{self.name}_{variant.name}".strip("_"), variant) for variant in self.variants)
+        return tuple((f"{self.name}_{each.name}" if each.name else self.name, each) for each in self.variants)
 
 
 def is_open(part: MessageField) -> bool:

@@ -152,7 +152,7 @@ def _plans(thing: Input) -> list[str]:
     lines += [f"@{name}_{how} +!do_{name} : {name}_{how} <- !say_{name}({how}); wait_answer." for how in MANNERS]
     lines.append(f"@{name}_never +!do_{name} <- wait_answer.")
     if len(thing.variants) == 1:
-        action = f"{name}_{thing.variants[0].name}".strip("_")
+        action = thing.commands[0][0]
         return [*lines, f"@{name}_says +!say_{name}(How) <- {action}(How); {_tell_robot(thing)}"]
     first, *others = thing.variants
     for variant in (*others, first):  # the one without a context comes last

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
+from types import ModuleType
 from typing import Any, Protocol
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
@@ -81,12 +82,28 @@ class Replace:
         module, _, path = self.target.partition(":")
         *owners, last = path.split(".")
         owner: Any = import_module(module)
-        for each in owners:
-            owner = getattr(owner, each)
-        before = getattr(owner, last)
         made = self.port.make(border, name)
+        for number, each in enumerate(owners):
+            inner = getattr(owner, each)
+            if isinstance(inner, ModuleType) and number == len(owners) - 1:  # others use the module, too
+                maker = _Maker(getattr(inner, last), made)
+                setattr(owner, each, _ModuleWith(inner, last, maker))
+                return partial(setattr, owner, each, inner)
+            owner = inner
+        before = getattr(owner, last)
         setattr(owner, last, _Maker(before, made) if callable(before) else made)
         return partial(setattr, owner, last, before)
+
+
+class _ModuleWith(ModuleType):
+    """A module as one of its users sees it: with another object under one name."""
+
+    def __init__(self, module: ModuleType, name: str, made: Any) -> None:
+        super().__init__(module.__name__)
+        self.__dict__.update({name: made, "_module": module})
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.__dict__["_module"], name)
 
 
 class _Maker:
