@@ -21,6 +21,7 @@ from pytest_hricdv.extra.draft.observe.observations import (
     read_observations,
 )
 from pytest_hricdv.extra.draft.observed import Observation
+from pytest_hricdv.extra.draft.project.answers import edited, read_answers
 from pytest_hricdv.extra.draft.project.draft import Draft, robot_name
 from pytest_hricdv.extra.draft.project.files import check, write
 from pytest_hricdv.extra.draft.record import add_command as add_command
@@ -72,8 +73,7 @@ def draft(package: str, options: DraftOptions) -> Iterator[str]:
 
     model, observed = _with_recordings(reader.model(seen), options, {})
     name = options.robot or robot_name(model)
-    made = Draft(model, name, options.person, options.folder.resolve(), observed=observed)
-    check(made, options.folder)
+    made = _begin(Draft(model, name, options.person, options.folder.resolve(), observed=observed))
     yield from _summary(model)
     if model.ros.nodes or model.ros.endpoints:
         yield NO_NODES
@@ -126,8 +126,7 @@ def draft_node(node: str, options: DraftOptions) -> Iterator[str]:
     model, start = analyse_node(program)
     model, observed = _with_recordings(model, options, program.packages)
     name = options.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
-    made = Draft(model, name, options.person, options.folder.resolve(), ros=start, observed=observed)
-    check(made, options.folder)
+    made = _begin(Draft(model, name, options.person, options.folder.resolve(), ros=start, observed=observed))
     yield from _summary(model)
     is_runnable = all(problem.kind != "missing module" for problem in model.problems)
     yield from _write(made, options, options.runs and is_runnable)
@@ -145,8 +144,7 @@ def draft_launch(file: str, options: DraftOptions) -> Iterator[str]:
     model, how, program = analyse_launch(nodes, start)
     model, observed = _with_recordings(model, options, program.packages)
     name = options.robot or name_like(nodes.file.name.partition(".")[0])
-    made = Draft(model, name, options.person, options.folder.resolve(), ros=how, observed=observed)
-    check(made, options.folder)
+    made = _begin(Draft(model, name, options.person, options.folder.resolve(), ros=how, observed=observed))
     python = len(nodes.nodes) - len(how.left_out)
     yield f"{nodes.file}: starts {len(nodes.nodes)} processes, {python} of them nodes of Python"
     yield from _summary(model)
@@ -154,7 +152,17 @@ def draft_launch(file: str, options: DraftOptions) -> Iterator[str]:
     yield from _write(made, options, options.runs and is_runnable)
 
 
+def _begin(made: Draft) -> Draft:
+    """The draft with what somebody has changed in the last one. Raises DraftError where it cannot be written."""
+    made = replace(made, earlier=read_answers(made.folder))
+    check(made, made.folder)
+    return made
+
+
 def _write(made: Draft, options: DraftOptions, runs: bool, reread: Reread | None = None) -> Iterator[str]:
+    kept = edited(made.earlier)
+    if kept:
+        yield f"drafted before: what was changed since stays as it is, in {', '.join(kept)}"
     if runs:
         made, trials = settle(made, reread, options.budget_s, lambda line: print(visible(line), flush=True))
         yield from (

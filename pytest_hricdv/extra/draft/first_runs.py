@@ -126,16 +126,17 @@ def _session(draft: Draft, options: Sequence[str], limit_s: float) -> _Session:
         write(replace(draft, folder=folder), folder)
         command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider",
                    "--hri-diagnose=0", *options]  # fmt: skip
-        observed = folder / "observed.json"
+        observed, root = folder / "observed.json", Path(draft.code.root)
         text, status, used_s = _run_command(command, folder, observed, limit_s)
         seen = read_observations(observed) if observed.exists() else None
         report = folder / "hri-report" / "report.json"
         if not report.exists():
-            root = Path(draft.code.root)
-            error = TOO_LONG if status is None else _last_error(text, folder, root)
+            error = TOO_LONG if status is None else _shorten(_last_error(text), folder, root)
             return _Session(text, status, None, used_s, seen, _line_of(error, root), error)
-        raised_at = _error_location(report, folder, Path(draft.code.root))
+        raised_at = _error_location(report, folder, root)
         content = json.loads(report.read_text(encoding="utf-8"))
+        for test in content["tests"]:
+            test["failure"] = _shorten(test["failure"], folder, root)
         return _Session(text, status, content, used_s, seen, raised_at)
 
 
@@ -189,17 +190,21 @@ def _processor_s(pid: int) -> float:
     return sum(map(int, parts[11:15])) / os.sysconf("SC_CLK_TCK")
 
 
-def _last_error(text: str, folder: Path, root: Path) -> str:
-    """What kept a session from its tests; files of the code relative to its root, others without the folder."""
+def _last_error(text: str) -> str:
+    """What kept a session from its tests."""
+    lines = [line for line in text.splitlines() if line.startswith(("ERROR", "E  ", "INTERNALERROR"))]
+    return " ".join(lines[-3:])[:600] if lines else text.strip()[-300:]
 
-    def shorten(found: re.Match[str]) -> str:
+
+def _shorten(text: str, folder: Path, root: Path) -> str:
+    """A text in which files of the code are relative to its root, and those of the draft to its folder."""
+
+    def relative(found: re.Match[str]) -> str:
         path = Path(found[0]).resolve()
         within = next((each for each in (folder, root) if path.is_relative_to(each)), None)
         return path.relative_to(within).as_posix() if within is not None else str(path)
 
-    lines = [line for line in text.splitlines() if line.startswith(("ERROR", "E  ", "INTERNALERROR"))]
-    last = " ".join(lines[-3:])[:600] if lines else text.strip()[-300:]
-    return re.sub(rf"{re.escape(str(folder))}[^\s:'\"]+", shorten, last)
+    return re.sub(rf"{re.escape(str(folder))}[^\s:'\"]+", relative, text)
 
 
 def _read(report: dict[str, Any]) -> FirstRuns:

@@ -11,9 +11,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.code.naming import word
+from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import CodeModel, Problem, Question
 from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns, run
 from pytest_hricdv.extra.draft.observe.observations import Observations, merge_observations
+from pytest_hricdv.extra.draft.project.answers import edited
 from pytest_hricdv.extra.draft.project.draft import ENDS, Draft
 from pytest_hricdv.extra.draft.project.requirements import ENDS_VISIT, requirement_ids
 
@@ -96,6 +98,9 @@ class Settlement:
         if trial.error.startswith("ERROR"):  # no test began
             steps = [self._drop_requirement, self._drop_name, self._run_in_root, self._replace_libraries,
                      self._drop_entry, self._drop_code]  # fmt: skip
+        elif trial.raising and not trial.calm and not any(trial.last):  # before anybody does anything
+            steps = [self._run_in_root, self._take_time, self._isolate, self._replace_libraries, self._drop_state,
+                     self._drop_entry]  # fmt: skip
         elif trial.error and trial.error != TOO_LONG:
             steps = [self._run_in_root, self._take_time, self._isolate, self._accept_differences,
                      self._replace_libraries, self._leave_out, self._give_up_unknown, self._drop_state,
@@ -300,6 +305,9 @@ def _make_green(work: Settlement, progress: Callable[[str], None]) -> FirstRuns:
     """Run a few tests, and take out what fails, until nothing does."""
     while True:
         trial = work.try_out()
+        if trial.error.startswith("ERROR") and edited(work.draft.earlier):
+            raise DraftError(f"{trial.error}: correct what was changed in {', '.join(edited(work.draft.earlier))}, or "
+                             "draft into another folder; nothing was written")  # fmt: skip
         if not _go_on(work, trial, "first runs", progress):
             return trial
 

@@ -18,6 +18,7 @@ from pytest_hricdv.extra.draft.code_model import (
     Port,
 )
 from pytest_hricdv.extra.draft.observed import Observation
+from pytest_hricdv.extra.draft.project.answers import Answers
 from pytest_hricdv.extra.draft.project.inputs import Input, number_levels, variants_of
 from pytest_hricdv.extra.draft.ros_model import RosStart
 from pytest_hricdv.skeleton.skeleton import name_like
@@ -98,6 +99,7 @@ class Draft:
         audits: whether sessions run tests again to see whether they repeat; not where one did not.
         is_silent: whether the person only is there: what else it might do did not reach the code, or stopped it.
         missing: lines of the code that no first run executed, by file.
+        earlier: the files of the last draft in the folder, with what somebody has changed in them.
     """
 
     code: CodeModel
@@ -120,6 +122,7 @@ class Draft:
     audits: bool = True
     is_silent: bool = False
     missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    earlier: Answers = field(default_factory=dict)
 
     @property
     def entry(self) -> Entry | None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE
+from pytest_hricdv.extra.draft.project.answers import RECORD, merge, record_text
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.driver import messages_module, own_messages
 from pytest_hricdv.extra.draft.project.model import mas2j, meta, person, robot
@@ -67,7 +68,8 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     yield "requirements.toml", requirements(draft)
     yield f"test_{draft.robot}.py", _HOST.replace("{robot}", draft.robot)
     yield "QUESTIONS.md", questions_file(draft, testbench)
-    yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)
+    is_free = "README.md" in draft.earlier or not (draft.folder / "README.md").exists()
+    yield ("README.md" if is_free else "README-hri.md"), readme(draft)
     tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
     sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
     ini = sizes + (_ISOLATES if draft.isolates else "") + (_NO_AUDIT if not draft.audits else "")
@@ -80,9 +82,9 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
 
 
 def check(draft: Draft, folder: Path) -> None:
-    """Raises DraftError where a file of the draft exists, or a module of the code has its name."""
+    """Raises DraftError where a file exists that is of no draft, or a module of the code has the name of a file."""
     for name, _ in files(draft):
-        if (folder / name).exists():
+        if (folder / name).exists() and name not in draft.earlier:
             raise DraftError(
                 f"{folder / name} exists: nothing was written; choose another folder: init FOLDER --from ..."
             )
@@ -92,7 +94,7 @@ def check(draft: Draft, folder: Path) -> None:
 
 
 def write(draft: Draft, folder: Path) -> tuple[str, ...]:
-    """Write all files; returns their names.
+    """Write all files, with what somebody has changed in those of the last draft; returns their names.
 
     Raises:
         DraftError: a file exists, then none is written; or the folder cannot be written.
@@ -101,7 +103,8 @@ def write(draft: Draft, folder: Path) -> tuple[str, ...]:
     check(draft, folder)
     try:
         for name, text in texts.items():
-            atomic_file.write_text(folder / name, text)
+            atomic_file.write_text(folder / name, merge(*draft.earlier[name], text) if name in draft.earlier else text)
+        atomic_file.write_text(folder / RECORD, record_text(texts))
     except OSError as error:
         raise DraftError(f"{folder}: cannot be written: {error.strerror or error}") from None
     return tuple(texts)
