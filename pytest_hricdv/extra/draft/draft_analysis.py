@@ -145,7 +145,7 @@ class CodeReader:
             used = called | frozenset(self._usage.calls)
             methods = [message for message in methods if message.channel in used]
         handled = list(self._stimuli.handlers(entry)) if not (has_inputs or handed) else []
-        open_ones = [each for each in methods if each.fields or "Neutral" not in each.delivery or not handled]
+        open_ones = [each for each in methods if each.fields or "Neutral" not in each.delivery]
         yield from open_ones
         yield from (each for each in handled if each.module != OWN_MODULE or not open_ones)
         observed = list(self._observed_callbacks(entry, seen)) if seen is not None else []

@@ -46,7 +46,7 @@ def function_at(sources: Sources, location: str) -> Scope | None:
     file, _, line = location.rpartition(":")
     for scope in sources.functions if line.isdigit() else ():
         lines = {scope.node.lineno, *(each.lineno for each in scope.node.decorator_list)}
-        if int(line) in lines and (sources.root / scope.module.file) == Path(file):
+        if int(line) in lines and (sources.root / scope.module.file) == Path(file).resolve():
             return scope
     return None
 

@@ -105,7 +105,11 @@ class Flow:
         if isinstance(expression, ast.Name) and scope is not None and not isinstance(scope.node, ast.ClassDef):
             annotation = annotation_of(scope.node, expression.id)
             own = self.sources.class_of(module, annotation) if annotation is not None else None
-            return own.node if own is not None and isinstance(own.node, ast.ClassDef) else None
+            if own is not None and isinstance(own.node, ast.ClassDef):
+                return own.node
+            given = self._arguments(scope, scope.node, expression.id) if steps < MAX_STEPS else ()
+            owners = (self.owner_of(value, where, at, steps + 1) for value, where, at in given)
+            return next((owner for owner in owners if owner is not None), None)
         return None
 
     def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[tuple[Any, CodeLine]]:

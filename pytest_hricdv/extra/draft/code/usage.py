@@ -24,7 +24,7 @@ class CallOfUser:
 
     Args:
         count: of the calls.
-        in_loop: of them, those that stand in a loop.
+        in_loop: of them, those that each round of a loop makes.
         values: constants, by the number or the name of the parameter.
     """
 
@@ -85,7 +85,7 @@ def _read(usage: Usage, node: ast.AST, loops: int) -> None:
     waiting: list[tuple[ast.AST, int]] = [(node, loops)]
     while waiting:
         each, depth = waiting.pop()
-        inner = depth + isinstance(each, ast.For | ast.While | ast.AsyncFor)
+        inner = 0 if isinstance(each, ast.If) else depth + isinstance(each, ast.For | ast.While | ast.AsyncFor)
         waiting += [(child, inner) for child in ast.iter_child_nodes(each)]
         if isinstance(each, ast.Dict):
             for key, value in zip(each.keys, each.values, strict=True):

@@ -67,10 +67,14 @@ class RunBorder:
         self.senses[name] = value
         self.record(signal_name(name), value)
 
-    def note_call(self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
-        """Note that the code has called something outside; functions among the arguments are its callbacks."""
+    def pass_time(self) -> None:
+        """Let the time pass that each use of a device takes."""
         if self.takes_s and not self.is_async:
             self.run.kernel.sleep(self.takes_s)
+
+    def note_call(self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+        """Note that the code has called something outside; functions among the arguments are its callbacks."""
+        self.pass_time()
         self.on_crossing()
         every = (*arguments, *named.values())
         for value in every:

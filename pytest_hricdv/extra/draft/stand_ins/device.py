@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, first_text
 from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S, AsyncInbox, Convert, Inbox
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, NeutralNumber
 
@@ -56,6 +56,7 @@ class DeviceStandIn(Neutral):
         device: Device = self.__dict__["_device"]
         if name in device.attributes:
             return self._value(name, read=True)
+        self.__dict__["_border"].pass_time()
         return _Method(self, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -84,10 +85,10 @@ class DeviceStandIn(Neutral):
         is_registration = any(callable(each) and not isinstance(each, type | Neutral) for each in arguments)
         if name not in device.senses and inbox is None and not is_registration:
             border.tell_call(port, name, arguments, named)
-        value = self._value(name, read=False)
+        value = self._value(name, read=False, text=first_text(arguments))
         return _later(value) if name in device.coroutines else value
 
-    def _value(self, name: str, *, read: bool) -> Any:
+    def _value(self, name: str, *, read: bool, text: str = "") -> Any:
         border, port, device = self.__dict__["_border"], self.__dict__["_name"], self.__dict__["_device"]
         if read:
             border.on_crossing()
@@ -96,7 +97,7 @@ class DeviceStandIn(Neutral):
             value = NeutralNumber(value) if isinstance(value, float) else value
         else:
             make = device.answers.get(name)
-            value = make() if make is not None else _Answer(border, f"{port}.{name}")
+            value = make() if make is not None else _Answer(border, f"{port}.{name}", text)
         border.answer(port, name, value)
         return value
 
@@ -125,8 +126,8 @@ class _Answer(Neutral):
     def __new__(cls, *_: Any, **__: Any) -> _Answer:
         return float.__new__(cls)
 
-    def __init__(self, border: RunBorder, name: str) -> None:
-        self.__dict__.update(_border=border, _called=name)
+    def __init__(self, border: RunBorder, name: str, text: str = "") -> None:
+        self.__dict__.update(_border=border, _called=name, _text=text)
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -137,7 +138,7 @@ class _Answer(Neutral):
         """Neutral; of a decorator, the function."""
         border, called = self.__dict__["_border"], self.__dict__["_called"]
         if len(arguments) == 1 and not named and callable(arguments[0]):
-            border.register(called, arguments[0])
+            border.register(called, arguments[0], self.__dict__["_text"])
             return arguments[0]
         port, _, method = called.partition(".")
         border.note_call(port, method, arguments, named)

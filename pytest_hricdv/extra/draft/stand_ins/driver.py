@@ -259,7 +259,8 @@ class ActiveRobot:
         hears = any("__init_subclass__" in vars(each) for each in kind.__mro__[:-1])
         if self._driver.state and not hears:
             try:
-                owner.__class__ = type(kind.__name__, (kind,), {"__setattr__": set_and_look, "__slots__": ()})
+                named = {name: getattr(kind, name) for name in ("__module__", "__qualname__")}
+                owner.__class__ = type(kind.__name__, (kind,), {"__setattr__": set_and_look, "__slots__": (), **named})
             except TypeError:
                 return  # its class cannot be changed: it is looked at when the code calls something
         self.look()
