@@ -36,7 +36,7 @@ MIN_SHARE = 0.5
 POLL_S = 0.5
 """Period at which the processor time is read."""
 
-ENDING_S = 30.0
+ENDING_S = 15.0
 """Time that a terminated session gets to write its report."""
 
 _WAIVED = re.compile(r"(\S+\.py:\d+): ran, though it is waived")
@@ -165,29 +165,38 @@ def _run_command(command: Sequence[str], folder: Path, observed: Path, limit_s: 
         command, cwd=folder, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", OBSERVE: str(observed)}, text=True,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",
     )  # fmt: skip
-    begin_s, used_s = time.monotonic(), 0.0
+    begin_s, used_s, before_s = time.monotonic(), 0.0, _children_s()
     factor = WALL_FACTOR * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
     while used_s < limit_s:
         try:
             text = process.communicate(timeout=POLL_S)[0]
-            return text, process.returncode, max(used_s, min(time.monotonic() - begin_s, used_s + POLL_S))
+            return text, process.returncode, max(used_s, _children_s() - before_s)
         except subprocess.TimeoutExpired:
             used_s = max(used_s, _processor_s(process.pid), (time.monotonic() - begin_s) / factor)
     process.terminate()
     try:
-        return process.communicate(timeout=ENDING_S)[0], None, used_s
+        text = process.communicate(timeout=ENDING_S * factor)[0]
     except subprocess.TimeoutExpired:
         process.kill()
-        return process.communicate()[0], None, used_s
+        text = process.communicate()[0]
+    return text, None, max(used_s, _children_s() - before_s)
+
+
+def _children_s() -> float:
+    """Processor time of all processes that this one has waited for."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def _processor_s(pid: int) -> float:
-    """Processor time of a process and of those of its children that have ended; 0 where nothing says it."""
+    """Processor time of a process and its children; 0 where nothing says it."""
     try:
         parts = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()
     except OSError:
         return 0.0
-    return sum(map(int, parts[11:15])) / os.sysconf("SC_CLK_TCK")
+    own_s: float = sum(map(int, parts[11:15])) / os.sysconf("SC_CLK_TCK")
+    return own_s + sum(_processor_s(int(child)) for child in children)
 
 
 def _last_error(text: str) -> str:

@@ -36,7 +36,7 @@ MAX_LISTED = 6
 MIN_RUN_S = 10.0
 """Processor time that a run may always take: pytest itself and the imports of the code are part of it."""
 
-SHARE = 0.35
+SHARE = 0.25
 """Of the budget, for each of the two suites; the rest is for what comes before."""
 
 BUDGET_S = 60.0

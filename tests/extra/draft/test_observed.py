@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -217,6 +218,78 @@ def test_what_cannot_be_run_at_all_is_taken_out_step_by_step(monkeypatch: pytest
     assert not rl.error
     assert not closure.error
     compile(dict(files(settled))["conftest.py"], "conftest.py", "exec")
+
+
+UNREACHED = "nothing that people, sensors or the world did reached the code under test in any of 8 runs: ..."
+
+
+def test_who_reaches_nothing_only_is_there_and_the_draft_says_that_it_is_hollow(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    draft, _ = drafted(tmp_path, robots.MATCH)
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        is_whole = tests is None  # one that runs a few tests only does not judge
+        return FirstRuns(8, 8, (), (), "", problems=(UNREACHED,) if is_whole and not draft.is_alone else ())
+
+    scripted(monkeypatch, script)
+    settled, trials = settle(draft)
+    assert settled.is_alone
+    assert not any(trial.cause for trial in trials)
+    texts = dict(files(settled))
+    assert "+!round : stays_long <- stay(long)." in texts["models/person.asl"]
+    assert re.search("How does `.*` get to the code\\? Nothing did", texts["QUESTIONS.md"])
+    assert "**Hollow**: nothing that people do reaches the code" in texts["README.md"]
+    assert "Say(" not in texts["conftest.py"]
+
+
+def test_a_test_that_does_not_repeat_is_a_question(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    draft, _ = drafted(tmp_path, robots.MATCH)
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        return FirstRuns(8, 8, (), (), "", unrepeatable="clock: time.time_ns" if draft.audits and not tests else "")
+
+    scripted(monkeypatch, script)
+    settled, _ = settle(draft)
+    texts = dict(files(settled))
+    assert "hri_audit = off" in texts["pytest.ini"]
+    assert "A test does not repeat: clock: time.time_ns" in texts["QUESTIONS.md"]
+    assert settled.inputs
+
+
+def test_what_fails_before_anybody_acts_is_no_matter_of_what_people_do(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    draft, _ = drafted(tmp_path, robots.MATCH)
+    asked: list[Draft] = []
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        asked.append(draft)
+        if draft.code.entry is None:
+            return FirstRuns(1, 1, (), (), "")
+        return FirstRuns(2, 0, (), (), "OSError: no port", raised=2, raising=(frozenset({"go"}),) * 2, last=("", ""))
+
+    scripted(monkeypatch, script)
+    settled, _ = settle(draft)
+    assert len(asked) == 4  # as it is, only imported, and both suites
+    assert settled.code.questions[0].text.startswith("The code could not be run as it is: OSError: no port")
+
+
+def test_requirements_that_did_not_hold_are_told_by_their_subjects(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Their ids are others once nobody says anything."""
+    draft, _ = drafted(tmp_path, robots.MATCH)
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        if not draft.is_silent:
+            return FirstRuns(8, 8, (), (), "", problems=(UNREACHED,))
+        return FirstRuns(1, 1, ("R1",) if suite == "closure" else (), (), "")
+
+    scripted(monkeypatch, script)
+    settled, _ = settle(draft)
+    assert settled.dropped == (next(iter(requirement_ids(settled))),)
+    assert tomllib.loads(dict(files(settled))["requirements.toml"])
 
 
 @pytest.mark.slow

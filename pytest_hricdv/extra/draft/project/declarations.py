@@ -16,9 +16,6 @@ from pytest_hricdv.extra.draft.project.model import (
 )
 from pytest_hricdv.extra.draft.project.ranges import times_of_lines
 
-MAX_PATIENCE_S, PATIENCE = 60.0, 1.1
-"""A person waits a little longer for an answer than the robot waits for anything, up to a limit: a run is to end."""
-
 
 def tuple_text(names: Iterable[str]) -> str:
     """Source text of a tuple of texts."""

@@ -9,6 +9,16 @@ from pytest_hricdv.extra.draft.code_model import MessageField
 from pytest_hricdv.extra.draft.observed import ObservedTopic, Spread, key_of
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.inputs import Input, number_levels
+from pytest_hricdv.extra.draft.project.model import in_order
+
+MAX_PATIENCE_S, PATIENCE = 60.0, 1.1
+"""A person waits a little longer for an answer than the robot waits for anything, up to a limit: a run is to end."""
+
+LATE, STAYS = 1.5, 5
+"""How much later somebody is at most who is too late; for how many times for an answer somebody stays at the end."""
+
+MIN_LIMIT_S = 900.0
+"""Least simulated time that a run gets."""
 
 EARLY_S = 0.05
 """Who acts sooner is too early, where people of the recording were not as fast (as `TIMES` has it)."""
@@ -131,8 +141,9 @@ def reaction_lines(draft: Draft) -> list[str]:
             for thing, seen in _reactions(draft)]  # fmt: skip
 
 
-def answer_s(draft: Draft, chosen_s: float) -> tuple[float, str]:
+def answer_s(draft: Draft) -> tuple[float, str]:
     """How long a person waits for an answer, and why: longer than all that were observed."""
+    chosen_s = max(draft.patience_s, min(draft.late_s[0], MAX_PATIENCE_S) * PATIENCE)
     longest = max((seen for _, seen in _reactions(draft)), key=lambda seen: seen.high, default=None)
     if longest is None:
         return chosen_s, "TODO"
@@ -150,3 +161,10 @@ def lateness(draft: Draft, name: str) -> tuple[str, str]:
     if late_s <= 0:
         return "0.5, 5.0", "TODO: how late?"
     return f"0.0, {late_s:.3g}", topic.gaps.comment("s", "gaps")
+
+
+def limit_s(draft: Draft) -> float:
+    """Longer than any visit: two rounds, in which all is said late, or all in order, and nothing is answered (s)."""
+    late_s, waits_s = LATE * draft.late_s[0], answer_s(draft)[0]
+    round_s = max(len(draft.inputs) * (late_s + waits_s), len(in_order(draft)) * (2.0 + waits_s))
+    return max(MIN_LIMIT_S, 100.0 * -(-(2 * round_s + STAYS * waits_s) // 100.0))

@@ -9,6 +9,7 @@ from functools import cache
 
 from pytest_hricdv.extra.draft.code_model import Message
 from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.ranges import limit_s
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 
@@ -200,8 +201,10 @@ def _presence(draft: Draft) -> Iterator[DraftedRequirement]:
             "may it end before",
         )
     left = "not person_is_there" if draft.ros is not None else "not person_is_there | not robot_works"
-    formula = f"always(person_is_there -> eventually[0:900]({left}))"
-    yield DraftedRequirement(ENDS_VISIT, "A visit ends within 900 s", formula, "TODO: ask for more", "may it be longer")
+    longest = f"{limit_s(draft):g}"
+    formula = f"always(person_is_there -> eventually[0:{longest}]({left}))"
+    title = f"A visit ends within {longest} s"
+    yield DraftedRequirement(ENDS_VISIT, title, formula, "TODO: ask for more", "may it be longer")
 
 
 def _words(topic: str) -> str:

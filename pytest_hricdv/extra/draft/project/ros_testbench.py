@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from pytest_hricdv.declarations.ros2 import IGNORED
 from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
 from pytest_hricdv.extra.draft.project.declarations import (
-    MAX_PATIENCE_S,
-    PATIENCE,
     command_table_lines,
     model_lines,
     time_lines,
@@ -24,6 +22,7 @@ from pytest_hricdv.extra.draft.project.ranges import (
     answer_s,
     command_lines,
     lateness,
+    limit_s,
     reaction_lines,
     times_of_lines,
 )
@@ -132,11 +131,11 @@ def _constants(draft: Draft) -> list[str]:
     """Times, and what a person can say."""
     late_s, location = draft.late_s
     reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
-    waits_s, why = answer_s(draft, max(draft.patience_s, min(late_s, MAX_PATIENCE_S) * PATIENCE))
+    waits_s, why = answer_s(draft)
     lines = [
         "HERE = Path(__file__).parent",
         "",
-        "LIMIT_S = 900.0  # no run needs as long; TODO",
+        f"LIMIT_S = {limit_s(draft):.1f}  # no visit takes as long",
         *reaction_lines(draft),
         f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
         "LOOKS_EACH_S = 0.25  # how often a person looks whether there is one",

@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from pytest_hricdv.extra.draft.code.naming import unit_of, word
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Message, MessageField, Port
 from pytest_hricdv.extra.draft.project.declarations import (
-    MAX_PATIENCE_S,
-    PATIENCE,
     command_table_lines,
     model_lines,
     time_lines,
@@ -21,7 +19,7 @@ from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
 from pytest_hricdv.extra.draft.project.driver import driver_lines, has_cross, say_lines
 from pytest_hricdv.extra.draft.project.imports import ImportTable
 from pytest_hricdv.extra.draft.project.inputs import OTHER, is_open
-from pytest_hricdv.extra.draft.project.ranges import answer_s, lateness, reaction_lines, times_of_lines
+from pytest_hricdv.extra.draft.project.ranges import STAYS, answer_s, lateness, limit_s, reaction_lines, times_of_lines
 
 TESTBENCH = ("BeliefSpace", "Concretization", "CrossProduct", "Delay", "Drop", "Duplicate", "Field", "Model",
              "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
@@ -80,14 +78,14 @@ def _constants(draft: Draft) -> list[str]:
     """Times and states."""
     late_s, location = draft.late_s
     reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
-    waits_s, why = answer_s(draft, max(draft.patience_s, min(late_s, MAX_PATIENCE_S) * PATIENCE))
+    waits_s, why = answer_s(draft)
     lines = [
         "HERE = Path(__file__).parent",
         "",
-        "LIMIT_S = 900.0  # no run needs as long; TODO",
+        f"LIMIT_S = {limit_s(draft):.1f}  # no visit takes as long",
         *reaction_lines(draft),
         f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
-        "STAYS_S = 5 * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO",
+        f"STAYS_S = {STAYS} * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO",
         *times_lines(late_s, reason),
         *(times_of_lines(draft) if draft.inputs else []),
     ]
