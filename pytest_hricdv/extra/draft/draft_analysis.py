@@ -36,7 +36,7 @@ from pytest_hricdv.extra.draft.code_model import (
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
-from pytest_hricdv.extra.draft.observed_calls import told_messages
+from pytest_hricdv.extra.draft.observed_calls import answered_messages, told_messages
 from pytest_hricdv.extra.draft.observed_code import (
     best_entry,
     function_at,
@@ -134,6 +134,7 @@ class CodeReader:
             is_channel = port.role in ("queue", "publish", "bus") and port.direction != "received" and not is_typed
             if not port.default and (port.role == "device" or is_channel):
                 yield from told_messages(port, entry, seen or Observations(), self._flow)
+        yield from answered_messages(model.inputs, seen) if seen is not None else ()
 
     def _calls(self, entry: Entry, seen: Observations | None, has_inputs: bool) -> Iterator[Message]:
         """What gets to the entry as calls."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
 from pytest_hricdv.extra.draft.code.handovers import last_part
@@ -10,6 +10,7 @@ from pytest_hricdv.extra.draft.code.naming import camel, snake, unit_of, word
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Entry, Message, MessageField, Port
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
 from pytest_hricdv.extra.draft.observe.shape import Shape
+from pytest_hricdv.extra.draft.stand_ins.border import ANSWER
 
 LOGS = {"debug", "info", "warning", "warn", "error", "exception", "critical", "log", "setLevel"}
 """Methods of a logger, which tells nobody anything."""
@@ -45,11 +46,23 @@ def told_messages(port: Port, entry: Entry, seen: Observations, flow: Flow) -> I
         for topic, site in (topics or sites or {"": Site()}).items():
             named = port.name if port.role in CHANNELS else f"{port.name.strip('_')} {method.strip('_')}"
             title = camel(word(last_part(topic)) if topic else word(named))
-            parts = _fields(site, location, _names(method, flow, entry))
             channel = f"{port.name}.{method} {topic}".rstrip()
-            made.setdefault(title, Message(title, snake(title), OWN_MODULE, "published", tuple(parts), location,
-                                           (location,), "called", channel))  # fmt: skip
+            made.setdefault(title, _message(title, channel, site, location, _names(method, flow, entry)))
     yield from list(made.values())[:MAX_TOLD]
+
+
+def answered_messages(inputs: Iterable[Message], seen: Observations) -> Iterator[Message]:
+    """The messages for what calls of the code returned."""
+    for message in {each.channel: each for each in inputs if each.form == "call"}.values():
+        site = seen.calls.get(f"{ANSWER}.{message.channel}")
+        if site is not None:
+            title = camel(word(f"{message.channel.strip('_')} answer"))
+            yield _message(title, f"{ANSWER}.{message.channel}", site, message.location, [])
+
+
+def _message(title: str, channel: str, site: Site, location: CodeLine, names: list[str]) -> Message:
+    parts = tuple(_fields(site, location, names))
+    return Message(title, snake(title), OWN_MODULE, "published", parts, location, (location,), "called", channel)
 
 
 def _sites(port: Port, method: str, entry: Entry, seen: Observations) -> dict[str, Site]:

@@ -109,6 +109,33 @@ def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice
 
 
 @dataclass(frozen=True)
+class Answer:
+    event: str
+    kg: float
+
+
+def test_what_code_returns_is_told_with_its_names_and_what_a_topic_carries_is_its_message() -> None:
+    kernel, recorder = Kernel(), Recorder()
+    bus = Bus(kernel, [Answer, StateChanged], recorder)
+    run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
+    called = {"answer.load": Answer, "client.publish robot/state": StateChanged}
+    border = RunBorder(run, frozenset(), called, {})
+    client = Device().make(border, "client")
+    answers, states = bus.subscribe(Answer), bus.subscribe(StateChanged)
+
+    def body() -> None:
+        border.tell_answer("load", {"event": "loaded", "kg": 3})
+        border.tell_answer("load", True)  # nothing that has a name
+        client.publish("robot/state", b'{"state": "up"}', qos=1)
+        client.publish("robot/other", "{}")
+
+    kernel.spawn("robot", body)
+    kernel.run(1.0)
+    assert list(iter(answers.poll, None)) == [Answer("loaded", 3.0)]
+    assert list(iter(states.poll, None)) == [StateChanged("up")]
+
+
+@dataclass(frozen=True)
 class StateChanged:
     state: str
 

@@ -375,10 +375,10 @@ def kind_of(values: Sequence[object], field: MessageField) -> str:
 
 
 def with_constants(field: MessageField, constants: Sequence[object]) -> MessageField:
-    """A field with the texts that programs pass."""
+    """A field with the texts that programs pass, which are some of all."""
     if field.kind != "str" or field.by_type:
         return field
     there = {value.text for value in field.values}
     texts = dict.fromkeys(text for text in constants if isinstance(text, str) and text and text not in there)
     more = tuple(FieldValue(text, field.location) for text in list(texts)[:8])
-    return replace(field, values=(*field.values, *more))
+    return replace(field, values=(*field.values, *more), is_partial=field.is_partial or bool(more))

@@ -23,6 +23,9 @@ from pytest_hricdv.runtime import text_of
 OBSERVE = "HRICDV_OBSERVE"
 """The environment variable with the file to which first runs add what they observe."""
 
+ANSWER = "answer"
+"""The port at which others see what a call of the code returns."""
+
 REPEATS_S = 1.0
 """A call that comes again within this time is told once, as in a loop that sets a motor each 0.1 s."""
 
@@ -111,6 +114,13 @@ class RunBorder:
         self._last_calls[called] = (message, now_s)
         if before is None or before[0] != message or not 0.0 < now_s - before[1] <= REPEATS_S:
             self.run.bus.publish(port, message)
+
+    def tell_answer(self, name: str, value: Any) -> None:
+        """Tell what a call of the code returned: a text, or something with names in it."""
+        told = read_content((value,), {})
+        if told.named or isinstance(value, str | bytes):
+            self.note_call(ANSWER, name, (value,), {})
+            self.tell_call(ANSWER, name, (value,), {})
 
     def say(self, port: str, name: str, contents: tuple[Any, ...]) -> None:
         """Publish what the code hands over: the message among it, or that it has called the port."""

@@ -212,7 +212,19 @@ class ActiveRobot:
                 continue
             message = heard.wait(REST_OF_RUN_S)
             for function in self._functions(how) if message is not None else ():
-                self._call(partial(function, *how.arguments(message)))
+                self._call(partial(self._answer, function, how, message))
+
+    def _answer(self, function: Callable[..., Any], how: MethodCall | CallbackCall, message: Any) -> Any:
+        """Call a function with a message; tell what it returns."""
+        made = function(*how.arguments(message))
+        name = getattr(function, "__name__", "")
+        if inspect.iscoroutine(made):
+            return self._answer_later(made, name)
+        self._border.tell_answer(name, made)
+        return made
+
+    async def _answer_later(self, made: Any, name: str) -> None:
+        self._border.tell_answer(name, await made)
 
     def _functions(self, how: MethodCall | CallbackCall) -> list[Callable[..., Any]]:
         if isinstance(how, CallbackCall):
