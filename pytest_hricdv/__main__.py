@@ -32,8 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _init(options: argparse.Namespace) -> int:
     try:
-        if options.update or options.write:
-            return int(_drafts().update(options.folder, write=options.write))
+        if options.update:
+            return int(_drafts().update(options.folder))
         asked = [name for name, value in (("--from", options.source), ("--ros2", options.ros2),
                                           ("--launch", options.launch)) if value]  # fmt: skip
         if len(asked) > 1:
@@ -136,10 +136,9 @@ def _parser() -> argparse.ArgumentParser:
     init.add_argument(
         "--update",
         action="store_true",
-        help="of a project that there is: tell what its code has that testbench and tests lack, with the lines to add "
-        "as a diff; exit 1 where there is something",
+        help="of a project that there is: tell what its code has that testbench and tests lack; exit 1 where there is "
+        "something",
     )
-    init.add_argument("--write", action="store_true", help="as --update, and write these lines into conftest.py")
     init.set_defaults(do=_init)
     for add_command in offers("command", "add_command"):
         add_command(commands, formatter)

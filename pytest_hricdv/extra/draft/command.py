@@ -205,11 +205,11 @@ class InitCommand:
         way, code = next((way, code) for way, code in asked.items() if code is not None)
         return begin[way](code, DraftOptions(**options))
 
-    def update(self, folder: Path, *, write: bool) -> int:
+    def update(self, folder: Path) -> int:
         """Compare code and testbench of a project; returns the exit status."""
         from pytest_hricdv.extra.draft.update import update
 
-        return update(folder, write=write)
+        return update(folder)
 
 
 INIT = InitCommand()

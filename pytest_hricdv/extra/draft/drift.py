@@ -12,7 +12,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import DraftError
-from pytest_hricdv.extra.draft.code_model import CodeModel, Message, Parameter, StateMachine
+from pytest_hricdv.extra.draft.code_model import CodeModel, Parameter, StateMachine
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.testbench import Testbench
 
@@ -29,16 +29,12 @@ class Drift:
         name: as the code calls it.
         location: in the code, as `barista.py:12`; empty where it is gone.
         text: a sentence for people.
-        message: of a message that is lacking.
-        is_undeclared: of a transition: the testbench does not declare it; otherwise no test reaches it.
     """
 
     kind: DriftKind
     name: str
     location: str
     text: str
-    message: Message | None = None
-    is_undeclared: bool = False
 
     @property
     def key(self) -> str:
@@ -98,7 +94,7 @@ def _messages(code: CodeModel, testbench: Testbench) -> Iterator[Drift]:
                 message.direction
             ]
             text = f"the code {verb} {message.name}, which is none of the testbench's messages"
-            yield Drift("message", message.topic, str(message.location), text, message)
+            yield Drift("message", message.topic, str(message.location), text)
 
 
 def _values(code: CodeModel, testbench: Testbench, machine: StateMachine | None) -> Iterator[Drift]:
@@ -127,7 +123,7 @@ def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
     for (source, target), transition in moves.items():
         if (source, target) not in testbench.state.transitions and source in states and target in states:
             text = f"the code goes from {source} to {target}, which is none of the testbench's transitions"
-            yield Drift("transition", f"{source}->{target}", str(transition.location), text, is_undeclared=True)
+            yield Drift("transition", f"{source}->{target}", str(transition.location), text)
     for source, target in testbench.state.transitions:
         if (source, target) not in moves:
             text = f"the testbench has a transition from {source} to {target}, which the code no longer has"

@@ -100,7 +100,7 @@ class DriftFeature(Feature[DriftOptions]):
             shown = "; ".join(f"{drift.text} ({drift.location or 'declared'})" for drift in result.new[:MAX_SHOWN])
             more = f"; and {len(result.new) - MAX_SHOWN} more" if len(result.new) > MAX_SHOWN else ""
             session.problems.append(
-                f"--hri-fail-on-drift: {shown}{more}. The lines to add: python -m pytest_hricdv init --update; what "
+                f"--hri-fail-on-drift: {shown}{more}. All of it: python -m pytest_hricdv init --update; what "
                 "may be so goes to hri_known_drift"
             )
         return report

@@ -1,4 +1,4 @@
-"""What code has that its testbench lacks is told, with the lines to add; what testbench and tests have is not."""
+"""What code has that its testbench lacks is told; what testbench and tests have is not."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from msgspec.structs import replace
 
 from pytest_hricdv.extra.draft.drift import Drift, drifts, models_of, split
 from pytest_hricdv.extra.draft.feature import FEATURE
-from pytest_hricdv.extra.draft.update import add_lines, difference
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.option import OptionReader
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Run, StateField, Testbench, Uniform
@@ -55,17 +54,6 @@ class Lift:
             self._bus.publish(State("Moving"))
             self._bus.publish(Alarm("blocked"))
             self._bus.publish(State("Idle"))
-"""
-
-CONFTEST = """
-def pytest_hricdv_testbench(config):
-    from lift import Call, State
-
-    return Testbench(
-        name="lift",
-        messages=(Call, State),
-        concretization=Concretization({"call": {}}),
-    )
 """
 
 
@@ -167,23 +155,6 @@ def test_what_is_known_is_not_new_and_what_is_gone_is_said(of_lift: list[Drift])
     assert gone == ["message bell"]
 
 
-def test_the_lines_to_add_are_a_diff_of_the_conftest_file(of_lift: list[Drift]) -> None:
-    after = add_lines(CONFTEST, of_lift)
-    assert "messages=(Call, State, Alarm)," in after
-    assert "    from lift import Alarm\n    return Testbench(" in after
-    assert "patience_s" not in after, "nothing would read it"
-    compile(after, "conftest.py", "exec")
-    shown = difference(CONFTEST, after, "conftest.py").splitlines()
-    assert shown[0] == "--- a/conftest.py"
-    assert "-        messages=(Call, State)," in shown
-    assert "+        messages=(Call, State, Alarm)," in shown
-
-
-def test_a_file_that_has_no_testbench_stays_as_it_is(of_lift: list[Drift]) -> None:
-    assert add_lines("x = 1\n", of_lift) == "x = 1\n"
-    assert add_lines("def (", of_lift) == "def ("
-
-
 def test_a_package_that_is_not_there_is_said(tmp_path: Path) -> None:
     model, problems = models_of(["nowhere"], [tmp_path])
     assert model == []
@@ -223,16 +194,10 @@ def test_the_vacuum_robot_says_something_new(tmp_path: Path) -> None:
     text = text.replace("self._bus.publish(Docked())", says)
     code.write_text(text, encoding="utf-8")
 
-    def update(*arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "pytest_hricdv", "init", str(tmp_path), "--update", *arguments]
-        return subprocess.run(command, capture_output=True, text=True, check=False)
-
-    first = update()
+    command = [sys.executable, "-m", "pytest_hricdv", "init", str(tmp_path), "--update"]
+    first = subprocess.run(command, capture_output=True, text=True, check=False)
     assert first.returncode == 1, first.stdout + first.stderr
     assert "the code publishes Stuck, which is none of the testbench's messages  [message stuck]" in first.stdout
-    assert "+        messages=(Docked, Pressed, Stuck)," in first.stdout
-    assert update("--write").returncode == 1
-    assert update().returncode == 0
 
 
 @pytest.mark.slow
