@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -33,10 +34,10 @@ class FaultyImport(MetaPathFinder):
 
     Args:
         path: of the file.
-        text: to be loaded.
+        text: to be loaded, or its syntax tree.
     """
 
-    def __init__(self, path: Path, text: str) -> None:
+    def __init__(self, path: Path, text: str | ast.Module) -> None:
         self._path = path.resolve()
         self._text = text
 
@@ -44,8 +45,8 @@ class FaultyImport(MetaPathFinder):
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """See `importlib.abc.MetaPathFinder`; None for every other module."""
-        for finder in sys.meta_path:
-            spec = None if finder is self else finder.find_spec(fullname, path, target)
+        for finder in sys.meta_path[sys.meta_path.index(self) + 1 :]:
+            spec = finder.find_spec(fullname, path, target)
             if spec is not None:
                 return self._change(spec, fullname) if self._is_wanted(spec) else None
         return None
@@ -59,7 +60,7 @@ class FaultyImport(MetaPathFinder):
 
 
 class _FaultyLoader(SourceFileLoader):
-    def __init__(self, fullname: str, path: str, text: str) -> None:
+    def __init__(self, fullname: str, path: str, text: str | ast.Module) -> None:
         super().__init__(fullname, path)
         self._text = text
 

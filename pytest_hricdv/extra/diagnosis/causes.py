@@ -13,8 +13,9 @@ from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.gaps import Function, functions
 from pytest_hricdv.extra.diagnosis.executed_lines import neighbour_runner
 from pytest_hricdv.extra.diagnosis.experiments import Experiments, list_experiments
-from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
+from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group, group_failures
+from pytest_hricdv.extra.diagnosis.interventions import Intervention, SwitchSearch, intervene
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.extra.diagnosis.pair_search import PairSearch, keep_run
 from pytest_hricdv.extra.diagnosis.places import LEAST, weight_suspects
@@ -27,8 +28,8 @@ from pytest_hricdv.extra.diagnosis.records import (
     KindName,
     SuspiciousPlace,
 )
-from pytest_hricdv.extra.diagnosis.runs import remember_runs, runner
-from pytest_hricdv.extra.diagnosis.spectrum import Spectra, Suspect
+from pytest_hricdv.extra.diagnosis.runs import RunSummary, remember_runs, runner
+from pytest_hricdv.extra.diagnosis.spectrum import Spectra, Suspect, combine
 from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
 from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.generate.rng import digest
@@ -101,7 +102,12 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
     chosen = session.aggregation.chosen
     cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
     concrete = {name: case.concrete for name, case in cases.items()}
-    run = runner(session.rerunner, session.context.code, {test.id: test for test in concrete.values()})
+    run = runner(
+        session.rerunner,
+        session.context.code,
+        {test.id: test for test in concrete.values()},
+        session.context.measurement,
+    )
     run = remember_runs(run, session.aggregation.journaling, NAME)
     experiments = Experiments(subject.groups, concrete, run, budget)
     spaces = {name: case.ranges for name, case in cases.items()}
@@ -112,6 +118,7 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
     _keep_minimal(session, experiments, decisions)
     groups = experiments.groups()
     _trace(experiments, groups)
+    _switch(session, subject, experiments, decisions, groups)
     session.interrupted |= experiments.ended == "interrupted"
     causes, basis = _by_now(session, subject, experiments, decisions, groups)
     _keep(session, causes, basis)
@@ -133,7 +140,13 @@ def _by_now(
                 group,
                 experiments.evidence,
                 decisions.of(group),
-                rank_places(subject, group, _traces(experiments, group)),
+                rank_places(
+                    subject,
+                    group,
+                    _traces(experiments, group),
+                    _varied(experiments, group),
+                    experiments.switched.get(group.first, ()),
+                ),
             ),
             subject,
             group,
@@ -196,6 +209,32 @@ def _trace(experiments: Experiments, groups: Sequence[Group]) -> None:
                 experiments.control(names[0])
             except KeyboardInterrupt:
                 experiments.ended = "interrupted"
+
+
+def _switch(
+    session: FeatureSession, subject: Subject, experiments: Experiments, decisions: PairSearch, groups: Sequence[Group]
+) -> None:
+    """Look for decisions of the code without which tests of each cause pass, while runs are left."""
+    run = intervene(session.rerunner, session.context.code)
+    groups = [group for group in groups if not group.is_known]
+    for place, group in enumerate(groups):
+        name = decisions.minimal_of(group) or decisions.shortest(group)
+        if name is None or experiments.ended == "interrupted":
+            continue
+        test = decisions.minimal[name].test if name in decisions.minimal else experiments.tests[name]
+        ranked = rank_places(subject, group, _traces(experiments, group), _varied(experiments, group))
+        scores = {(suspect.file, suspect.line): suspect.score for suspect in ranked}
+        wanted = {failure.requirement for failure in group.failures if failure.nodeid == name}
+        search = SwitchSearch(run, 40 // (len(groups) - place))
+
+        def passes(control: RunSummary, made: RunSummary, wanted: set[str] = wanted) -> bool:
+            lasting = {*control.checked, *(wanted & {*control.violated} - {FAULT})}
+            return bool(wanted & {*control.violated}) and not made.violated and lasting <= {*made.checked}
+
+        try:
+            experiments.switched[group.first] = search.search(test, scores, passes)
+        except KeyboardInterrupt:
+            experiments.ended = "interrupted"
 
 
 def _traces(experiments: Experiments, group: Group) -> list[ViolationTrace]:
@@ -281,17 +320,41 @@ def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:
     return f"{decided}: {confirmed} of {tests} {'was' if confirmed == 1 else 'were'} run without it"
 
 
-def rank_places(subject: Subject, group: Group, traces: Sequence[ViolationTrace]) -> list[Suspect]:
+def _varied(experiments: Experiments, group: Group) -> list[tuple[Bits, bool]]:
+    """What runs of variations of a cause's tests executed, and whether they failed for it; others show nothing."""
+    shown = []
+    for result in (result for name in group.nodeids for result in experiments.runs.get(name, ())):
+        bits, fails = Bits.of(result.code), not {*group.requirements}.isdisjoint(result.violated)
+        passes = not result.violated and group.first[0] in (FAULT, *result.checked)
+        if bits is not None and (fails or passes):
+            shown.append((bits, fails))
+    return shown
+
+
+def rank_places(
+    subject: Subject,
+    group: Group,
+    traces: Sequence[ViolationTrace],
+    varied: Sequence[tuple[Bits, bool]] = (),
+    switched: Sequence[Intervention] = (),
+) -> list[Suspect]:
     """The statements of the code, those first in which a cause is probably.
 
     Args:
         subject: what the failures are of.
         group: that have the cause.
         traces: of runs that failed for it, up to what failed first.
+        varied: what runs of variations of its tests executed, and whether they failed for it.
+        switched: interventions with which a test of it passes.
     """
     code = subject.spectra.code
     suspects = subject.spectra.suspects(group.nodeids, subject.find_violators(group))
-    return weight_suspects(suspects, traces, () if code is None else code.files)
+    if {fails for _, fails in varied} == {True, False}:
+        spectra = Spectra(code, {str(number): bits for number, (bits, _) in enumerate(varied)})
+        failing = [str(number) for number, (_, fails) in enumerate(varied) if fails]
+        suspects = combine(suspects, spectra, failing)
+    shown = {(intervention.file, intervention.line) for intervention in switched}
+    return weight_suspects(suspects, traces, () if code is None else code.files, shown)
 
 
 def _places(subject: Subject, ranked: Sequence[Suspect], *, has_evidence: bool) -> tuple[SuspiciousPlace, ...]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Change, ExperimentEvidence, Group
+from pytest_hricdv.extra.diagnosis.interventions import Intervention
 from pytest_hricdv.extra.diagnosis.records import DiagnosisEnd, Experiment
 from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary
 from pytest_hricdv.extra.diagnosis.variations import without
@@ -66,6 +67,10 @@ class Experiments:
     """Node id -> the run of the test as it was."""
     without: dict[tuple[str, Change], RunSummary | None] = field(default_factory=dict)
     """Node id and disturbance -> the run of the test without it."""
+    runs: dict[str, list[RunSummary]] = field(default_factory=dict)
+    """Node id -> all runs of variations of the test, and of itself."""
+    switched: dict[tuple[str, str, str], list[Intervention]] = field(default_factory=dict)
+    """What fails first for a cause -> interventions with which a test of it passes."""
     _tried: set[tuple[str, Change]] = field(default_factory=set)
 
     @property
@@ -115,7 +120,7 @@ class Experiments:
         control = self.control(nodeid)
         violated = () if control is None else control.violated
         again = [failure for failure in _of_test(group, nodeid) if failure.requirement in violated]
-        result = self.ran(without(self.tests[nodeid], group.change)) if again else None
+        result = self.ran(nodeid, without(self.tests[nodeid], group.change)) if again else None
         self.without[nodeid, group.change] = result
         if result is None:
             return
@@ -129,13 +134,16 @@ class Experiments:
     def control(self, nodeid: str) -> RunSummary | None:
         """The run of a test as it was."""
         if nodeid not in self.controls:
-            self.controls[nodeid] = self.ran(self.tests[nodeid])
+            self.controls[nodeid] = self.ran(nodeid, self.tests[nodeid])
         return self.controls[nodeid]
 
-    def ran(self, test: ConcreteTest) -> RunSummary | None:
-        """A further run, which is counted."""
+    def ran(self, nodeid: str, test: ConcreteTest) -> RunSummary | None:
+        """A further run, of a variation of a test of the session; it is counted."""
         self.used += 1
-        return self.run(test)
+        result = self.run(test)
+        if result is not None:
+            self.runs.setdefault(nodeid, []).append(result)
+        return result
 
 
 def _of_test(group: Group, nodeid: str) -> Iterator[Failure]:

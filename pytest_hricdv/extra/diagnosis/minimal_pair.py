@@ -7,6 +7,7 @@ threshold is looked for by halving.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain
@@ -71,7 +72,7 @@ class NeighborSearch:
         Args:
             before: variations that have run before: they come first, and are not run again.
         """
-        untried = self._runs(variations(self.test, self.space))
+        untried = self._runs(variations(self.test, self.space, self._begun()))
         try:
             passing = next(filter(self._passes, chain(before, untried)), None)
             is_spent = False
@@ -85,6 +86,11 @@ class NeighborSearch:
         if passing[0].kind == "disturbance" and (value := self._value_of_disturbance(passing[0])) is not None:
             words = f"{words}, or {self._words(value)}"
         return self._decision(passing, words)
+
+    def _begun(self) -> list[int]:
+        """The actions that had begun when what is wanted was violated, in this order."""
+        times_s = [self.failing.times_s.get(name, math.inf) for name in self.wanted]
+        return [number for time_s, number in self.failing.begun if time_s <= max(times_s, default=math.inf)]
 
     def _runs(self, untried: Iterable[Variation]) -> Iterator[Tried]:
         """Variations with their runs, those that come to an end. Raises SpentError where none is left."""
@@ -112,8 +118,8 @@ class NeighborSearch:
         last = max(place for place, action in enumerate(self.test.actions) if action.command not in others)
         near = (
             variation
-            for variation in values(self.test, self.space)
-            if variation.spot[0] is not None and variation.spot[0] <= last
+            for variation in values(self.test, self.space, [*range(last, -1, -1)])
+            if variation.spot[0] is not None
         )
         try:
             return next(filter(self._passes, self._runs(near)), None)
@@ -124,7 +130,7 @@ class NeighborSearch:
         """What the variation changes; for a value, from which value on the test passes."""
         variation, result = passing
         verb = "is" if len(self.wanted) == 1 else "are"
-        reason = f", but only because {', '.join(self.wanted)} {verb} not checked then"
+        reason = f", but only because {', '.join(self.wanted)} {verb} then never triggered"
         unchecked = reason if passing is self._unchecked else ""
         if variation.kind != "value":
             return f"{variation.words}{unchecked}"

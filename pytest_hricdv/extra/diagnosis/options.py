@@ -9,13 +9,18 @@ SHARE = 0.05
 normal way to run a suite: so it is a tenth of the session's time. It depends on runs alone, or the number of workers
 would decide what a report says."""
 
+MIN_RUNS = 24
+"""So many runs they may take in a small session, too: of a test of four actions, this is enough to shrink it and to try
+all changes of one thing."""
+
 
 @dataclass(frozen=True)
 class DiagnosisOptions:
     """How failures are diagnosed.
 
     Args:
-        runs: at most so many runs of experiments; None: one in twenty of the session's runs; 0: no diagnosis.
+        runs: at most so many runs of experiments; None: one in twenty of the session's runs, and at least `MIN_RUNS`;
+            0: no diagnosis.
     """
 
     runs: int | None = None
@@ -26,4 +31,4 @@ class DiagnosisOptions:
         Args:
             session_runs: of all tests, and of what generated them.
         """
-        return max(2, int(SHARE * session_runs)) if self.runs is None else self.runs
+        return max(MIN_RUNS, int(SHARE * session_runs)) if self.runs is None else self.runs

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from msgspec.structs import replace
 
@@ -142,7 +143,7 @@ class PairSearch:
 
     def _decide(self, group: Group, share: int) -> None:
         experiments = self.experiments
-        nodeid = self._shortest(group)
+        nodeid = self.shortest(group)
         if nodeid is None or (share < 1 and nodeid not in experiments.controls):
             return
         is_new = nodeid not in experiments.controls
@@ -151,15 +152,16 @@ class PairSearch:
         if control is None or not wanted & set(control.violated):
             return
         test, space, left, before = experiments.tests[nodeid], self.spaces[nodeid], share - is_new, self._before(nodeid)
+        ran = partial(experiments.ran, nodeid)
         if left >= MIN_TO_SHRINK:
             first = next(name for name in _in_order(group, nodeid) if name in control.violated)
-            minimal = shrunk(test, space, control, first, experiments.ran, left // 2)
+            minimal = shrunk(test, space, control, first, ran, left // 2)
             left -= minimal.runs + 1  # one to keep it
             if minimal.test != test:
                 self.minimal[nodeid] = minimal
                 test, control, before = minimal.test, minimal.ran, iter(())
         to_show = 1 if left > 1 else 0
-        deciding = NeighborSearch(test, space, control, wanted & set(control.violated), experiments.ran, left - to_show)
+        deciding = NeighborSearch(test, space, control, wanted & set(control.violated), ran, left - to_show)
         decision = deciding.decision(before)
         if decision is not None and deciding.neighbour is not None and deciding.used < left:
             decision = replace(decision, neighbour=self._show(deciding.neighbour))
@@ -171,7 +173,7 @@ class PairSearch:
         self.experiments.used += 1
         return self.neighbour_runner(neighbour)
 
-    def _shortest(self, group: Group) -> str | None:
+    def shortest(self, group: Group) -> str | None:
         """The test to look at: one that experiments have confirmed, if there is one; the shortest of these."""
         experiments = self.experiments
         names = [name for name in group.nodeids if name in experiments.tests]

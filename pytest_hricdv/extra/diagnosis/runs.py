@@ -12,7 +12,9 @@ from msgspec import Struct
 
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.coverage.measurement import Measurement
 from pytest_hricdv.coverage.own_coverage import debugger
+from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.execution.case import CaseResult, formulas
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.failures import FAULT
@@ -55,6 +57,7 @@ class RunSummary(PlainRecord, frozen=True, kw_only=True):
         events: messages, and changes of signals that are bools or texts, in the order of time.
         times_s: requirement -> when it was violated first.
         traces: requirement that it violated -> what it executed until then; of traced runs only.
+        code: what it executed; of measured runs only.
         replay: the file that it was kept in; of minimal tests only.
     """
 
@@ -64,6 +67,7 @@ class RunSummary(PlainRecord, frozen=True, kw_only=True):
     events: tuple[RunEvent, ...] = ()
     times_s: Mapping[str, Number] = {}
     traces: Mapping[str, ViolationTrace] = {}
+    code: CodeShare | None = None
     replay: str | None = None
 
 
@@ -73,20 +77,22 @@ Run = Callable[[ConcreteTest], RunSummary | None]
 _DECODER: msgspec.json.Decoder[RunSummary | None] = msgspec.json.Decoder(RunSummary | None)
 
 
-def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteTest]) -> Run:
+def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteTest], measurement: Measurement) -> Run:
     """Runs tests in a fork, where there is one: whatever they do to their process, the session's results are safe.
 
     Args:
         rerunner: runs tests.
         code: under test.
         traced: id -> tests whose runs are traced.
+        measurement: of the code, in all other runs.
     """
+    measuring = replace(rerunner, settings=rerunner.settings.with_measurement(measurement))
 
     def run_here(test: ConcreteTest) -> RunSummary | None:
         if traced.get(test.id) == test and not debugger():
             return _trace_run(rerunner, code, name_test(test, "experiment"))
-        result = rerunner.run(name_test(test, "experiment"))
-        return None if result is None else ran(result)
+        result = measuring.run(name_test(test, "experiment"))
+        return None if result is None else ran(result, code.statements)
 
     def run(test: ConcreteTest) -> RunSummary | None:
         return run_in_fork(rerunner, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
@@ -157,8 +163,8 @@ def _names(requirement: Requirement) -> frozenset[str]:
     return frozenset(name for name in names_of(parts) if "." not in name) | topics_of(parts)
 
 
-def ran(result: CaseResult) -> RunSummary:
-    """What is kept of a run."""
+def ran(result: CaseResult, statements: int = 0) -> RunSummary:
+    """What is kept of a run of code with so many statements."""
     violated = (*result.failed, *((FAULT,) if result.errors else ()))
     times_s = {verdict.requirement: verdict.violations[0].time_s for verdict in result.verdicts if verdict.violations}
     return RunSummary(
@@ -167,6 +173,7 @@ def ran(result: CaseResult) -> RunSummary:
         begun=tuple(zip(result.action_times_s, result.begun, strict=True)),
         events=tuple(sorted(_events(result), key=lambda event: event.time_s))[:MAX_EVENTS],
         times_s=times_s,
+        code=None if result.code is None else result.code.share(statements),
     )
 
 

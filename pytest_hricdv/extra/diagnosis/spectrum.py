@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
@@ -95,6 +95,32 @@ def _suspects(
                 yield Suspect(file.name, line, max(own, *(score for _, score in ways), 0.0), counts.passing, own, ways)
         first_statement += len(file.statements)
         first_branch += len(file.branches)
+
+
+def combine(suspects: Iterable[Suspect], near: Spectra, failing: Collection[str]) -> tuple[Suspect, ...]:
+    """The suspects of all tests, with the geometric mean of their scores and those among variations of one test.
+
+    What no variation executes, as what an import does, keeps its score.
+
+    Args:
+        suspects: of all tests.
+        near: what the variations execute.
+        failing: those that fail.
+    """
+    of_near = {(suspect.file, suspect.line): suspect for suspect in near.suspects(failing)}
+    executed = {(suspect.file, suspect.line) for suspect in near.suspects([*near.bits])}
+    combined = []
+    for suspect in suspects:
+        place = suspect.file, suspect.line
+        if place not in executed:
+            combined.append(suspect)
+        elif (other := of_near.get(place)) is not None:
+            scores = dict(other.branches)
+            ways = tuple((to, math.sqrt(score * scores.get(to, 0.0))) for to, score in suspect.branches)
+            own = math.sqrt(suspect.own * other.own)
+            score = max(own, *(score for _, score in ways), 0.0)
+            combined.append(replace(suspect, score=score, own=own, branches=ways))
+    return tuple(sorted(combined, key=lambda suspect: -suspect.score))
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,12 @@
 The order is that in which they are tried: what says most about a cause in few runs comes first. A disturbance left out
 names what must not happen; another order of two actors names a race; another command of the same kind (`set_param
 pressure = 1` instead of `= 0`) leaves the rest of the test as it was. Values come last: there are most of them, and
-each may have a threshold.
+each may have a threshold. What happens last before the violation is varied first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -43,19 +43,36 @@ class Variation:
     value: float = 0.0
 
 
-def variations(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
-    """All variations of a test, in the order in which they are to be tried."""
-    yield from _without_disturbances(test)
+def variations(test: ConcreteTest, space: Concretization, begun: Sequence[int] | None = None) -> Iterator[Variation]:
+    """All variations of a test, in the order in which they are to be tried.
+
+    Args:
+        test: that fails.
+        space: the ranges of its parameters.
+        begun: numbers (from 0) of the actions that had begun by the violation: others cannot decide. The last of them
+            come first. None for all.
+    """
+    last_first = [*range(len(test.actions))][::-1] if begun is None else [*reversed(begun)]
+    yield from _without_disturbances(test, last_first)
     yield from _swap(test)
-    yield from _other_commands(test, space)
-    yield from _without_actions(test)
-    yield from values(test, space)
+    yield from _other_commands(test, space, last_first)
+    yield from _without_actions(test, last_first)
+    yield from values(test, space, last_first)
 
 
-def values(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
-    """Variations with another value of a parameter."""
-    for spot in _spots(test):
-        yield from (with_value(test, space, spot, value) for value in _other_values(test, space, spot))
+def values(test: ConcreteTest, space: Concretization, places: Sequence[int]) -> Iterator[Variation]:
+    """Variations with another value of a parameter: one of each first, then the second ones.
+
+    Args:
+        test: that fails.
+        space: the ranges of its parameters.
+        places: of the actions whose parameters are varied, in this order.
+    """
+    spots = {spot: _other_values(test, space, spot) for spot in _spots(test, places)}
+    for number in range(2):
+        yield from (
+            with_value(test, space, spot, others[number]) for spot, others in spots.items() if number < len(others)
+        )
 
 
 def without(test: ConcreteTest, name: str) -> ConcreteTest:
@@ -63,8 +80,9 @@ def without(test: ConcreteTest, name: str) -> ConcreteTest:
     return test.keep(place for place, action in enumerate(test.actions) if action.disturbance != name)
 
 
-def _without_disturbances(test: ConcreteTest) -> Iterator[Variation]:
-    for name in dict.fromkeys(action.disturbance for action in test.actions if action.disturbance is not None):
+def _without_disturbances(test: ConcreteTest, places: Sequence[int]) -> Iterator[Variation]:
+    names = (test.actions[place].disturbance for place in places)
+    for name in dict.fromkeys(name for name in names if name is not None):
         yield Variation("disturbance", f"without the disturbance {name}", without(test, name))
 
 
@@ -93,15 +111,16 @@ def _swap(test: ConcreteTest) -> Iterator[Variation]:
         yield Variation("order", words, replace(test, actions=tuple(actions)))
 
 
-def _spots(test: ConcreteTest) -> tuple[Spot, ...]:
-    """The parameters: those of disturbances first, then of other actions, then the run's.
+def _spots(test: ConcreteTest, places: Sequence[int]) -> tuple[Spot, ...]:
+    """The parameters: those of disturbances first, then the run's, then of other actions.
 
     Turns are not among them: `_swap` has all orders of neighbours.
     """
-    actions = [*enumerate(test.actions)]
-    actions.sort(key=lambda entry: (entry[1].disturbance is None, entry[0]))
-    listed: list[Spot] = [(place, name) for place, action in actions for name in sorted(action.parameters)]
+    disturbing = [place for place in places if test.actions[place].disturbance is not None]
+    listed: list[Spot] = [(place, name) for place in disturbing for name in sorted(test.actions[place].parameters)]
     listed += [(None, name) for name in sorted(test.run)]
+    others = (place for place in places if place not in disturbing)
+    listed += [(place, name) for place in others for name in sorted(test.actions[place].parameters)]
     return tuple(spot for spot in listed if spot[1] not in (TURN, TURN_WAIT_S))
 
 
@@ -143,9 +162,9 @@ def with_value(test: ConcreteTest, space: Concretization, spot: Spot, value: flo
     return Variation("value", words, changed, spot, value)
 
 
-def _other_commands(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
+def _other_commands(test: ConcreteTest, space: Concretization, places: Sequence[int]) -> Iterator[Variation]:
     """Commands that differ in their last word only, as `set_param gaze = 1` and `set_param gaze = 0` do."""
-    for place, action in enumerate(test.actions):
+    for place, action in ((place, test.actions[place]) for place in places):
         head, _, last = action.command.rpartition(" ")
         if not head or action.disturbance is not None or (actor_of(action.command) and head.endswith(":")):
             continue
@@ -159,8 +178,8 @@ def _other_commands(test: ConcreteTest, space: Concretization) -> Iterator[Varia
                 yield Variation("command", words, _with_action(test, place, ConcreteAction(command, kept)))
 
 
-def _without_actions(test: ConcreteTest) -> Iterator[Variation]:
-    for place, action in enumerate(test.actions):
+def _without_actions(test: ConcreteTest, places: Sequence[int]) -> Iterator[Variation]:
+    for place, action in ((place, test.actions[place]) for place in places):
         if action.disturbance is None:
             kept = (other for other in range(len(test.actions)) if other != place)
             words = f"without the action {place + 1}, {action.command}"

@@ -103,7 +103,7 @@ def test_what_is_not_checked_any_more_comes_last_and_says_so() -> None:
     )
     assert made.words.startswith("with patience_s of the run 7")
     made = decision(lambda test: "ask" in commands(test), checks=lambda test: "ask" in commands(test))
-    assert made.words == "without the action 1, ask, but only because R1 is not checked then"
+    assert made.words == "without the action 1, ask, but only because R1 is then never triggered"
 
 
 def test_the_order_of_two_actors() -> None:
