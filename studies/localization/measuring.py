@@ -15,7 +15,7 @@ from studies import session
 from studies.localization import faults, sessions
 from studies.localization.faults import Fault, Truth
 from studies.localization.projects import Project
-from studies.localization.ranking import Hit, hits
+from studies.localization.ranking import Hit, hits, shown_right
 from studies.session import SessionError
 
 RESULTS = "results.jsonl"
@@ -33,6 +33,7 @@ class Measured(PlainRecord, frozen=True, kw_only=True):
         is_omission: something is missing, and nothing stands in its place.
         failing: tests that fail with it.
         hits: ranking -> how well it does; empty where no test fails.
+        shown: whether the first statement that is shown is in the faulty function; None where none is shown.
     """
 
     project: str
@@ -42,6 +43,7 @@ class Measured(PlainRecord, frozen=True, kw_only=True):
     is_omission: bool = False
     failing: Count = 0
     hits: Mapping[str, Hit] = {}
+    shown: bool | None = None
 
 
 def measured(
@@ -114,5 +116,6 @@ def _tried(project: Project, home: Path, fault: Fault, options: tuple[str, ...],
         is_omission=truth.is_omission,
         failing=sum(test.fails for test in report.tests),
         hits=hits(report, truth) or {},
+        shown=shown_right(report, truth),
         code=key,
     )

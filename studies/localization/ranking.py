@@ -47,6 +47,16 @@ def hits(report: Report, truth: Truth) -> dict[str, Hit] | None:
     }
 
 
+def shown_right(report: Report, truth: Truth) -> bool | None:
+    """Whether the first statement that the first cause shows is in the faulty function; None where it shows none."""
+    cause = next((cause for cause in CAUSES.of(report) if not cause.is_known), None)
+    code = CodeMap.of(report.code_under_test)
+    if cause is None or code is None or not cause.likely_locations:
+        return None
+    first = cause.likely_locations[0]
+    return bool(_of_order([[(first.file, first.line)]], truth, code).function)
+
+
 def _counts(report: Report, cause: Cause, code: CodeMap) -> Iterator[tuple[Place, ExecutionCounts]]:
     """The statements that tests of a cause execute."""
     subject = Subject.of(report)

@@ -41,7 +41,13 @@ def text(measured: Sequence[Measured], runs: int | None = None) -> str:
     counts = ", ".join(f"{len(group)} of {name}" for name, group in projects.items())
     tried = "that were tried" if runs is None else f"that were tried with `--hri-diagnose={runs}`"
     said = f"Of {len(measured)} faults {tried}, {len(failing)} make tests fail ({counts}):"
-    return "\n\n".join([said, page.table(head, rows), "By testbench and kind:", page.table(by_head, by_rows)])
+    shown = [fault.shown for fault in failing if fault.shown is not None]
+    said_shown = (
+        f"{len(shown)} of {len(failing)} causes show a statement; {sum(shown)} of these are in the faulty function."
+    )
+    return "\n\n".join(
+        [said, page.table(head, rows), said_shown, "By testbench and kind:", page.table(by_head, by_rows)]
+    )
 
 
 def _projects(measured: Iterable[Measured]) -> list[str]:

@@ -48,6 +48,9 @@ FOUND: msgspec.json.Decoder[tuple[tuple[Cause, ...], Diagnosis]] = msgspec.json.
 MAX_PLACES = 5
 """So many of the most suspicious statements are shown."""
 
+INTERVENTIONS = 0.5
+"""This share of the runs is kept for interventions in the code; chosen."""
+
 FIRST_TESTS = 2
 """So many tests of each cause are run without its disturbance before it is looked for what decides: one may be odd."""
 
@@ -109,7 +112,7 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
         session.context.measurement,
     )
     run = remember_runs(run, session.aggregation.journaling, NAME)
-    experiments = Experiments(subject.groups, concrete, run, budget)
+    experiments = Experiments(subject.groups, concrete, run, budget - int(INTERVENTIONS * budget))
     spaces = {name: case.ranges for name, case in cases.items()}
     decisions = PairSearch(experiments, spaces, neighbour_runner(session.rerunner, session.context.code))
     groups = experiments.groups(enough=FIRST_TESTS)
@@ -118,6 +121,7 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
     _keep_minimal(session, experiments, decisions)
     groups = experiments.groups()
     _trace(experiments, groups)
+    experiments.budget = budget
     _switch(session, subject, experiments, decisions, groups)
     session.interrupted |= experiments.ended == "interrupted"
     causes, basis = _by_now(session, subject, experiments, decisions, groups)
@@ -147,6 +151,7 @@ def _by_now(
                     _varied(experiments, group),
                     experiments.switched.get(group.first, ()),
                 ),
+                experiments.switched.get(group.first, ()),
             ),
             subject,
             group,
@@ -225,7 +230,8 @@ def _switch(
         ranked = rank_places(subject, group, _traces(experiments, group), _varied(experiments, group))
         scores = {(suspect.file, suspect.line): suspect.score for suspect in ranked}
         wanted = {failure.requirement for failure in group.failures if failure.nodeid == name}
-        search = SwitchSearch(run, 40 // (len(groups) - place))
+        left = experiments.budget - experiments.used
+        search = SwitchSearch(run, left // (len(groups) - place))
 
         def passes(control: RunSummary, made: RunSummary, wanted: set[str] = wanted) -> bool:
             lasting = {*control.checked, *(wanted & {*control.violated} - {FAULT})}
@@ -235,6 +241,7 @@ def _switch(
             experiments.switched[group.first] = search.search(test, scores, passes)
         except KeyboardInterrupt:
             experiments.ended = "interrupted"
+        experiments.used += search.used
 
 
 def _traces(experiments: Experiments, group: Group) -> list[ViolationTrace]:
@@ -247,7 +254,12 @@ def _traces(experiments: Experiments, group: Group) -> list[ViolationTrace]:
 
 
 def cause_of(
-    subject: Subject, group: Group, evidence: ExperimentEvidence, decision: Decision | None, ranked: Sequence[Suspect]
+    subject: Subject,
+    group: Group,
+    evidence: ExperimentEvidence,
+    decision: Decision | None,
+    ranked: Sequence[Suspect],
+    switched: Sequence[Intervention] = (),
 ) -> Cause:
     """What a report says of a group of failures.
 
@@ -257,6 +269,7 @@ def cause_of(
         evidence: of experiments.
         decision: what decides; None where nobody tried.
         ranked: statements of the code, the most suspicious first.
+        switched: interventions with which a test of it passes.
     """
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
@@ -266,7 +279,6 @@ def cause_of(
         failure.nodeid for failure in group.failures if (failure.nodeid, failure.requirement) in evidence.confirmed
     }
     shortest = next((test for test in tests if test.nodeid in confirmed), tests[0])
-    has_experiment = bool(confirmed) or (decision is not None and decision.kind != "")
     return Cause(
         id=id_of(group),
         requirements=group.requirements,
@@ -276,7 +288,7 @@ def cause_of(
         minimal=_as_begun(shortest),
         minimal_of=shortest.id,
         replay=shortest.replay,
-        locations=_places(subject, ranked, has_evidence=has_experiment or subject.compares(group)),
+        locations=_places(subject, ranked, switched, is_compared=subject.compares(group)),
         deciding_change=_decides(group, len(confirmed), decision),
         minimal_pair=decision,
         confirmed=len(confirmed),
@@ -357,15 +369,19 @@ def rank_places(
     return weight_suspects(suspects, traces, () if code is None else code.files, shown)
 
 
-def _places(subject: Subject, ranked: Sequence[Suspect], *, has_evidence: bool) -> tuple[SuspiciousPlace, ...]:
+def _places(
+    subject: Subject, ranked: Sequence[Suspect], switched: Sequence[Intervention], *, is_compared: bool
+) -> tuple[SuspiciousPlace, ...]:
     sources = {file.file: file.source for file in subject.report.code_under_test.map}
+    shown = {(intervention.file, intervention.line): intervention.words for intervention in switched}
     return tuple(
         SuspiciousPlace(
             file=suspect.file,
             line=suspect.line,
             function=_function(functions(sources[suspect.file]), suspect.line),
             score=round(suspect.score, 4),
-            likely=has_evidence and round(suspect.score, 4) >= LEAST,
+            likely=(suspect.file, suspect.line) in shown if shown else is_compared and round(suspect.score, 4) >= LEAST,
+            experiment=shown.get((suspect.file, suspect.line), ""),
             text=_line(sources[suspect.file], suspect.line),
         )
         for suspect in ranked[:MAX_PLACES]

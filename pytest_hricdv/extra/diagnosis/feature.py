@@ -33,7 +33,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
             "N",
             "after all tests, where some fail: group failures by cause, and confirm this in at most N runs of failing "
             "tests without what they are thought to fail for; 0: no causes (default: one for twenty of the session's "
-            "runs, at least 24)",
+            "runs, at least 48)",
         ),
     )
 

@@ -50,6 +50,13 @@ class Intervention(PlainRecord, frozen=True, kw_only=True):
     kind: Literal["decision", "call"]
     number: Count | None = None
 
+    @property
+    def words(self) -> str:
+        """What is done otherwise, as it follows a test."""
+        if self.kind == "call":
+            return "passes without this call"
+        return f"passes with this decision reversed{' each time' if self.number is None else ''}"
+
 
 class InterventionRun(PlainRecord, frozen=True, kw_only=True):
     """A run of instrumented code.
@@ -96,7 +103,7 @@ def _run(
     result = rerunner.run(name_test(test, "intervention"), switch.begin)
     if result is None:
         return None
-    summary = ran(result)
+    summary = ran(result, rerunner.settings)
     return InterventionRun(summary=summary, times=tuple(switch.until(min(summary.times_s.values(), default=None))))
 
 
@@ -223,6 +230,8 @@ class SwitchSearch:
             scores: file and line -> how suspicious; others are not tried.
             passes: whether a run passes, given the run of the test as it is.
         """
+        if self.budget < 2:
+            return []
         self.used += 1
         control = self.run(test, None)
         if control is None:

@@ -9,9 +9,9 @@ SHARE = 0.05
 normal way to run a suite: so it is a tenth of the session's time. It depends on runs alone, or the number of workers
 would decide what a report says."""
 
-MIN_RUNS = 24
-"""So many runs they may take in a small session, too: of a test of four actions, this is enough to shrink it and to try
-all changes of one thing."""
+MIN_RUNS = 48
+"""So many runs they may take in a small session, too: half of them are enough to shrink a test of four actions and to
+try all changes of one thing, and the other half to switch some fifteen statements."""
 
 
 @dataclass(frozen=True)

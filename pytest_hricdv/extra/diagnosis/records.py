@@ -26,8 +26,10 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
         file: as the report names it.
         line: its first line.
         function: it is in.
-        likely: whether it rests on evidence: a failing and a passing run were compared, or an experiment has shown the
-            cause; and its score is high enough. Only such a statement is shown as the location of the cause.
+        likely: whether it rests on evidence: an experiment with this statement, or, where none has shown another one, a
+            comparison of failing and passing runs with a high enough score. Only such a statement is shown as the
+            location of the cause.
+        experiment: how a failing test passed, as `passes with this decision reversed`; empty where no run has shown it.
         score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see `location`).
         text: the line.
     """
@@ -37,6 +39,7 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
     function: str
     score: NotNegative
     likely: bool
+    experiment: str = ""
     text: str = ""
 
 

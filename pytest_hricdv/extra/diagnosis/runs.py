@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.measurement import Measurement
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.execution.case import CaseResult, formulas
+from pytest_hricdv.execution.case import CaseResult, RunSettings, formulas
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.failures import FAULT
 from pytest_hricdv.extra.diagnosis.trace import Tracer, ViolationTrace
@@ -92,7 +92,7 @@ def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteT
         if traced.get(test.id) == test and not debugger():
             return _trace_run(rerunner, code, name_test(test, "experiment"))
         result = measuring.run(name_test(test, "experiment"))
-        return None if result is None else ran(result, code.statements)
+        return None if result is None else ran(result, rerunner.settings, code.statements)
 
     def run(test: ConcreteTest) -> RunSummary | None:
         return run_in_fork(rerunner, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
@@ -149,7 +149,7 @@ def _trace_run(rerunner: TestRerunner, code: CodeMap, test: ConcreteTest) -> Run
     result = replace(rerunner, settings=settings.with_measurement(tracing)).run(test, tracing.begin, [tracing])
     if result is None:
         return None
-    made = ran(result)
+    made = ran(result, settings)
     names = {requirement.id: _names(requirement) for requirement in formulas(settings.requirements)}
     traces = {name: tracing.until(time_s, names.get(name)) for name, time_s in made.times_s.items()}
     if result.errors:  # what is wrong with the whole run
@@ -163,21 +163,28 @@ def _names(requirement: Requirement) -> frozenset[str]:
     return frozenset(name for name in names_of(parts) if "." not in name) | topics_of(parts)
 
 
-def ran(result: CaseResult, statements: int = 0) -> RunSummary:
-    """What is kept of a run of code with so many statements."""
+def ran(result: CaseResult, settings: RunSettings, statements: int = 0) -> RunSummary:
+    """What is kept of a run.
+
+    Args:
+        result: of the run.
+        settings: that it ran with.
+        statements: of the code under test.
+    """
+    bools = {name for name, kind in settings.testbench.vocabulary().signals.items() if kind is bool}
     violated = (*result.failed, *((FAULT,) if result.errors else ()))
     times_s = {verdict.requirement: verdict.violations[0].time_s for verdict in result.verdicts if verdict.violations}
     return RunSummary(
         violated=violated,
         checked=tuple(verdict.requirement for verdict in result.verdicts if verdict.verdict == "Passed"),
         begun=tuple(zip(result.action_times_s, result.begun, strict=True)),
-        events=tuple(sorted(_events(result), key=lambda event: event.time_s))[:MAX_EVENTS],
+        events=tuple(sorted(_events(result, bools), key=lambda event: event.time_s))[:MAX_EVENTS],
         times_s=times_s,
         code=None if result.code is None else result.code.share(statements),
     )
 
 
-def _events(result: CaseResult) -> Iterator[RunEvent]:
+def _events(result: CaseResult, bools: Container[str]) -> Iterator[RunEvent]:
     """A message or change of a signal each. Messages come first: of one instant, signals mostly follow from them."""
     for message in result.record.messages:
         if not message.is_disturbance:
@@ -190,7 +197,7 @@ def _events(result: CaseResult) -> Iterator[RunEvent]:
     for name, (times_s, texts) in result.record.texts.items():
         yield from _changes(name, times_s, texts)
     for name, (times_s, values) in result.record.signals.items():
-        if set(values) <= {0.0, 1.0}:
+        if name in bools:
             yield from _changes(name, times_s, ["true" if value else "false" for value in values])
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, SuspiciousPlace
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.formatting import Line, Style, and_more, fit, fit_path, plural, width, wrap
 from pytest_hricdv.report.tests_view import anchor
@@ -46,7 +46,7 @@ def cause_lines(
     places = cause.likely_locations[:most_places]
     lines = [
         *_sentence(title_of(number, cause, status), columns, "  "),
-        *(_place(place.file, place.line, place.function, place.score, place.text, columns) for place in places),
+        *(_place(place, columns) for place in places),
     ]
     style: Style = "warn" if cause.is_known else "bad"
     shown = [Line(text, style if number == 0 else "plain") for number, text in enumerate(lines)]
@@ -82,13 +82,13 @@ def replay_of(cause: Cause, options: Sequence[str]) -> str:
     return replay_command(cause.replay, options) if cause.replay else ""
 
 
-def _place(file: str, line: int, function: str, score: float, text: str, columns: int | None) -> str:
-    """`  at file:line in function, 0.87: the line`; of what is too long, the statement is cut before the place."""
-    place = visible(f"{file}:{line}")
-    rest = visible(f" in {function}, {score:.2f}: {text}")
+def _place(place: SuspiciousPlace, columns: int | None) -> str:
+    """`  at file:line in function: the line`; of what is too long, the statement is cut before the place."""
+    where, shown = visible(f"{place.file}:{place.line}"), place.experiment or f"{place.score:.2f}"
+    rest = visible(f" in {place.function} ({shown}): {place.text}")
     if columns is None:
-        return f"  at {place}{rest}"
-    return fit(f"  at {fit_path(place, max(columns - 5, 8))}{rest}", columns)
+        return f"  at {where}{rest}"
+    return fit(f"  at {fit_path(where, max(columns - 5, 8))}{rest}", columns)
 
 
 def _shortest(cause: Cause, columns: int | None) -> str:
