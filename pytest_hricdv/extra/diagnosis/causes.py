@@ -123,6 +123,7 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
     _trace(experiments, groups)
     experiments.budget = budget
     _switch(session, subject, experiments, decisions, groups)
+    groups = experiments.groups()
     session.interrupted |= experiments.ended == "interrupted"
     causes, basis = _by_now(session, subject, experiments, decisions, groups)
     _keep(session, causes, basis)
@@ -152,6 +153,7 @@ def _by_now(
                     experiments.switched.get(group.first, ()),
                 ),
                 experiments.switched.get(group.first, ()),
+                _traces(experiments, group),
             ),
             subject,
             group,
@@ -242,6 +244,16 @@ def _switch(
         except KeyboardInterrupt:
             experiments.ended = "interrupted"
         experiments.used += search.used
+        _compare(experiments, group, name, groups[:place])
+
+
+def _compare(experiments: Experiments, group: Group, name: str, before: Sequence[Group]) -> None:
+    """Note that causes are one: the same intervention lets tests of both pass, of all that do the most suspicious."""
+    first = next(iter(experiments.switched.get(group.first, ())), None)
+    for other in before:
+        same = next(iter(experiments.switched.get(other.first, ())), None)
+        if first is not None and same is not None and (same.file, same.line) == (first.file, first.line):
+            experiments.together.add((name, group.first[0], other.first[0]))
 
 
 def _traces(experiments: Experiments, group: Group) -> list[ViolationTrace]:
@@ -260,6 +272,7 @@ def cause_of(
     decision: Decision | None,
     ranked: Sequence[Suspect],
     switched: Sequence[Intervention] = (),
+    traces: Sequence[ViolationTrace] = (),
 ) -> Cause:
     """What a report says of a group of failures.
 
@@ -270,6 +283,7 @@ def cause_of(
         decision: what decides; None where nobody tried.
         ranked: statements of the code, the most suspicious first.
         switched: interventions with which a test of it passes.
+        traces: of runs that failed for it.
     """
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
@@ -289,6 +303,7 @@ def cause_of(
         minimal_of=shortest.id,
         replay=shortest.replay,
         locations=_places(subject, ranked, switched, is_compared=subject.compares(group)),
+        stood=_stood(subject, traces),
         deciding_change=_decides(group, len(confirmed), decision),
         minimal_pair=decision,
         confirmed=len(confirmed),
@@ -386,6 +401,13 @@ def _places(
         )
         for suspect in ranked[:MAX_PLACES]
     )
+
+
+def _stood(subject: Subject, traces: Sequence[ViolationTrace]) -> tuple[str, ...]:
+    """Where the nodes of a run were, the innermost statement of each."""
+    sources = {file.file: file.source for file in subject.report.code_under_test.map}
+    stood = (stack[0] for trace in traces[:1] for stack in trace.stood if stack)
+    return tuple(f"{file}:{line} in {_function(functions(sources[file]), line)}" for file, line in stood)
 
 
 def _function(all_functions: Sequence[Function], line: int) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Change, ExperimentEvidence, Group
@@ -25,9 +26,14 @@ def list_experiments(evidence: ExperimentEvidence) -> tuple[Experiment, ...]:
     """Evidence, as a report has it."""
     confirmed = [(*key, change, True) for key, change in evidence.confirmed.items()]
     refuted = [(*key, change, False) for key, changes in evidence.refuted.items() for change in sorted(changes)]
-    return tuple(
+    shown = tuple(
         Experiment(nodeid=nodeid, requirement=requirement, change=change, is_confirmed=is_confirmed)
         for nodeid, requirement, change, is_confirmed in sorted([*confirmed, *refuted])
+    )
+    pairs = [*((*pair, True) for pair in evidence.together), *((*pair, False) for pair in evidence.apart)]
+    return shown + tuple(
+        Experiment(nodeid=nodeid, requirement=passed, change="", is_confirmed=is_confirmed, other=other)
+        for nodeid, passed, other, is_confirmed in sorted(pairs)
     )
 
 
@@ -35,13 +41,17 @@ def evidence_of(experiments: Iterable[Experiment]) -> ExperimentEvidence:
     """What experiments of reports have shown."""
     confirmed: dict[tuple[str, str], Change] = {}
     refuted: dict[tuple[str, str], set[Change]] = {}
+    apart: set[tuple[str, str, str]] = set()
+    together: set[tuple[str, str, str]] = set()
     for experiment in experiments:
         key = experiment.nodeid, experiment.requirement
-        if experiment.is_confirmed:
+        if experiment.other:
+            (together if experiment.is_confirmed else apart).add((*key, experiment.other))
+        elif experiment.is_confirmed:
             confirmed[key] = experiment.change
         else:
             refuted.setdefault(key, set()).add(experiment.change)
-    return ExperimentEvidence(confirmed, refuted)
+    return ExperimentEvidence(confirmed, refuted, apart=frozenset(apart), together=frozenset(together))
 
 
 @dataclass
@@ -71,12 +81,24 @@ class Experiments:
     """Node id -> all runs of variations of the test, and of itself."""
     switched: dict[tuple[str, str, str], list[Intervention]] = field(default_factory=dict)
     """What fails first for a cause -> interventions with which a test of it passes."""
+    together: set[tuple[str, str, str]] = field(default_factory=set)
+    """See `ExperimentEvidence`."""
     _tried: set[tuple[str, Change]] = field(default_factory=set)
 
     @property
     def evidence(self) -> ExperimentEvidence:
         """What they have shown."""
-        return evidence_of(list_experiments(ExperimentEvidence(self.confirmed, self.refuted)))
+        apart = frozenset(self._apart())
+        shown = ExperimentEvidence(self.confirmed, self.refuted, apart=apart, together=frozenset(self.together))
+        return evidence_of(list_experiments(shown))
+
+    def _apart(self) -> Iterator[tuple[str, str, str]]:
+        """Of runs in which not all passes that the test violated as it was."""
+        for nodeid, control in self.controls.items():
+            violated = set() if control is None else {*control.violated}
+            for result in self.runs.get(nodeid, ()):
+                pairs = product(violated & {*result.checked}, violated & {*result.violated})
+                yield from ((nodeid, passed, failed) for passed, failed in pairs)
 
     def groups(self, enough: float = math.inf) -> tuple[Group, ...]:
         """The groups, after experiments with all of their tests, or with `enough` of each."""

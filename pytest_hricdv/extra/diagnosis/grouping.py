@@ -9,7 +9,8 @@
    of their statements are suspicious, they are two.
 3. Of kinds of failures that come without a disturbance, the one of fewer tests follows from another one where nearly
    all of its tests have that, too, never later, and would hardly do so by chance (Fisher's exact test; either order is
-   as probable). Kinds of different tests have one cause if the same statements are the most suspicious.
+   as probable), unless an experiment has shown otherwise. Kinds of different tests have one cause if they violate the
+   same requirement and the same statements are the most suspicious.
 """
 
 from __future__ import annotations
@@ -51,12 +52,16 @@ Kind = tuple[Change, str, str, str]
 class ExperimentEvidence:
     """What experiments have shown of failures: their node id and requirement -> changes.
 
-    With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come.
+    With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come. `apart`
+    has a node id and two requirements: where the first passed, the second still failed, so it does not follow from it.
+    `together` has the same: one intervention in the code lets both pass, also in different tests.
     """
 
     confirmed: Mapping[tuple[str, str], Change] = field(default_factory=dict)
     refuted: Mapping[tuple[str, str], Collection[Change]] = field(default_factory=dict)
     asks: bool = False
+    apart: frozenset[tuple[str, str, str]] = frozenset()
+    together: frozenset[tuple[str, str, str]] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -116,7 +121,7 @@ def group_failures(
     sets = _DisjointSets(kinds)
     _unite_incidents(kinds, sets)
     _unite_states(kinds, sets, spectra)
-    _unite_nominal({kind: kinds[kind] for kind in kinds if not kind[0]}, sets, spectra, len(tests))
+    _unite_nominal({kind: kinds[kind] for kind in kinds if not kind[0]}, sets, spectra, len(tests), evidence)
     place = {failure: number for number, failure in enumerate(failures)}
     groups = [
         Group(
@@ -234,8 +239,17 @@ def _change_of(kinds: Iterable[Kind]) -> Change:
     return changes.pop() if len(changes) == 1 else ""
 
 
-def _unite_nominal(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets, spectra: Spectra, tests: int) -> None:
-    """What comes without a disturbance: in the same tests, or at the same places in the code.
+def _unite_nominal(
+    kinds: Mapping[Kind, Sequence[Failure]],
+    sets: _DisjointSets,
+    spectra: Spectra,
+    tests: int,
+    evidence: ExperimentEvidence,
+) -> None:
+    """What comes without a disturbance: what follows from another, or violates the same at the same places in the code.
+
+    Requirements that fail in different tests are one cause only if an experiment has shown it. One overrules what comes
+    in the same tests, too.
 
     What is known explains nothing that is new: a known violation in many tests would hide it.
     """
@@ -243,12 +257,17 @@ def _unite_nominal(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets,
     failing = {failure.nodeid for members in kinds.values() for failure in members}
     places = {kind: spectra.specific(names.keys(), failing) for kind, names in times_s.items()}
     known = {kind for kind, members in kinds.items() if all(failure.is_known for failure in members)}
+    apart, together = ({(first, second) for _, first, second in shown} for shown in (evidence.apart, evidence.together))
     for kind, other in combinations(kinds, 2):
         if (kind in known) != (other in known):
             continue
-        same_places = bool(places[kind]) and places[kind] == places[other]
         one, two = times_s[kind], times_s[other]
-        if same_places or _follows(one, two, tests) or _follows(two, one, tests):
+        if (
+            {(kind[1], other[1]), (other[1], kind[1])} & together
+            or (kind[1] == other[1] and places[kind] and places[kind] == places[other])
+            or ((other[1], kind[1]) not in apart and _follows(one, two, tests))
+            or ((kind[1], other[1]) not in apart and _follows(two, one, tests))
+        ):
             sets.unite(kind, other)
 
 

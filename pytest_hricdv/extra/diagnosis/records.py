@@ -142,6 +142,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         is_shrunk: what the test does not need was taken away.
         replay: of this test.
         locations: the most suspicious statements first; empty where no code was measured.
+        stood: where each node of the code was at the violation, `file:line in function`; of a traced run only.
         deciding_change: what makes the difference between failing and passing, in words; empty where nobody tried.
         minimal_pair: how this came out, and where both runs part; None where nobody tried.
         confirmed: in so many tests an experiment has shown that they fail for it.
@@ -159,6 +160,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     is_shrunk: bool = False
     replay: ReplayName | None = None
     locations: tuple[SuspiciousPlace, ...] = ()
+    stood: Names = ()
     deciding_change: str = ""
     minimal_pair: Decision | None = None
     confirmed: Count = 0
@@ -177,14 +179,17 @@ class Experiment(PlainRecord, frozen=True, kw_only=True):
     Args:
         nodeid: of the test.
         requirement: that it violated.
-        change: the disturbance that was left out.
+        change: the disturbance that was left out; empty where something else was done otherwise.
         is_confirmed: it passes without; otherwise it fails all the same.
+        other: another requirement. Confirmed, one intervention in the code lets both pass; else it was still violated
+            when this one passed, and does not follow from it.
     """
 
     nodeid: str
     requirement: str
     change: str
     is_confirmed: bool
+    other: str = ""
 
 
 KindName = Literal["bool", "float", "str"]

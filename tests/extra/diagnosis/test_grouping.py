@@ -13,6 +13,7 @@ from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group, gr
 from pytest_hricdv.extra.diagnosis.spectrum import Spectra
 
 NO_SPECTRA = Spectra()
+TIMES = (("R1", 1.0), ("R2", 2.0))
 
 
 def failure(
@@ -175,7 +176,23 @@ def test_without_disturbances_the_same_places_are_one_cause() -> None:
     bits = {"a": Bits(0b11), "b": Bits(0b11), **{name: Bits(0b01) for name in passing(4)}}
     spectra = Spectra(CodeMap(("robot",), (file,), ""), bits)
     tests: dict[str, tuple[str, ...]] = {"a": (), "b": (), **passing(4)}
-    assert of(tests, [failure("a", "R1"), failure("b", "R2")], spectra) == [("", {"a", "b"}, {"R1", "R2"})]
+    assert of(tests, [failure("a", "R1", said="x"), failure("b", "R1", said="y")], spectra) == [
+        ("", {"a", "b"}, {"R1"})
+    ]
+    different = [failure("a", "R1"), failure("b", "R2")]
+    assert of(tests, different, spectra) == [("", {"a"}, {"R1"}), ("", {"b"}, {"R2"})]
+    together = ExperimentEvidence(together=frozenset({("b", "R2", "R1")}))
+    assert of(tests, different, spectra, together) == [("", {"a", "b"}, {"R1", "R2"})]
+
+
+def test_what_is_still_violated_where_another_one_passes_does_not_follow_from_it() -> None:
+    tests: dict[str, tuple[str, ...]] = {"a": (), "b": (), "c": (), **passing(9)}
+    failures = [failure(name, requirement, time_s=time_s) for name in "abc" for requirement, time_s in TIMES]
+    assert of(tests, failures) == [("", {"a", "b", "c"}, {"R1", "R2"})]
+    apart = ExperimentEvidence(apart=frozenset({("a", "R1", "R2")}))
+    assert of(tests, failures, evidence=apart) == [("", {"a", "b", "c"}, {"R1"}), ("", {"a", "b", "c"}, {"R2"})]
+    reversed_pair = ExperimentEvidence(apart=frozenset({("a", "R2", "R1")}))  # R2 may well follow from R1
+    assert of(tests, failures, evidence=reversed_pair) == [("", {"a", "b", "c"}, {"R1", "R2"})]
 
 
 def test_what_goes_away_with_one_disturbance_and_violates_the_same_is_one_cause_in_whatever_state() -> None:

@@ -53,3 +53,24 @@ def test_only_likely_locations_are_shown() -> None:
     texts = [*(line.text for line in shown.causes[0].lines), render(report)]
     assert any("a.py:7" in text for text in texts)
     assert not any("a.py:3" in text for text in texts)
+
+
+def test_without_a_likely_location_it_says_where_the_code_was() -> None:
+    unlikely = SuspiciousPlace(file="a.py", line=3, function="move", score=0.2, likely=False)
+    cause = replace(CAUSE, locations=(unlikely,), stood=("a.py:9 in move", "b.py:4 in watch"))
+    report = CAUSES.put(REPORT, (cause,))
+    shown = VIEW.causes(report, 100)
+    assert shown is not None
+    assert "  the code was at a.py:9 in move; b.py:4 in watch" in [line.text for line in shown.causes[0].lines]
+    assert 'the code was at <span class="mono">a.py:9 in move; b.py:4 in watch</span>' in render(report)
+
+
+def test_a_location_says_which_experiment_has_shown_it() -> None:
+    place = SuspiciousPlace(
+        file="a.py", line=3, function="move", score=0.7, likely=True, experiment="passes without this call", text="go()"
+    )
+    report = CAUSES.put(REPORT, (replace(CAUSE, locations=(place,)),))
+    shown = VIEW.causes(report, 100)
+    assert shown is not None
+    assert "  at a.py:3 in move (passes without this call): go()" in [line.text for line in shown.causes[0].lines]
+    assert "passes without this call" in render(report)
