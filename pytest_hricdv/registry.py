@@ -42,6 +42,7 @@ FEATURES = MappingProxyType(
         "audit": ("feature", "records"),  # before what follows failures up: some are none
         "unused": ("feature",),
         "search": ("feature", "records", "view"),
+        "schedules": ("feature", "execution", "records", "view"),
         "trend": ("feature",),
         "film": ("feature", "records"),
         "traces": ("feature", "records"),

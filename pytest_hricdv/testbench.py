@@ -31,7 +31,7 @@ from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.geometry import Body
-from pytest_hricdv.testbench_groups import Field, People, Signal, Simulation, StateField, Suites, VirtualTime
+from pytest_hricdv.testbench_groups import Field, People, Signal, Simulation, StateField, Suites, Timing, VirtualTime
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -73,6 +73,7 @@ __all__ = [
     "Suites",
     "Testbench",
     "TestbenchError",
+    "Timing",
     "Uniform",
     "VirtualTime",
 ]
@@ -187,6 +188,7 @@ class Testbench:
     suites: Suites = field(default_factory=Suites)
     state: StateField = field(default_factory=StateField)
     time: VirtualTime = field(default_factory=VirtualTime)
+    timing: Timing = field(default_factory=Timing)
     simulation: Simulation = field(default_factory=Simulation)
     disturbances: Disturbances = field(default_factory=dict, hash=False)
     ros2: Ros2 | None = None

@@ -82,6 +82,7 @@ def check_testbench(candidate: object, where: str) -> Testbench:
             *_film_faults(candidate),
             *_state_faults(candidate),
             *candidate.time.faults(),
+            *candidate.timing.faults(),
             *_sampling_faults(candidate),
             *_bystander_faults(candidate),
             *_agent_faults(candidate),

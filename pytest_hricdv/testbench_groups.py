@@ -58,6 +58,25 @@ class VirtualTime:
 
 
 @dataclass(frozen=True)
+class Timing:
+    """How slow the code under test may be, for runs with schedules (`--hri-schedules`).
+
+    Args:
+        slowest_s: for which a node of the code may be held up at one statement (s), as by a busy machine. Declared, a
+            requirement that such a delay alone violates fails; None: 0.05 s, and such a violation is only listed.
+    """
+
+    slowest_s: float | None = None
+
+    def faults(self) -> Iterator[str]:
+        """What is wrong with it."""
+        slowest_s = self.slowest_s
+        is_time = isinstance(slowest_s, int | float) and not isinstance(slowest_s, bool)
+        if slowest_s is not None and not (is_time and 0 < slowest_s < math.inf):
+            yield f"timing: slowest_s is {slowest_s!r}; expected a time in seconds, above 0"
+
+
+@dataclass(frozen=True)
 class Simulation:
     """How the world is simulated, and filmed.
 

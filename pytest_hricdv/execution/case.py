@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -240,7 +240,10 @@ def execute(
             guard_run(kernel),
             seed_run(test.seed),
             kernel.supervision.watch(),
+            ExitStack() as stack,
         ):
+            for feature in execution_features():
+                stack.enter_context(feature.surround(run, code, testbench))
             state = process_state.ProcessState()
             try:
                 outcome, verdicts, record = _finish(settings, followers, run)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol
 
 from pytest_hricdv.declarations.ros2_system import Middleware
+from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Verdict
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.registry import offers
+from pytest_hricdv.run import Run
 from pytest_hricdv.runtime.json_value import Value
 from pytest_hricdv.testbench import Testbench
 
@@ -70,6 +73,10 @@ class ExecutionFeature:
     def followers(self, criteria: Sequence[Criterion], test: ConcreteTest) -> tuple[Follower, ...]:
         """For one run: what judges it by those of the criteria that are the feature's, a verdict for each one."""
         return ()
+
+    def surround(self, run: Run, code: CodeUnderTest, testbench: Testbench) -> AbstractContextManager[None]:
+        """Entered around a run."""
+        return nullcontext()
 
     def middleware(self, testbench: Testbench) -> Middleware | None:
         """For one run: what the code under test runs on; None where that is the bus, or another feature has it."""

@@ -33,6 +33,7 @@ from pytest_hricdv.generate.actors import (
 from pytest_hricdv.generate.chosen_values import RUN, Values, owner
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
 from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler, Sampling, Uniform
+from pytest_hricdv.generate.schedule import ScheduleDecision, schedule_from_data
 
 Parameters = Mapping[str, float]
 UNIFORM = "uniform"
@@ -164,6 +165,8 @@ class ConcreteTest:
     run: Parameters = field(default_factory=dict, hash=False)
     after: After = field(default_factory=dict, hash=False)
     """Which actions of other actors have to be done before an action begins, by numbers from 1."""
+    schedule: tuple[ScheduleDecision, ...] = ()
+    """What is otherwise in the order in which nodes go on; empty for the usual one."""
 
     def keep(self, places: Iterable[int]) -> ConcreteTest:
         """The same test with only the actions at these places (from 0); their order is kept."""
@@ -179,10 +182,10 @@ class ConcreteTest:
     def to_json(self) -> str:
         """Canonical JSON; floats are exact."""
         actions = [[action.command, dict(action.parameters)] for action in self.actions]
+        plain = {"id": self.id, "suite": self.suite, "seed": self.seed, "actions": actions, "run": dict(self.run)}
         after = {"after": after_to_data(self.after)} if self.after else {}
-        return canonical_json(
-            {"id": self.id, "suite": self.suite, "seed": self.seed, "actions": actions, "run": dict(self.run), **after}
-        )
+        schedule = {"schedule": [decision.to_data() for decision in self.schedule]} if self.schedule else {}
+        return canonical_json({**plain, **after, **schedule})
 
     @classmethod
     def from_json(cls, text: str) -> ConcreteTest:
@@ -192,7 +195,8 @@ class ConcreteTest:
         except MalformedError as error:
             raise GenerateError(f"not a concrete test{error}; expected what ConcreteTest.to_json writes") from None
         actions = tuple(ConcreteAction(command, parameters) for command, parameters in fields.actions)
-        return cls(fields.id, fields.suite, fields.seed, actions, fields.run, after_from_data(fields.after))
+        after, schedule = after_from_data(fields.after), schedule_from_data(fields.schedule)
+        return cls(fields.id, fields.suite, fields.seed, actions, fields.run, after, schedule)
 
 
 class _TestText(Struct):
@@ -204,6 +208,7 @@ class _TestText(Struct):
     actions: tuple[tuple[str, dict[str, float]], ...]
     run: dict[str, float]
     after: dict[str, tuple[int, ...]] = {}
+    schedule: tuple[tuple[str, str, int, float], ...] = ()
 
 
 def variant(test: AbstractTest, k: int) -> AbstractTest:

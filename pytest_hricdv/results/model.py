@@ -46,10 +46,11 @@ class ActionParameters(PlainRecord, frozen=True, kw_only=True):
 
 
 class ConcreteParameters(PlainRecord, frozen=True, kw_only=True):
-    """All sampled parameters of a test: of its actions, and of the whole run."""
+    """All sampled parameters of a test: of its actions, and of the whole run; and its schedule, where it has one."""
 
     actions: tuple[ActionParameters, ...]
     run: Mapping[str, Number]
+    schedule: tuple[tuple[str, str, Count, Number], ...] = ()
 
 
 class ReplayComparison(PlainRecord, frozen=True, kw_only=True):

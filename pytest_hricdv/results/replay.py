@@ -16,6 +16,7 @@ from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, TestData
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.generate.schedule import schedule_from_data
 from pytest_hricdv.results.model import ConcreteParameters
 
 SCHEMA = "hricdv-replay/2"
@@ -35,7 +36,7 @@ class ReplayOrigin(msgspec.Struct, frozen=True):
         runs: how many runs it took.
     """
 
-    how: Literal["shrunk", "search"]
+    how: Literal["shrunk", "search", "schedule"]
     test: str = msgspec.field(name="from")
     requirement: str
     runs: int
@@ -72,10 +73,12 @@ class Replay:
     def to_json(self) -> str:
         """The file's text; floats are exact."""
         actions = [{"command": a.command, "parameters": dict(a.parameters)} for a in self.concrete.actions]
+        decisions = [decision.to_data() for decision in self.concrete.schedule]
+        schedule = {"schedule": decisions} if decisions else {}
         plain = {
             "schema": SCHEMA,
             "test": self.test.to_data(),
-            "concrete": {"actions": actions, "run": dict(self.concrete.run)},
+            "concrete": {"actions": actions, "run": dict(self.concrete.run), **schedule},
             "nodeid": self.nodeid,
             "suite_seed": self.suite_seed,
             "record_sha256": self.record_sha256,
@@ -99,7 +102,10 @@ class Replay:
             test = AbstractTest.from_data(file.test)
         except GenerateError as error:
             raise ReplayError(f"{where}: {error}") from None
-        concrete = _concrete(test, file.concrete)
+        try:
+            concrete = _concrete(test, file.concrete)
+        except GenerateError as error:
+            raise ReplayError(f"{where}: {error}") from None
         if tuple(action.command for action in concrete.actions) != test.lines:
             raise ReplayError(f"{where}: its abstract and its concrete test have different actions; was it edited?")
         return cls(
@@ -150,7 +156,8 @@ def _decode(text: str, where: str) -> _File:
 
 def _concrete(test: AbstractTest, parameters: ConcreteParameters) -> ConcreteTest:
     actions = tuple(ConcreteAction(action.command, _floats(action.parameters)) for action in parameters.actions)
-    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(parameters.run), test.after)
+    schedule = schedule_from_data(parameters.schedule)
+    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(parameters.run), test.after, schedule)
 
 
 def _floats(parameters: Mapping[str, float]) -> dict[str, float]:

@@ -15,7 +15,7 @@ import math
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import FrameType
 from typing import NoReturn
 
@@ -137,6 +137,10 @@ class Kernel:
         """Called with each node that is woken."""
         self.notice_wait: Callable[[Node, float | None], None] | None = None
         """Called with each node that begins to wait, and how long at most (s)."""
+        self.pick: Callable[[Sequence[Node]], int] | None = None
+        """Which of the nodes that are ready goes on; None for the first. Asked where there are several."""
+        self.notice_return: Callable[[Node], None] | None = None
+        """Called with each node that has given control back."""
         self._look: Callable[[], None] = lambda: None
         self._look_us: float = math.inf
         self._look_period_us = 0.0
@@ -394,12 +398,19 @@ class Kernel:
 
     def _run_ready(self) -> None:
         while self._ready:
-            node = self._ready.popleft()
+            node = self._next_ready()
             self._resumes += 1
             if self._resumes > self._max_resumes:
                 problem = f"at {self.now_s:.3f} s: nodes wake each other without time passing"
                 raise NodeError(node.name, self.now_s, problem)
             self._resume(node)
+
+    def _next_ready(self) -> Node:
+        if self.pick is None or len(self._ready) == 1:
+            return self._ready.popleft()
+        node = self._ready[self.pick(self._ready)]
+        self._ready.remove(node)
+        return node
 
     def _resume(self, node: Node) -> None:
         if node.ended:
@@ -428,6 +439,8 @@ class Kernel:
         finally:
             self.inside = outside
             self.returns += 1
+            if self.notice_return is not None:
+                self.notice_return(node)
 
     def _advance(self, target_us: int) -> None:
         if target_us > self.now_us:

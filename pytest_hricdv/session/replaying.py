@@ -289,5 +289,6 @@ def name_test(test: ConcreteTest, made_by: str) -> ConcreteTest:
     """The test with a new id, made from how it was made and from its content, so that equal tests have equal ids."""
     actions = [[action.command, sorted(action.parameters.items())] for action in test.actions]
     after = [sorted(test.after.items())] if test.after else []
-    content = digest("made", test.suite, test.seed, actions, sorted(test.run.items()), *after)
+    schedule = [[decision.to_data() for decision in test.schedule]] if test.schedule else []
+    content = digest("made", test.suite, test.seed, actions, sorted(test.run.items()), *after, *schedule)
     return replace(test, id=f"{slug(test.suite)}-{slug(made_by)}-{content[:8]}")

@@ -8,22 +8,18 @@ Faults Through Automated Predicate Switching, ICSE 2006).
 from __future__ import annotations
 
 import ast
-import builtins
-import gc
 import os
 import re
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from types import CodeType, FunctionType
 from typing import Literal
 
 import msgspec
 
 from pytest_hricdv._base.record import Count, PlainRecord
-from pytest_hricdv.coverage.code_map import CodeMap, SourceFile
+from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.faults import CodeUnderTest
-from pytest_hricdv.execution.faulty_import import FaultyImport
+from pytest_hricdv.execution.instrumented_code import instrument
 from pytest_hricdv.extra.diagnosis.runs import RunSummary, in_fork, ran
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.session.replaying import TestRerunner, name_test
@@ -96,11 +92,9 @@ def _run(
     rerunner: TestRerunner, code: CodeMap, test: ConcreteTest, intervention: Intervention | None
 ) -> InterventionRun | None:
     switch = _Switch(intervention)
-    gc.unfreeze()  # what was frozen for forks is not among the collector's objects
-    for file in code.files:
-        switch.instrument(file)
-    vars(builtins).update({DECIDE: switch.decide, MAKES: switch.makes})
-    result = rerunner.run(name_test(test, "intervention"), switch.begin)
+    files = [(file.path, file.text, switch.change(file.name)) for file in code.files]
+    with instrument(files, {DECIDE: switch.decide, MAKES: switch.makes}):
+        result = rerunner.run(name_test(test, "intervention"), switch.begin)
     if result is None:
         return None
     summary = ran(result, rerunner.settings)
@@ -124,21 +118,9 @@ class _Switch:
         """See `execute`."""
         self.now_s = lambda: code.now_s
 
-    def instrument(self, file: SourceFile) -> None:
-        """Change the functions of a file, and what is imported of it later."""
-        try:
-            tree = ast.fix_missing_locations(_Instrumenter(file.name, self.sites).visit(ast.parse(file.text)))
-            made = compile(tree, str(file.path), "exec", dont_inherit=True)
-        except (SyntaxError, ValueError, RecursionError, MemoryError):
-            return
-        codes = {(code.co_qualname, code.co_firstlineno): code for code in _codes(made)}
-        for function in gc.get_objects():
-            if type(function) is FunctionType and function.__code__.co_filename == made.co_filename:
-                old = function.__code__
-                new = codes.get((old.co_qualname, old.co_firstlineno))
-                if new is not None and new.co_freevars == old.co_freevars:
-                    function.__code__ = new
-        sys.meta_path.insert(0, FaultyImport(file.path, tree))
+    def change(self, file: str) -> Callable[[ast.Module], ast.Module]:
+        """How the tree of a file is changed."""
+        return _Instrumenter(file, self.sites).visit
 
     def decide(self, number: int, outcome: object) -> bool:
         """The outcome of a decision in this run."""
@@ -165,13 +147,6 @@ class _Switch:
             file, line, kind = self.sites[number]
             if count:
                 yield Intervention(file=file, line=line, kind=kind, number=count)
-
-
-def _codes(code: CodeType) -> Iterator[CodeType]:
-    yield code
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from _codes(constant)
 
 
 class _Instrumenter(ast.NodeTransformer):

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import builtins
 import importlib
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-from pytest_hricdv.coverage.code_map import SourceFile
+from pytest_hricdv.execution.instrumented_code import instrument
 from pytest_hricdv.extra.diagnosis.interventions import (
     DECIDE,
     MAKES,
@@ -53,24 +53,24 @@ TEST = ConcreteTest("t", "suite", 0, (), {})
 def guard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
     (tmp_path / "guard_to_switch.py").write_text(GUARD, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
-    for name in (DECIDE, MAKES):
-        monkeypatch.setattr(builtins, name, None, raising=False)
     yield importlib.import_module("guard_to_switch")
     del sys.modules["guard_to_switch"]
 
 
 @pytest.fixture
-def switch(guard: ModuleType) -> Callable[[Intervention | None], _Switch]:
-    def made(wanted: Intervention | None) -> _Switch:
-        switch = _Switch(wanted)
-        assert guard.__file__ is not None
-        path = Path(guard.__file__)
-        switch.instrument(SourceFile("guard.py", path, (), (), (), path.read_text(encoding="utf-8")))
-        vars(builtins).update({DECIDE: switch.decide, MAKES: switch.makes})
-        return switch
+def switch(guard: ModuleType) -> Iterator[Callable[[Intervention | None], _Switch]]:
+    with ExitStack() as stack:
 
-    return made
+        def made(wanted: Intervention | None) -> _Switch:
+            switch = _Switch(wanted)
+            assert guard.__file__ is not None
+            files = [(Path(guard.__file__), GUARD, switch.change("guard.py"))]
+            stack.enter_context(instrument(files, {DECIDE: switch.decide, MAKES: switch.makes}))
+            return switch
+
+        yield made
+    seen: list[str] = []
+    assert (guard.Guard(seen).watch([0.5]), seen) == ("near", ["stop"])  # as it was
 
 
 def decision(line: int, number: int | None) -> Intervention:

@@ -1,0 +1,71 @@
+"""Instrumented code: functions of the code under test that call hooks, in this process only. Nothing is written.
+
+Functions that exist are changed in place, and modules that are imported later are loaded changed. Lines stay as they
+are, so tracebacks and coverage are those of the file.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import gc
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import CodeType, FunctionType
+from typing import Any
+
+from pytest_hricdv.execution.faulty_import import FaultyImport
+
+Change = Callable[[ast.Module], ast.Module]
+"""Changes the tree of a file; what it inserts has the location of what it is inserted before."""
+
+
+@contextmanager
+def instrument(files: Iterable[tuple[Path, str, Change]], hooks: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
+    """Change functions of files for a while.
+
+    Args:
+        files: path, text, and how its tree is changed. A file that does not compile then stays as it is.
+        hooks: what changed code calls, by names that are no names of the code.
+    """
+    changed: list[tuple[FunctionType, CodeType]] = []
+    finders = []
+    vars(builtins).update(hooks)
+    gc.unfreeze()  # what was frozen for forks is not among the collector's objects
+    functions = [function for function in gc.get_objects() if type(function) is FunctionType]
+    for path, text, change in files:
+        try:
+            tree = ast.fix_missing_locations(change(ast.parse(text)))
+            made = compile(tree, str(path), "exec", dont_inherit=True)
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            continue
+        changed += _replace(made, functions)
+        finders.append(FaultyImport(path, tree))
+    sys.meta_path[:0] = finders
+    try:
+        yield
+    finally:
+        for function, code in changed:
+            function.__code__ = code
+        sys.meta_path[:] = [finder for finder in sys.meta_path if finder not in finders]
+        # A module that was imported meanwhile goes on to call the hooks.
+
+
+def _replace(made: CodeType, functions: Iterable[FunctionType]) -> Iterator[tuple[FunctionType, CodeType]]:
+    codes = {(code.co_qualname, code.co_firstlineno): code for code in _codes(made)}
+    for function in functions:
+        old = function.__code__
+        if old.co_filename == made.co_filename:
+            new = codes.get((old.co_qualname, old.co_firstlineno))
+            if new is not None and new.co_freevars == old.co_freevars:
+                function.__code__ = new
+                yield function, old
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)

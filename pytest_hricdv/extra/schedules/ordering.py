@@ -1,0 +1,213 @@
+"""Ordering: carries out the decisions of a schedule in a run, and notes what was executed when."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pytest_hricdv.coverage.source_files import ModuleFile, module_files
+from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.execution.instrumented_code import instrument
+from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, Access, Points
+from pytest_hricdv.generate.schedule import ScheduleDecision
+from pytest_hricdv.run import Run
+from pytest_hricdv.runtime import Kernel, Node
+from pytest_hricdv.testbench import Testbench
+
+MAX_STEPS = 200_000
+"""So many executions of points are noted. Chosen: some 10 MB; a run of the table has some 10,000."""
+
+MAX_CHOICES = 10_000
+"""So many choices between nodes that are ready are noted."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A point that was executed.
+
+    Args:
+        point: its number in the points.
+        number: which execution of its place this is, from 1.
+        node: of the code, by their numbers from 0.
+        time_s: when (s of simulated time).
+    """
+
+    point: int
+    number: int
+    node: int
+    time_s: float
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Several nodes were ready: how many, and when (s of simulated time)."""
+
+    ready: int
+    time_s: float
+
+
+@dataclass(frozen=True)
+class HeldUp:
+    """A decision that was carried out.
+
+    Args:
+        decision: of the schedule.
+        node: that was held up, its name.
+        time_s: when (s of simulated time).
+        for_s: for how long (s).
+        meanwhile: places that other nodes of the code executed meanwhile, each with the node's name.
+    """
+
+    decision: ScheduleDecision
+    node: str
+    time_s: float
+    for_s: float = 0.0
+    meanwhile: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass
+class Ordering:
+    """What instrumented code asks in a run.
+
+    Args:
+        kernel: of the run.
+        code: whose nodes are ordered.
+        decisions: of the schedule.
+        points: of the instrumented code.
+        notes: whether what is executed is noted.
+    """
+
+    kernel: Kernel
+    code: CodeUnderTest
+    decisions: Sequence[ScheduleDecision]
+    points: Points
+    notes: bool = False
+    steps: list[Step] = field(default_factory=list)
+    choices: list[Choice] = field(default_factory=list)
+    held_up: list[HeldUp] = field(default_factory=list)
+    _counts: dict[str, int] = field(default_factory=dict)
+    _nodes: dict[Node, int] = field(default_factory=dict)
+    _waiting: list[Node] = field(default_factory=list)
+    """Held up until another node has run."""
+    _meanwhile: list[tuple[str, str]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._at = {(entry.place, entry.number): entry for entry in self.decisions if entry.kind != "order"}
+        self._picks = {entry.number: int(entry.value) for entry in self.decisions if entry.kind == "order"}
+
+    def reach(self, point: int) -> None:
+        """A statement is about to be executed."""
+        node = self.kernel.own_node()
+        if node is None or not self.code.has(node):
+            return
+        place = self.points.places[point]
+        number = self._counts[place] = self._counts.get(place, 0) + 1
+        if self._waiting:
+            self._meanwhile.append((place, node.name))
+        if self.notes and len(self.steps) < MAX_STEPS:
+            self.steps.append(Step(point, number, self._nodes.setdefault(node, len(self._nodes)), self.kernel.now_s))
+        decision = self._at.get((place, number))
+        if decision is not None:
+            self._hold(node, decision)
+
+    def write(self, point: int, value: object, read: object = None, operation: str = "") -> object:
+        """The value that a statement is about to write, which has read what it needs."""
+        if operation:
+            operate: Callable[[object, object], object] = _OPERATIONS[operation]
+            value = operate(read, value)
+        self.reach(point)
+        return value
+
+    def _hold(self, node: Node, decision: ScheduleDecision) -> None:
+        began_s, number = self.kernel.now_s, len(self._meanwhile)
+        if decision.kind == "hold":
+            self._waiting.append(node)
+        try:
+            self.kernel.block(decision.value)
+        finally:
+            if node in self._waiting:
+                self._waiting.remove(node)
+        self.held_up.append(
+            HeldUp(
+                decision,
+                node.name,
+                began_s,
+                self.kernel.now_s - began_s,
+                tuple(dict.fromkeys(self._meanwhile[number:])),
+            )
+        )
+
+    def pick(self, ready: Sequence[Node]) -> int:
+        """Which of the nodes that are ready goes on."""
+        self.choices.append(Choice(len(ready), self.kernel.now_s))
+        chosen = self._picks.get(len(self.choices), 0)
+        return chosen if chosen < len(ready) else 0
+
+    def returned(self, node: Node) -> None:
+        """A node has given control back: who waited for another one to run goes on."""
+        if self.code.has(node):
+            for waiting in [other for other in self._waiting if other is not node]:
+                self._waiting.remove(waiting)
+                self.kernel.wake(waiting)
+
+
+_OPERATIONS: Mapping[str, Callable[..., object]] = {
+    "Add": operator.iadd,
+    "Sub": operator.isub,
+    "Mult": operator.imul,
+    "Div": operator.itruediv,
+    "FloorDiv": operator.ifloordiv,
+    "Mod": operator.imod,
+    "Pow": operator.ipow,
+    "MatMult": operator.imatmul,
+    "LShift": operator.ilshift,
+    "RShift": operator.irshift,
+    "BitAnd": operator.iand,
+    "BitOr": operator.ior,
+    "BitXor": operator.ixor,
+}
+
+
+@contextmanager
+def ordered(
+    run: Run, code: CodeUnderTest, testbench: Testbench, noting: list[Ordering] | None = None
+) -> Iterator[Ordering]:
+    """Carry out the schedule of a run's test while it runs.
+
+    Args:
+        run: of the test.
+        code: its nodes of the code under test.
+        testbench: that it is of.
+        noting: gets what the run executes: then all points are instrumented.
+    """
+    points, decisions = Points(), run.test.schedule
+    wanted = [decision.place for decision in decisions] if noting is None else None
+    files = [
+        (file.path, file.path.read_text(encoding="utf-8"), points.instrument(name_of(file), wanted).visit)
+        for file in module_files(testbench.code, Path())
+        if not file.problem
+    ]
+    ordering = Ordering(run.kernel, code, decisions, points, noting is not None)
+    if noting is not None:
+        noting.append(ordering)
+    run.kernel.pick, run.kernel.notice_return = ordering.pick, ordering.returned
+    with instrument(files, {HOOK: ordering.reach, BETWEEN: ordering.write}):
+        yield ordering
+
+
+def name_of(file: ModuleFile) -> str:
+    """`controller/robot.py` of the module `controller.robot`, wherever pytest was started."""
+    folder = file.module.replace(".", "/")
+    return f"{folder}/__init__.py" if file.path.name == "__init__.py" else f"{folder}.py"
+
+
+def accesses(points: Points) -> dict[str, Access]:
+    """Place -> what its statements read and write."""
+    made: dict[str, Access] = {}
+    for place, access in zip(points.places, points.accesses, strict=True):
+        before = made.get(place, Access())
+        made[place] = Access(before.reads | access.reads, before.writes | access.writes)
+    return made

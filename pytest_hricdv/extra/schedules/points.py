@@ -1,0 +1,229 @@
+"""Points: where nodes of the code under test can be held up, and which data each statement reads and writes.
+
+A statement has a point before it. One that reads and then writes the same data, as `self.count += 1` does, has a second
+one in between: another thread may come there, too.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+HOOK, BETWEEN = "__hricdv_point__", "__hricdv_between__"
+"""What instrumented code calls: before a statement; and with the value that a statement is about to write."""
+
+WRITES = "="
+"""Ends the place of a point between reading and writing, `robot.py:31=`."""
+
+_COMPOUND = (ast.If, ast.While, ast.For, ast.AsyncFor, ast.With, ast.AsyncWith, ast.Try, ast.Match)
+_LEFT_OUT = (
+    ast.FunctionDef,
+    ast.AsyncFunctionDef,
+    ast.ClassDef,
+    ast.Import,
+    ast.ImportFrom,
+    ast.Global,
+    ast.Nonlocal,
+    ast.Pass,
+)
+
+
+@dataclass(frozen=True)
+class Access:
+    """The data that a statement reads and writes, by the names of attributes and of variables that functions share.
+
+    What is called on an attribute may change it, so it counts as written.
+    """
+
+    reads: frozenset[str] = frozenset()
+    writes: frozenset[str] = frozenset()
+
+    def conflicts(self, other: Access) -> frozenset[str]:
+        """What both access and one of them writes."""
+        return (self.writes & (other.reads | other.writes)) | (self.reads & other.writes)
+
+
+@dataclass
+class Points:
+    """The points of files, in the order in which they were instrumented."""
+
+    places: list[str] = field(default_factory=list)
+    """`file:line` of each."""
+    accesses: list[Access] = field(default_factory=list)
+
+    def instrument(self, file: str, wanted: Iterable[str] | None = None) -> _Instrumenter:
+        """What changes the tree of a file.
+
+        Args:
+            file: its name.
+            wanted: places that get a point; None for all.
+        """
+        return _Instrumenter(file, self, None if wanted is None else frozenset(wanted))
+
+
+class _Instrumenter(ast.NodeTransformer):
+    """Puts a call before each statement of a function."""
+
+    def __init__(self, file: str, points: Points, wanted: frozenset[str] | None) -> None:
+        self._file = file
+        self._points = points
+        self._wanted = wanted
+        self._shared: list[frozenset[str]] = []
+
+    def _function(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> ast.AST:
+        self._shared.append(_own_names(node))
+        node.body = self._block(node.body)
+        self._shared.pop()
+        return node
+
+    visit_FunctionDef = visit_AsyncFunctionDef = _function  # noqa: N815 (names of `ast.NodeVisitor`)
+
+    def _block(self, statements: Sequence[ast.stmt]) -> list[ast.stmt]:
+        made: list[ast.stmt] = []
+        for statement in statements:
+            is_text = isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+            if is_text or isinstance(statement, _LEFT_OUT):
+                made.append(self._inside(statement))
+                continue
+            access, place = access_of(statement, self._shared[-1]), f"{self._file}:{statement.lineno}"
+            if (number := self._add(place, access)) is not None:
+                call = ast.Call(ast.Name(HOOK, ast.Load()), [ast.Constant(number)], [])
+                made.append(ast.copy_location(ast.Expr(ast.copy_location(call, statement)), statement))
+            made.append(self._inside(self._split(statement, f"{place}{WRITES}", access)))
+        return made
+
+    def _inside(self, statement: ast.stmt) -> ast.stmt:
+        if isinstance(statement, _COMPOUND):
+            for name in ("body", "orelse", "finalbody"):
+                if getattr(statement, name, None):
+                    setattr(statement, name, self._block(getattr(statement, name)))
+            for part in (*getattr(statement, "handlers", ()), *getattr(statement, "cases", ())):
+                part.body = self._block(part.body)
+            return statement
+        visited = self.visit(statement)
+        assert isinstance(visited, ast.stmt)
+        return visited
+
+    def _add(self, place: str, access: Access) -> int | None:
+        if self._wanted is not None and place not in self._wanted:
+            return None
+        self._points.places.append(place)
+        self._points.accesses.append(access)
+        return len(self._points.places) - 1
+
+    def _split(self, statement: ast.stmt, place: str, access: Access) -> ast.stmt:
+        """A statement that reads what it writes, with its value passed through the hook once all is read."""
+        if not access.reads & access.writes or not isinstance(statement, ast.Assign | ast.AugAssign):
+            return statement
+        if isinstance(statement, ast.AugAssign) and not _is_plain(statement.target):
+            return statement
+        number = self._add(place, Access(writes=access.writes))
+        if number is None:
+            return statement
+        arguments: list[ast.expr] = [ast.Constant(number), statement.value]
+        if isinstance(statement, ast.AugAssign):
+            # The hook does the operation: what is read is read before, and what is written is written after it.
+            read = ast.copy_location(_reading(statement.target), statement.target)
+            arguments += [read, ast.Constant(type(statement.op).__name__)]
+        call = ast.copy_location(ast.Call(ast.Name(BETWEEN, ast.Load()), arguments, []), statement)
+        targets: list[ast.expr] = [statement.target] if isinstance(statement, ast.AugAssign) else statement.targets
+        return ast.copy_location(ast.Assign(targets, call), statement)
+
+
+def _is_plain(target: ast.expr) -> bool:
+    return isinstance(target, ast.Name) or (isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name))
+
+
+def _reading(target: ast.expr) -> ast.expr:
+    if isinstance(target, ast.Attribute):
+        return ast.Attribute(target.value, target.attr, ast.Load())
+    assert isinstance(target, ast.Name)
+    return ast.Name(target.id, ast.Load())
+
+
+def _own_names(function: ast.FunctionDef | ast.AsyncFunctionDef) -> frozenset[str]:
+    """Names of local variables: what a function assigns, and does not declare global or nonlocal; its parameters."""
+    arguments = function.args
+    names = {
+        argument.arg
+        for argument in (
+            *arguments.posonlyargs,
+            *arguments.args,
+            *arguments.kwonlyargs,
+            *filter(None, (arguments.vararg, arguments.kwarg)),
+        )
+    }
+    declared: set[str] = set()
+    for node in _of_function(function):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store | ast.Del):
+            names.add(node.id)
+        elif isinstance(node, ast.Global | ast.Nonlocal):
+            declared.update(node.names)
+    return frozenset(names - declared)
+
+
+def _of_function(function: ast.AST) -> Iterator[ast.AST]:
+    for child in ast.iter_child_nodes(function):
+        yield child
+        if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
+            yield from _of_function(child)
+
+
+def access_of(statement: ast.stmt, own: frozenset[str]) -> Access:
+    """What a statement reads and writes; of a compound one, its first line.
+
+    Args:
+        statement: of a function.
+        own: the function's local variables.
+    """
+    reads: set[str] = set()
+    writes: set[str] = set()
+    for node in _header(statement):
+        for part in ast.walk(node):
+            match part:
+                case ast.Attribute(attr=name, ctx=ast.Store() | ast.Del()):
+                    writes.add(f".{name}")
+                case ast.Attribute(attr=name):
+                    reads.add(f".{name}")
+                case ast.Name(id=name, ctx=ast.Store() | ast.Del()) if name not in own:
+                    writes.add(name)
+                case ast.Name(id=name) if name not in own:
+                    reads.add(name)
+                case ast.Call(func=ast.Attribute(value=ast.expr() as value)):
+                    writes.update(_name(value, own))
+                case ast.Subscript(value=value, ctx=ast.Store() | ast.Del()):
+                    writes.update(_name(value, own))
+    if isinstance(statement, ast.AugAssign):
+        reads.update(_name(statement.target, own))
+    if isinstance(statement, ast.With | ast.AsyncWith):
+        for item in statement.items:
+            writes.update(_name(item.context_expr, own))
+    return Access(frozenset(reads), frozenset(writes))
+
+
+def _name(node: ast.expr, own: frozenset[str]) -> Iterator[str]:
+    if isinstance(node, ast.Attribute):
+        yield f".{node.attr}"
+    elif isinstance(node, ast.Name) and node.id not in own:
+        yield node.id
+    elif isinstance(node, ast.Subscript):
+        yield from _name(node.value, own)
+
+
+def _header(statement: ast.stmt) -> Iterator[ast.AST]:
+    match statement:
+        case ast.If(test=test) | ast.While(test=test):
+            yield test
+        case ast.For() | ast.AsyncFor():
+            yield statement.target
+            yield statement.iter
+        case ast.With() | ast.AsyncWith():
+            yield from (item.context_expr for item in statement.items)
+            yield from (item.optional_vars for item in statement.items if item.optional_vars is not None)
+        case ast.Match(subject=subject):
+            yield subject
+        case ast.Try():
+            return
+        case _:
+            yield statement

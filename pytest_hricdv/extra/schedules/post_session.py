@@ -1,0 +1,170 @@
+"""What a session does for schedules when all tests have run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.extra.schedules.races import Examination, Race, words
+from pytest_hricdv.extra.schedules.records import RaceRecord, ScheduleResult, SearchEnd
+from pytest_hricdv.extra.schedules.search import Candidate, RunTest, ScheduleRun, ScheduleSearch, runner
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.replay import ReplayOrigin
+from pytest_hricdv.session.feature import FeatureSession
+from pytest_hricdv.session.replaying import name_test
+
+SLOWEST_S = 0.05
+"""For so long (s) a node is held up at most where the testbench declares nothing: what a busy machine may take."""
+
+RUNS_OF_A_TEST = 4
+"""For so many runs, one more test is noted."""
+
+MAX_OPEN = 200
+"""So many open pairs are listed."""
+
+
+def search_schedules(
+    session: FeatureSession, results: Sequence[TestResult], runs: int
+) -> tuple[ScheduleResult, list[str]]:
+    """Run tests that passed with other schedules.
+
+    Returns:
+        What a report says of it, and the problems that fail the session.
+    """
+    session.say("")
+    session.say(f"hricdv: running tests with {plural(runs, 'schedule')} ...")
+    return _Hunt(session, runner(session.rerunner), runs).hunt(results)
+
+
+@dataclass
+class _Hunt:
+    session: FeatureSession
+    run: RunTest
+    budget: int
+    races: dict[tuple[str, tuple[str, ...]], RaceRecord] = field(default_factory=dict)
+
+    def hunt(self, results: Sequence[TestResult]) -> tuple[ScheduleResult, list[str]]:
+        declared_s = self.session.rerunner.settings.testbench.timing.slowest_s
+        search = ScheduleSearch(self.run, declared_s or SLOWEST_S, self.session.options.seed)
+        candidates: list[Candidate] = []
+        ended: SearchEnd = "done"
+        try:
+            candidates += self._candidates(results, search)
+            ended = self._search(search, candidates, is_declared=declared_s is not None)
+        except KeyboardInterrupt:
+            ended = "interrupted"
+        open_pairs = search.open_pairs()
+        return ScheduleResult(
+            runs=search.runs,
+            tests=len(candidates),
+            slowest_s=search.slowest_s,
+            races=tuple(self.races.values()),
+            pairs=len({frozenset(pair) for pair in search.seen}),
+            both=len({frozenset(pair) for pair in search.seen if (pair[1], pair[0]) in search.seen}),
+            open=tuple(f"{first} before {second}" for first, second in open_pairs[:MAX_OPEN]),
+            end_reason=ended,
+        ), [_problem(race) for race in self.races.values() if race.is_counted]
+
+    def _candidates(self, results: Sequence[TestResult], search: ScheduleSearch) -> list[Candidate]:
+        """Tests that pass, with their usual runs: a few more than the runs can use, the shortest first."""
+        chosen: Mapping[str, HriCase] = self.session.aggregation.chosen
+        passed = sorted(
+            (result for result in results if result.outcome == "passed" and result.nodeid in chosen),
+            key=lambda result: (len(result.abstract), result.id, result.nodeid),
+        )
+        made = []
+        for result in _spread(passed, max(1, self.budget // RUNS_OF_A_TEST)):
+            case = chosen[result.nodeid]
+            usual = self.run(case.concrete)
+            if usual is not None and not usual.faults:
+                search.note(usual)
+                made.append(Candidate(result.nodeid, case.concrete, case.ranges, usual))
+        return made
+
+    def _search(self, search: ScheduleSearch, candidates: Sequence[Candidate], *, is_declared: bool) -> SearchEnd:
+        for candidate, test in search.draw(candidates):
+            if search.runs >= self.budget:
+                return "done"
+            search.runs += 1
+            ran = self.run(test)
+            if ran is None:
+                continue
+            search.note(ran)
+            for requirement in sorted(ran.fails - candidate.usual.fails):
+                if not self._is_known(requirement, test):
+                    self._keep(search, candidate, requirement, test, ran, is_declared=is_declared)
+        return "nothing to order"
+
+    def _is_known(self, requirement: str, test: ConcreteTest) -> bool:
+        """Whether a race with this requirement and one of these places was found already."""
+        places = {decision.place for decision in test.schedule}
+        return any(name == requirement and places.issuperset(before) for name, before in self.races)
+
+    def _keep(
+        self,
+        search: ScheduleSearch,
+        candidate: Candidate,
+        requirement: str,
+        test: ConcreteTest,
+        ran: ScheduleRun,
+        *,
+        is_declared: bool,
+    ) -> None:
+        if self._fails_anyway(candidate, requirement, test):
+            return
+        race = Examination(self.run, lambda run: requirement in run.fails).examine(candidate, requirement, test, ran)
+        made, replay = self._replay(race)
+        tolerated = requirement in self.session.options.known_violations and not self.session.options.strict
+        self.races.setdefault(
+            race.key,
+            RaceRecord(
+                requirement=requirement,
+                fault=race.ran.faults[0] if not requirement and race.ran.faults else "",
+                test=candidate.test.id,
+                kind=race.kind,
+                words=words(race),
+                least_s=round(race.least_s, 6),
+                is_counted=not tolerated and (race.kind == "wrong order" or is_declared),
+                found_after=search.runs,
+                id=made,
+                replay=replay,
+            ),
+        )
+
+    def _fails_anyway(self, candidate: Candidate, requirement: str, test: ConcreteTest) -> bool:
+        """Whether the test, whose parameters may have been moved, fails under the usual schedule, too."""
+        if test.actions == candidate.test.actions:
+            return False
+        usual = self.run(_usual(test))
+        return usual is None or requirement in usual.fails
+
+    def _replay(self, race: Race) -> tuple[str | None, str | None]:
+        """Id and replay file of the test with its schedule."""
+        session, nodeid = self.session, race.candidate.nodeid
+        named = name_test(race.test, "schedule")
+        with session.signals.let_through():
+            result = session.rerunner.run(named)
+        if result is None:
+            return None, None
+        origin = ReplayOrigin("schedule", race.candidate.test.id, race.requirement or "fault", race.runs)
+        case, replay = session.rerunner.keep(session.aggregation.chosen[nodeid], result, nodeid, origin)
+        return case.abstract.id, replay
+
+
+def _usual(test: ConcreteTest) -> ConcreteTest:
+    return replace(test, schedule=())
+
+
+def _spread(results: Sequence[TestResult], most: int) -> list[TestResult]:
+    """At most so many of them, evenly."""
+    if len(results) <= most:
+        return [*results]
+    return [results[place * len(results) // most] for place in range(most)]
+
+
+def _problem(race: RaceRecord) -> str:
+    what = f"{race.requirement} is violated" if race.requirement else f"a run fails ({race.fault})"
+    return f"{what} by {race.test} under another schedule ({race.kind}): {race.words}"

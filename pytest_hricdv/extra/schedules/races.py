@@ -1,0 +1,140 @@
+"""Races: schedules under which a test fails, with as few decisions as possible, and what kind of failure each is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from pytest_hricdv.extra.schedules.search import Candidate, HeldNode, RunTest, ScheduleRun
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.schedule import ScheduleDecision
+
+JUST_S = 1e-6
+"""A delay that is shorter by this (s) than a hold does not change the order. As fine as virtual time is."""
+
+HALVINGS = 12
+"""Of a delay, until it is known to a five-thousandth."""
+
+RaceKind = Literal["wrong order", "late"]
+
+
+@dataclass(frozen=True)
+class Race:
+    """A schedule under which a test fails.
+
+    Args:
+        candidate: the test that passes under the usual schedule.
+        requirement: that is violated; empty for a fault.
+        test: with the fewest decisions.
+        ran: its run.
+        kind: `wrong order` if it fails because of the order of two nodes, `late` if a delay alone does it.
+        least_s: the least delay that does it (s), where it is late.
+        runs: that it took to find out.
+    """
+
+    candidate: Candidate
+    requirement: str
+    test: ConcreteTest
+    ran: ScheduleRun
+    kind: RaceKind
+    least_s: float
+    runs: int
+
+    @property
+    def key(self) -> tuple[str, tuple[str, ...]]:
+        """Races with the same requirement and the same places are one."""
+        return self.requirement, tuple(decision.place for decision in self.test.schedule)
+
+
+@dataclass
+class Examination:
+    """Takes decisions away while the test fails, and tells order from delay.
+
+    Args:
+        run: runs tests.
+        fails: whether a run fails in the same way.
+    """
+
+    run: RunTest
+    fails: Callable[[ScheduleRun], bool]
+    runs: int = 0
+
+    def examine(self, candidate: Candidate, requirement: str, test: ConcreteTest, ran: ScheduleRun) -> Race:
+        """What is left of a schedule under which a test fails."""
+        test, ran = self._least(test, ran)
+        late = self._late(test, ran)
+        kind: RaceKind = "wrong order"
+        least_s = sum(held.for_s for held in ran.held)
+        if late is not None:
+            kind = "late"
+            test, ran, least_s = self._shortest(*late)
+        return Race(candidate, requirement, test, ran, kind, least_s, self.runs)
+
+    def _tries(self, test: ConcreteTest) -> ScheduleRun | None:
+        """The run, if it fails in the same way."""
+        self.runs += 1
+        ran = self.run(test)
+        return ran if ran is not None and self.fails(ran) else None
+
+    def _least(self, test: ConcreteTest, ran: ScheduleRun) -> tuple[ConcreteTest, ScheduleRun]:
+        """Without decisions that it does not need: those that come last are tried first."""
+        place = len(test.schedule) - 1
+        while place >= 0 and len(test.schedule) > 1:
+            fewer = replace(test, schedule=(*test.schedule[:place], *test.schedule[place + 1 :]))
+            if (shorter := self._tries(fewer)) is not None:
+                test, ran = fewer, shorter
+            place -= 1
+        return test, ran
+
+    def _late(self, test: ConcreteTest, ran: ScheduleRun) -> tuple[ConcreteTest, ScheduleRun] | None:
+        """The same delays without the other order, if the test fails then, too: each a little shorter than the hold."""
+        if any(decision.kind == "order" for decision in test.schedule):
+            return None
+        delays = tuple(_delay(decision, ran.held) for decision in test.schedule)
+        delayed = replace(test, schedule=delays)
+        again = self._tries(delayed)
+        return None if again is None else (delayed, again)
+
+    def _shortest(self, test: ConcreteTest, ran: ScheduleRun) -> tuple[ConcreteTest, ScheduleRun, float]:
+        """With the shortest delays that still make it fail, all in one proportion."""
+        whole = test.schedule
+        passes, fails = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = (passes + fails) / 2
+            shorter = replace(test, schedule=tuple(replace(entry, value=entry.value * middle) for entry in whole))
+            again = self._tries(shorter)
+            if again is None:
+                passes = middle
+            else:
+                fails, test, ran = middle, shorter, again
+        return test, ran, sum(decision.value for decision in test.schedule)
+
+
+def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDecision:
+    """The same delay, which ends just before the other node runs."""
+    for_s = next((entry.for_s for entry in held if entry.place == decision.place), decision.value)
+    return replace(decision, kind="delay", value=max(0.0, for_s - JUST_S))
+
+
+def words(race: Race) -> str:
+    """`arm is held up before arm.py:32 for 0.013 s while watch executes guard.py:14, guard.py:15`."""
+    parts = []
+    for held in race.ran.held:
+        before = (
+            f"between reading and writing in {held.place[:-1]}" if held.place.endswith("=") else f"before {held.place}"
+        )
+        between = dict.fromkeys(place.rstrip("=") for place, _ in held.between)
+        others = ", ".join(dict.fromkeys(node for _, node in held.between))
+        during = f" while {others} executes {_few([*between])}" if between else ""
+        parts.append(f"{held.node} waits {before} for {held.for_s:.6g} s{during}")
+    orders = [decision for decision in race.test.schedule if decision.kind == "order"]
+    parts += [
+        f"at choice {entry.number} node {int(entry.value) + 1} of those that are ready goes first" for entry in orders
+    ]
+    return "; ".join(parts)
+
+
+def _few(places: Sequence[str], most: int = 3) -> str:
+    left = len(places) - most
+    return ", ".join(places[:most]) + (f" and {left} more" if left > 0 else "")

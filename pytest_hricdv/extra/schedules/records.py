@@ -1,0 +1,78 @@
+"""What the search for schedules found, as a report holds it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from msgspec.structs import replace
+
+from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
+from pytest_hricdv.results.section import FileNames, Section
+
+SearchEnd = Literal["done", "nothing to order", "interrupted"]
+"""Why it ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
+
+
+class RaceRecord(PlainRecord, frozen=True, kw_only=True):
+    """A schedule under which a test fails that passes under the usual one.
+
+    Args:
+        requirement: that is violated; empty for a fault.
+        fault: what else is wrong, a sentence.
+        test: id of the test that passes.
+        kind: `wrong order`: it fails because of the order of two nodes; `late`: a delay alone does it.
+        words: what happens.
+        least_s: the least delay that does it (s).
+        is_counted: it fails the session; a late one does where `Timing(slowest_s=...)` is declared.
+        found_after: so many runs.
+        id: of the test with this schedule.
+        replay: of this.
+    """
+
+    requirement: str
+    fault: str = ""
+    test: TestId
+    kind: Literal["wrong order", "late"]
+    words: str
+    least_s: NotNegative
+    is_counted: bool
+    found_after: Count
+    id: TestId | None = None
+    replay: ReplayName | None = None
+
+
+class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
+    """What a search came to.
+
+    Args:
+        runs: with schedules, of those asked for.
+        tests: whose runs were noted.
+        slowest_s: for so long a node was held up at most (s).
+        races: the first of each kind.
+        pairs: of statements of different nodes on the same data that came right after each other in some run.
+        both: of these, how many came in either order.
+        open: pairs that came in one order only, `first before second`; the first of them.
+        end_reason: why it ended.
+    """
+
+    runs: Count
+    tests: Count
+    slowest_s: NotNegative
+    races: tuple[RaceRecord, ...] = ()
+    pairs: Count = 0
+    both: Count = 0
+    open: Names = ()
+    end_reason: SearchEnd = "done"
+
+
+def _rename(result: ScheduleResult | None, names: FileNames) -> ScheduleResult | None:
+    if result is None:
+        return None
+    races = tuple(replace(race, replay=names.replay(race.replay)) for race in result.races)
+    return replace(result, races=races)
+
+
+SCHEDULES: Section[ScheduleResult | None] = Section("schedules", ScheduleResult | None, None, rename=_rename)
+"""Of a session that searched for schedules."""
+
+SECTIONS = (SCHEDULES,)

@@ -1,0 +1,264 @@
+"""The search for schedules under which a test fails that passes under the usual one.
+
+One run of a test notes which node executes which statement when. Where two nodes read and write the same data, the
+first is held up until the other one has run, which reverses their order (see `pairs`). Pairs that were not reversed yet
+are tried first. Where the other one comes too late for that, a parameter of the test is moved so that it comes in time.
+A run has one to three decisions: most races need one (S. Burckhardt, P. Kothari, M. Musuvathi, S. Nagarakatte: A
+Randomized Scheduler with Probabilistic Guarantees of Finding Bugs, ASPLOS 2010).
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from random import Random
+
+import msgspec
+
+from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
+from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.extra.schedules.execution import EXECUTION
+from pytest_hricdv.extra.schedules.ordering import Ordering, accesses
+from pytest_hricdv.extra.schedules.pairs import Conflict, conflicts, thin
+from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
+from pytest_hricdv.generate.rng import make_rng
+from pytest_hricdv.generate.sampler import Sampler
+from pytest_hricdv.generate.schedule import ScheduleDecision
+from pytest_hricdv.session.replaying import TestRerunner, name_test
+
+MOST_DECISIONS = 3
+"""In one run."""
+
+ONE = 0.6
+"""The share of runs with one decision only."""
+
+AT_RANDOM = 0.25
+"""The share of runs whose decisions are drawn without looking at pairs: what static names miss may be there."""
+
+Pair = tuple[str, str]
+"""The place of the statement that came first, and of the one that came next to the same data."""
+
+
+class HeldNode(PlainRecord, frozen=True, kw_only=True):
+    """What a decision did: the place, the node that waited there, when and for how long (s), and what came between."""
+
+    place: str
+    node: str
+    time_s: NotNegative
+    for_s: NotNegative
+    between: tuple[tuple[str, str], ...] = ()
+
+
+class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
+    """A run with a schedule, or one without that was noted.
+
+    Args:
+        violated: requirements.
+        faults: what else was wrong with it, a sentence each.
+        nodes: how many nodes of the code executed anything.
+        conflicts: some of each pair.
+        executed: place -> how often.
+        ready: of each choice between nodes, how many were ready.
+        held: what decisions did.
+        record: SHA-256 of the record.
+    """
+
+    violated: Names = ()
+    faults: Names = ()
+    nodes: Count = 0
+    conflicts: tuple[Conflict, ...] = ()
+    executed: Mapping[str, Count] = {}
+    ready: tuple[Count, ...] = ()
+    held: tuple[HeldNode, ...] = ()
+    record: str = ""
+
+    @property
+    def fails(self) -> frozenset[str]:
+        """Requirements, and an empty text for a fault."""
+        return frozenset(self.violated) | ({""} if self.faults else set())
+
+
+RunTest = Callable[[ConcreteTest], ScheduleRun | None]
+"""Runs a test; None where the run came to no end."""
+
+
+def runner(rerunner: TestRerunner) -> RunTest:
+    """Runs tests in forks, so that whatever a schedule leads to ends with its run."""
+
+    def run(test: ConcreteTest) -> ScheduleRun | None:
+        if not hasattr(os, "fork"):
+            return None
+        process = fork()
+        if isinstance(process, InFork):
+            message = b"null"
+            with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
+                message = msgspec.json.encode(_run(rerunner, test))
+            process.send_and_end(message)
+        try:
+            with rerunner.let_through():
+                return msgspec.json.decode(process.message(), type=ScheduleRun | None)
+        except ForkError:
+            return None
+        finally:
+            process.close()
+
+    return run
+
+
+def _run(rerunner: TestRerunner, test: ConcreteTest) -> ScheduleRun | None:
+    noted: list[Ordering] = []
+    EXECUTION.noting = noted
+    result = rerunner.run(name_test(test, "schedule"))
+    if result is None or not noted:
+        return None
+    violated = [
+        verdict.requirement
+        for verdict in result.verdicts
+        if verdict.verdict == "Failed" and rerunner.is_violated(verdict.requirement, verdict)
+    ]
+    return _summary(noted[0], tuple(violated), result.errors, result.record.sha256)
+
+
+def _summary(ordering: Ordering, violated: Names, faults: Names, record: str) -> ScheduleRun:
+    places = ordering.points.places
+    return ScheduleRun(
+        violated=violated,
+        faults=faults,
+        nodes=len({step.node for step in ordering.steps}),
+        conflicts=thin(conflicts(ordering.steps, places, accesses(ordering.points))),
+        executed=dict(sorted(Counter(places[step.point] for step in ordering.steps).items())),
+        ready=tuple(choice.ready for choice in ordering.choices),
+        held=tuple(
+            HeldNode(
+                place=held.decision.place,
+                node=held.node,
+                time_s=round(held.time_s, 6),
+                for_s=round(held.for_s, 6),
+                between=held.meanwhile,
+            )
+            for held in ordering.held_up
+        ),
+        record=record,
+    )
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A test of the session that passes, the ranges of its parameters, and its usual run."""
+
+    nodeid: str
+    test: ConcreteTest
+    space: Concretization
+    usual: ScheduleRun
+
+
+@dataclass
+class ScheduleSearch:
+    """Draws schedules for tests, and keeps which pairs were tried.
+
+    Args:
+        run: runs tests.
+        slowest_s: for so long a node is held up at most (s).
+        seed: of the session.
+    """
+
+    run: RunTest
+    slowest_s: float
+    seed: int
+    seen: set[Pair] = field(default_factory=set)
+    """Pairs in the order in which some run executed them."""
+    tried: Counter[Pair] = field(default_factory=Counter)
+    """Pairs whose first node was held up."""
+    runs: int = 0
+
+    def note(self, run: ScheduleRun) -> None:
+        """Pairs that a run executed."""
+        self.seen.update(conflict.pair for conflict in run.conflicts)
+
+    def open_pairs(self) -> list[Pair]:
+        """Pairs that came in one order only."""
+        return sorted(pair for pair in self.seen if (pair[1], pair[0]) not in self.seen)
+
+    def draw(self, candidates: Sequence[Candidate]) -> Iterator[tuple[Candidate, ConcreteTest]]:
+        """Tests with schedules, without end; empty where no candidate has anything to order."""
+        able = [candidate for candidate in candidates if candidate.usual.nodes > 1 or candidate.usual.ready]
+        number = 0
+        while able:
+            rng = make_rng("schedules", self.seed, number)
+            number += 1
+            made = self._at_random(rng, able) if rng.random() < AT_RANDOM else self._pair(rng, able)
+            yield made or self._at_random(rng, able)
+
+    def _pair(self, rng: Random, candidates: Sequence[Candidate]) -> tuple[Candidate, ConcreteTest] | None:
+        """The pair that was tried least, in one of the tests that have it."""
+        found = [
+            (self.tried[conflict.pair], conflict.gap_s > self.slowest_s, place, conflict)
+            for place, candidate in enumerate(candidates)
+            for conflict in candidate.usual.conflicts
+        ]
+        if not found:
+            return None
+        least = min(entry[:2] for entry in found)
+        _, is_far, place, conflict = rng.choice([entry for entry in found if entry[:2] == least])
+        self.tried[conflict.pair] += 1
+        candidate = candidates[place]
+        test = candidate.test
+        if is_far:
+            moved = self._move(rng, candidate, conflict)
+            if moved is None:
+                return None
+            test = moved
+        decisions = [ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s)]
+        if rng.random() >= ONE:
+            decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
+        return candidate, replace(test, schedule=_ordered(decisions))
+
+    def _more(self, rng: Random, candidate: Candidate, count: int) -> list[ScheduleDecision]:
+        usual = candidate.usual
+        near = [conflict for conflict in usual.conflicts if conflict.gap_s <= self.slowest_s]
+        made = []
+        for _ in range(count):
+            if usual.ready and rng.random() < 0.3:
+                number = rng.randrange(len(usual.ready))
+                made.append(ScheduleDecision("order", "", number + 1, rng.randrange(1, usual.ready[number])))
+            elif near and rng.random() < 0.5:
+                conflict = rng.choice(near)
+                made.append(ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s))
+            elif usual.executed:
+                place = rng.choice([*usual.executed])
+                made.append(ScheduleDecision("hold", place, rng.randint(1, usual.executed[place]), self.slowest_s))
+        return made
+
+    def _at_random(self, rng: Random, candidates: Sequence[Candidate]) -> tuple[Candidate, ConcreteTest]:
+        candidate = rng.choice([*candidates])
+        decisions = self._more(rng, candidate, rng.randint(1, MOST_DECISIONS))
+        return candidate, replace(candidate.test, schedule=_ordered(decisions))
+
+    def _move(self, rng: Random, candidate: Candidate, conflict: Conflict) -> ConcreteTest | None:
+        """The test with one parameter changed so that the second statement may come in time; None where none can be."""
+        change_s = conflict.gap_s - rng.uniform(0.0, self.slowest_s)
+        test, commands = candidate.test, candidate.space.commands
+        options = [
+            (place, name, changed)
+            for place, action in enumerate(test.actions)
+            for name, value in action.parameters.items()
+            for changed in (value - change_s, value + change_s)
+            if name.endswith("_s") and _may_be(commands.get(action.command, {}).get(name), changed)
+        ]
+        if not options:
+            return None
+        place, name, changed = rng.choice(options)
+        action = test.actions[place]
+        action = replace(action, parameters={**action.parameters, name: changed})
+        return replace(test, actions=(*test.actions[:place], action, *test.actions[place + 1 :]))
+
+
+def _may_be(sampler: Sampler | None, value: float) -> bool:
+    return sampler is not None and sampler.contains(value)
+
+
+def _ordered(decisions: Sequence[ScheduleDecision]) -> tuple[ScheduleDecision, ...]:
+    return tuple(sorted(dict.fromkeys(decisions), key=lambda entry: (entry.kind, entry.place, entry.number)))

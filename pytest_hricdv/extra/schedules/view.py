@@ -1,0 +1,69 @@
+"""What a report says of schedules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.schedules.records import SCHEDULES, RaceRecord, ScheduleResult
+from pytest_hricdv.report.explanation import replay_command
+from pytest_hricdv.report.formatting import Line, plural
+from pytest_hricdv.report.view import PageSection, View
+from pytest_hricdv.results.model import Report
+
+
+class SchedulesView(View):
+    """Races with their commands, and the pairs that were tried."""
+
+    name = "schedules"
+
+    def findings(self, report: Report) -> Iterator[Line]:
+        """Each race, then how much was tried."""
+        result = SCHEDULES.of(report)
+        if result is None:
+            return
+        for race in result.races:
+            yield Line(visible(title(race)), "bad" if race.is_counted else "warn")
+            yield Line(visible(f"  {race.words}"))
+            if race.replay:
+                yield Line(visible(f"  {replay_command(race.replay, report.rerun_options.options)}"), "dim")
+        yield Line(visible(tried(result)), "dim" if result.races else "ok")
+
+    def section(self, report: Report) -> PageSection | None:
+        """Races, and the pairs that came in one order only."""
+        result = SCHEDULES.of(report)
+        if result is None:
+            return None
+        commands = {
+            race.replay: replay_command(race.replay, report.rerun_options.options)
+            for race in result.races
+            if race.replay
+        }
+        values = {"result": result, "commands": commands, "titles": [title(race) for race in result.races]}
+        values["tried"] = tried(result)
+        return PageSection("schedules", "Schedules", "schedules/schedules.html.jinja", values, place="in closure")
+
+
+VIEW = SchedulesView()
+
+
+def title(race: RaceRecord) -> str:
+    """`R2 fails in the wrong order of arm.py:32 ...`."""
+    what = f"{race.requirement} of {race.test}" if race.requirement else f"{race.test}"
+    fails = f"{what} fails" if race.requirement else f"{what} fails ({race.fault})"
+    if race.kind == "late":
+        counted = "" if race.is_counted else "; listed only, as no Timing(slowest_s=...) is declared"
+        return f"{fails} if the code is {race.least_s:.4g} s late{counted}"
+    return f"{fails} in the wrong order"
+
+
+def tried(result: ScheduleResult) -> str:
+    """`schedules: 100 runs of 6 tests, 12 of 14 pairs in either order, nodes held up for 0.05 s at most`."""
+    if result.end_reason == "nothing to order":
+        return "schedules: nothing to order: in no run did two threads, tasks or callbacks of the code take turns"
+    ended = "; interrupted" if result.end_reason == "interrupted" else ""
+    return (
+        f"schedules: {plural(result.runs, 'run')} of {plural(result.tests, 'test')}, {result.both} of "
+        f"{plural(result.pairs, 'pair')} of statements in either order, nodes held up for {result.slowest_s:g} s at "
+        f"most{ended}"
+    )

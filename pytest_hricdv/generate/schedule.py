@@ -1,0 +1,57 @@
+"""Schedules: in which order the nodes of the code under test go on, as parameters of a concrete test.
+
+Without decisions, nodes go on in the order in which they began to wait, and code takes no time. A decision changes one
+thing about this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pytest_hricdv.generate import GenerateError
+
+Kind = Literal["hold", "delay", "order"]
+
+
+@dataclass(frozen=True)
+class ScheduleDecision:
+    """One decision.
+
+    Args:
+        kind: `hold`: before the statement, the node waits until another node of the code has run, at most as long as
+            the code may be slow. `delay`: before the statement, it waits for a fixed time. `order`: of the nodes that
+            are ready, another one than the first goes on, or gets a lock.
+        place: of the statement, `file:line`; empty for `order`.
+        number: which execution of the statement, or which choice of the run, from 1.
+        value: of a hold, at most how long (s); of a delay, how long (s); of an order, which node, from 0.
+    """
+
+    kind: Kind
+    place: str
+    number: int
+    value: float = 0.0
+
+    def to_data(self) -> list[Any]:
+        """For JSON."""
+        return [self.kind, self.place, self.number, self.value]
+
+
+def schedule_from_data(data: Sequence[Any]) -> tuple[ScheduleDecision, ...]:
+    """What `to_data` gave of each decision.
+
+    Raises:
+        GenerateError: it is no such list.
+    """
+    decisions = []
+    for entry in data:
+        match [*entry]:
+            case ["hold" | "delay" | "order" as kind, str(place), int(number), int(value) | float(value)]:
+                decisions.append(ScheduleDecision(kind, place, number, float(value)))
+            case _:
+                raise GenerateError(
+                    f"no decision of a schedule: {entry!r}; expected [kind, place, number, value], "
+                    "the kind hold, delay or order"
+                )
+    return tuple(decisions)
