@@ -50,7 +50,9 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
         if cause.minimal_pair and any((cause.minimal_pair.test, name) in failures for name in cause.requirements)
     )
     return min(
-        decided, key=lambda decision: (not decision.kind, len(decision.concrete), canonical(decision)), default=None
+        decided,
+        key=lambda decision: (not decision.kind, decision.untriggered, len(decision.concrete), canonical(decision)),
+        default=None,
     )
 
 

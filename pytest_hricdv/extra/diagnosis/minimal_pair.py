@@ -173,4 +173,5 @@ class NeighborSearch:
             passing=parting.passing,
             differs_at=parting.at,
             concrete=self.space.describe(variation.test),
+            untriggered=passing is self._unchecked,
         )

@@ -102,9 +102,11 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
         differs_at: which of these events is the first that differs, from 0; None where none does.
         concrete: the actions of the neighbour, with their parameters.
         neighbour: its run; None where it was not run once more to be shown.
+        untriggered: it passes only because the requirement is never triggered then, which explains nothing.
     """
 
     words: str
+    untriggered: bool = False
     kind: Literal["", "disturbance", "order", "value", "command", "action"] = ""
     test: TestId
     runs: Count
