@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -84,7 +84,8 @@ def with_observations(model: CodeModel, seen: Observations) -> CodeModel:
     entry = replace(entry, ports=_with_results(entry.ports, seen, entry.name),
                     method_ports=_with_results(entry.method_ports, seen, entry.name))  # fmt: skip
     model = replace(model, entry=entry, messages=messages, inner=_with_results(model.inner, seen, entry.name))
-    return replace(model, machines=tuple(_with_states(machine, model, seen) for machine in model.machines))
+    pairs = _pairs(model, seen)
+    return with_steps(replace(model, machines=tuple(_with_states(each, pairs) for each in model.machines)), seen)
 
 
 def _with_values(message: Message, seen: Observations, entry: Entry) -> Message:
@@ -146,16 +147,30 @@ def _operation(port: Port, operation: Operation, seen: Observations, owner: str)
     return replace(operation, result=part if part.kind != "str" or part.values else None)
 
 
-def _with_states(machine: StateMachine, model: CodeModel, seen: Observations) -> StateMachine:
-    """A machine with the states that its attribute was seen in; what followed what, where the code declares nothing."""
+def _pairs(model: CodeModel, seen: Observations) -> Collection[str]:
+    """States in which the object was seen, and what followed what, as "from -> to"."""
     path = next((message.channel for message in model.messages if message.form == "state"), "")
     entry = model.entry
-    if entry is None or not path or not machine.field:
-        return machine
-    pairs = seen.states.get(f"{entry.module}:{entry.name}.{path}", {})
+    return seen.states.get(f"{entry.module}:{entry.name}.{path}", {}) if entry is not None and path else ()
+
+
+def _with_states(machine: StateMachine, pairs: Collection[str]) -> StateMachine:
+    """A machine with the states that its attribute was seen in."""
     there = {state.name for state in machine.states}
     texts = dict.fromkeys(text for pair in pairs for text in pair.split(" -> ") if text and text not in there)
-    steps = [pair.split(" -> ") for pair in pairs if pair.count(" -> ") == 1]
-    moves = tuple(Transition(before, after, machine.location) for before, after in steps if before != after)
-    return replace(machine, states=(*machine.states, *(State(text, machine.location) for text in texts)),
-                   transitions=machine.transitions or moves)  # fmt: skip
+    states = tuple(State(text, machine.location) for text in texts) if machine.field else ()
+    return replace(machine, states=(*machine.states, *states))
+
+
+def with_steps(model: CodeModel, seen: Observations) -> CodeModel:
+    """The model, where a machine whose transitions no code declares has those that were seen."""
+    steps = [tuple(pair.split(" -> ")) for pair in _pairs(model, seen) if pair.count(" -> ") == 1]
+
+    def with_its_steps(machine: StateMachine) -> StateMachine:
+        names = {state.name for state in machine.states}
+        moves = tuple(Transition(before, after, machine.location) for before, after in steps
+                      if before != after and {before, after} <= names)  # fmt: skip
+        is_open = machine.kind == "attribute" and machine.field
+        return replace(machine, transitions=moves) if is_open else machine
+
+    return replace(model, machines=tuple(map(with_its_steps, model.machines)))

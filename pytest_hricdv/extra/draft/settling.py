@@ -15,6 +15,7 @@ from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import CodeModel, Problem, Question
 from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns, run
 from pytest_hricdv.extra.draft.observe.observations import Observations, merge_observations
+from pytest_hricdv.extra.draft.observed_code import with_steps
 from pytest_hricdv.extra.draft.project.answers import edited
 from pytest_hricdv.extra.draft.project.draft import ENDS, Draft
 from pytest_hricdv.extra.draft.project.requirements import ENDS_VISIT, requirement_ids
@@ -337,6 +338,8 @@ def _run_suites(work: Settlement, limit_s: float, progress: Callable[[str], None
         work.draft = _without(work.draft, trial.failed)
         if _go_on(work, trial, f"first runs, {suite}", progress):
             continue
+        if suite == "rl":  # what it has shown of states are targets of the other one
+            work.draft = replace(work.draft, code=with_steps(work.draft.code, work.seen))
         passed[suite] = _what_runs(work.draft)
         progress(f"first runs, {suite}: {trial.tests} tests, {trial.passed} passed before requirements were settled")
 

@@ -91,6 +91,7 @@ class DeviceStandIn(Neutral):
     def _value(self, name: str, *, read: bool, text: str = "") -> Any:
         border, port, device = self.__dict__["_border"], self.__dict__["_name"], self.__dict__["_device"]
         if read:
+            border.pass_time()
             border.on_crossing()
         if name in device.senses:
             value = border.senses[f"{port}.{name}"]
