@@ -21,13 +21,14 @@ from pytest_hricdv.extra.draft.observe.observations import (
     read_observations,
 )
 from pytest_hricdv.extra.draft.observed import Observation
-from pytest_hricdv.extra.draft.project.answers import edited, read_answers
+from pytest_hricdv.extra.draft.project.answers import find_edits, read_answers
 from pytest_hricdv.extra.draft.project.draft import Draft, robot_name
 from pytest_hricdv.extra.draft.project.files import check, write
 from pytest_hricdv.extra.draft.record import add_command as add_command
 from pytest_hricdv.extra.draft.ros.executable import find_executable
 from pytest_hricdv.extra.draft.ros_model import ros_lines
-from pytest_hricdv.extra.draft.settling import BUDGET_S, Reread, settle
+from pytest_hricdv.extra.draft.settlement import BUDGET_S, Reread
+from pytest_hricdv.extra.draft.settling import settle
 from pytest_hricdv.skeleton.skeleton import name_like
 
 NO_NODES = (
@@ -160,7 +161,7 @@ def _begin(made: Draft) -> Draft:
 
 
 def _write(made: Draft, options: DraftOptions, runs: bool, reread: Reread | None = None) -> Iterator[str]:
-    kept = edited(made.earlier)
+    kept = find_edits(made.earlier)
     if kept:
         yield f"drafted before: what was changed since stays as it is, in {', '.join(kept)}"
     if runs:

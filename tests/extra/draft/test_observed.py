@@ -184,7 +184,7 @@ def scripted(monkeypatch: pytest.MonkeyPatch, script: Callable[[Draft, str, int 
     def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> FirstRuns:
         return script(draft, suite, tests)
 
-    monkeypatch.setattr("pytest_hricdv.extra.draft.settling.run", run)
+    monkeypatch.setattr("pytest_hricdv.extra.draft.settlement.run", run)
 
 
 def test_a_requirement_that_few_tests_check_is_a_question(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ def record_text(texts: Mapping[str, str]) -> str:
     return json.dumps(texts, ensure_ascii=False, indent=1) + "\n"
 
 
-def edited(answers: Answers) -> tuple[str, ...]:
+def find_edits(answers: Answers) -> tuple[str, ...]:
     """The files that somebody has changed."""
     return tuple(name for name, (drafted, now) in answers.items() if drafted != now)
 

@@ -1,0 +1,276 @@
+"""A draft while first runs settle it: how it is run, and what is taken out of it where it fails."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from pytest_hricdv.extra.draft.code.naming import word
+from pytest_hricdv.extra.draft.code_model import CodeModel, Question
+from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns, run
+from pytest_hricdv.extra.draft.observe.observations import Observations, merge_observations
+from pytest_hricdv.extra.draft.project.draft import ENDS, Draft
+from pytest_hricdv.extra.draft.project.requirements import ENDS_VISIT, requirement_ids
+
+FIRST_TESTS = 8
+"""Tests of the first suite, with each start belief and most other beliefs."""
+
+MAX_LISTED = 6
+"""Things in a question."""
+
+MIN_RUN_S = 10.0
+"""Processor time that a run may always take: pytest itself and the imports of the code are part of it."""
+
+BUDGET_S = 60.0
+"""Processor time of all first runs."""
+
+_REFUSED = re.compile(r"requirements\.toml:.*?\brequirement (\S+?)[,:]")
+"""The id of a requirement that cannot be read, in an error."""
+
+Reread = Callable[[Observations | None, frozenset[str]], CodeModel]
+"""Reads the code again, with what was observed, and with the libraries that failed."""
+
+
+@dataclass
+class Settlement:
+    """A draft while it is settled.
+
+    Args:
+        draft: as it is now.
+        reread: reads the code again; None where nothing more can be known of it.
+        budget_s: processor time that is left.
+        asked: cause and subject -> the question, of what was taken out.
+    """
+
+    draft: Draft
+    reread: Reread | None
+    budget_s: float = BUDGET_S
+    asked: dict[tuple[str, str], Question] = field(default_factory=dict)
+    seen: Observations = field(default_factory=Observations)
+    faulty: frozenset[str] = frozenset()
+    trials: int = 0
+    is_reduced: bool = False
+    isolated_for: str = ""
+    """The error for which each test got a process of its own."""
+
+    def try_out(self, suite: str = "rl", tests: int | None = FIRST_TESTS, limit_s: float = 20.0) -> FirstRuns:
+        """Run the draft as it is, until all ends of its runs are allowed; requirements are told by their subjects."""
+        while True:
+            self.draft = with_some_requirement(self.draft)
+            subjects = {name: subject for subject, name in requirement_ids(self.draft).items()}
+            trial = run(self.draft, suite, max(MIN_RUN_S, min(limit_s, self.budget_s)), tests)
+            failed, rare = ([subjects[name] for name in names if name in subjects]
+                            for names in (trial.failed, trial.rare))  # fmt: skip
+            trial = replace(trial, failed=tuple(failed), rare=tuple(rare))
+            self.trials += 1
+            self.budget_s -= trial.used_s
+            if trial.seen is not None:
+                self.seen = merge_observations((self.seen, trial.seen))
+            new = set(trial.ends) - set(self.draft.allowed_endings)
+            is_waived = bool(trial.no_waivers) and not self.draft.no_waivers
+            if not new and not is_waived:
+                return trial
+            ends = tuple(end for end in ENDS if end in (*self.draft.allowed_endings, *new))
+            self.draft = replace(self.draft, allowed_endings=ends, no_waivers=self.draft.no_waivers or trial.no_waivers)
+
+    def reduce(self, trial: FirstRuns) -> bool:
+        """Take out what fails; returns whether anything was."""
+        if self.isolated_for and self.isolated_for == trial.error:
+            self.draft = replace(self.draft, isolates=False)  # it was not that
+        if trial.error.startswith("ERROR"):  # no test began
+            steps = [self._drop_requirement, self._drop_name, self._run_in_root, self._replace_libraries,
+                     self._drop_entry, self._drop_code]  # fmt: skip
+        elif trial.raising and not trial.calm and not any(trial.last):  # before anybody does anything
+            steps = [self._run_in_root, self._take_time, self._isolate, self._replace_libraries, self._drop_state,
+                     self._drop_entry]  # fmt: skip
+        elif trial.error and trial.error != TOO_LONG:
+            steps = [self._run_in_root, self._take_time, self._isolate, self._accept_differences,
+                     self._replace_libraries, self._leave_out, self._give_up_unknown, self._drop_state,
+                     self._drop_calls, self._fall_silent]  # fmt: skip
+        elif trial.is_hollow or trial.error:
+            steps = [self._fall_silent]
+        else:
+            steps = [self._isolate, self._accept_differences]
+        return any(step(trial) for step in steps) or self.give_up(trial)
+
+    def give_up(self, trial: FirstRuns) -> bool:
+        """Take out all that may fail, the most harmless first; returns whether anything was."""
+        return self._fall_silent(trial) or self._drop_entry(trial) or self._drop_code(trial)
+
+    def _drop_requirement(self, trial: FirstRuns) -> bool:
+        """Leave out a requirement that the testbench refuses."""
+        found = _REFUSED.search(trial.error)
+        before = self.draft.dropped
+        if found is not None:
+            subjects = [subject for subject, name in requirement_ids(self.draft).items() if name == found.group(1)]
+            self.draft = without(self.draft, subjects)
+        return self.draft.dropped != before
+
+    def _drop_name(self, trial: FirstRuns) -> bool:
+        """Leave out what the testbench refuses by its name: a message, or what a device returns."""
+        if not trial.error.startswith("ERROR"):
+            return False
+        for message in self.draft.code.messages:
+            if re.search(rf"['`\"]({message.name}|{message.topic})\\b", trial.error):
+                messages = tuple(each for each in self.draft.code.messages if each is not message)
+                return self._drop(trial, f"`{message.name}` is left out", replace(self.draft.code, messages=messages))
+        for sensor in self.draft.sensors:
+            if f"'{sensor.name}'" in trial.error:
+                levels = tuple(f"set_{word(sensor.name)} {level}" for level, _ in sensor.levels)
+                self.draft = replace(self.draft, left_out=(*self.draft.left_out, *levels))
+                return True
+        return False
+
+    def _run_in_root(self, trial: FirstRuns) -> bool:
+        """Run the code in the folder that it is in, where it opens a file of it by a relative path."""
+        found = re.search(r"FileNotFoundError: .*?'([^'/][^']*)'", trial.error)
+        if self.draft.runs_in_root or found is None or not (Path(self.draft.code.root) / found.group(1)).exists():
+            return False
+        self.draft = replace(self.draft, runs_in_root=True)
+        return True
+
+    def _take_time(self, trial: FirstRuns) -> bool:
+        """Let calls of devices take time, where the code asks them without waiting."""
+        is_still = "no simulated time" in trial.error or "without time passing" in trial.error
+        if not is_still or self.draft.takes_time:
+            return False
+        self.draft = replace(self.draft, takes_time=True)
+        return True
+
+    def _isolate(self, trial: FirstRuns) -> bool:
+        """Give each test a process of its own, if one may have left a state to the next."""
+        is_later = bool(trial.raising and trial.calm) and not self.isolated_for
+        if self.draft.isolates or not (trial.leaks or is_later):
+            return False
+        self.isolated_for = trial.error or "leaks"
+        self.draft = replace(self.draft, isolates=True)
+        return True
+
+    def _replace_libraries(self, trial: FirstRuns) -> bool:
+        """Give what is made from a library that failed a stand-in."""
+        new = trial.libraries - self.faulty
+        if self.reread is None or not new or not trial.error:
+            return False
+        self.faulty |= new
+        model = self.reread(self.seen, self.faulty)
+        if model.inner == self.draft.code.inner:
+            return False
+        names = ", ".join(port.name for port in model.inner)
+        self._ask(f"{one_line(trial.error)}: `{names}` has a stand-in now. What does it do?", "inner", trial)
+        self.draft = replace(self.draft, code=model)
+        return True
+
+    def _accept_differences(self, trial: FirstRuns) -> bool:
+        """Do without the audit, where a test does not repeat."""
+        if not trial.unrepeatable or not self.draft.audits:
+            return False
+        self._ask(f"A test does not repeat: {trial.unrepeatable}. What of it comes from outside a run?", "run", trial)
+        self.draft = replace(self.draft, audits=False)
+        return True
+
+    def _leave_out(self, trial: FirstRuns) -> bool:
+        """Leave out the command that tests which raise have, most often as the last one, and the others do not have."""
+        scores: dict[str, float] = {}
+        for command in sorted({command for commands in trial.raising for command in commands}):
+            raising = sum(command in commands for commands in trial.raising) / len(trial.raising)
+            calm = sum(command in commands for commands in trial.calm) / len(trial.calm) if trial.calm else raising
+            score = raising - calm + trial.last.count(command) / len(trial.raising)
+            if score > 0.0 and not command.startswith(("wait_", "stay")) and command not in self.draft.left_out:
+                scores[command] = score
+        if not scores:
+            return False
+        worst = max(scores, key=lambda command: scores[command])
+        self._ask(
+            f"`{worst}`: {one_line(trial.error)}: a fault of the code, or nothing that anybody does?", worst, trial
+        )
+        self.draft = replace(self.draft, left_out=(*self.draft.left_out, worst))
+        return True
+
+    def _give_up_unknown(self, trial: FirstRuns) -> bool:
+        if not self.draft.has_others:
+            return False
+        self.draft = replace(self.draft, has_others=False)
+        return True
+
+    def _drop_state(self, trial: FirstRuns) -> bool:
+        messages = tuple(message for message in self.draft.code.messages if message.form != "state")
+        if messages == self.draft.code.messages:
+            return False
+        machines = tuple(replace(machine, field="") for machine in self.draft.code.machines)
+        return self._drop(
+            trial, "its state is not observed", replace(self.draft.code, messages=messages, machines=machines)
+        )
+
+    def _drop_calls(self, trial: FirstRuns) -> bool:
+        messages = tuple(message for message in self.draft.code.messages if message.form != "call")
+        if messages == self.draft.code.messages:
+            return False
+        return self._drop(trial, "nobody calls it", replace(self.draft.code, messages=messages))
+
+    def _fall_silent(self, trial: FirstRuns) -> bool:
+        """Let the person only be there, where what it does reaches nothing, or stops the code."""
+        if self.draft.is_alone:
+            return False
+        does = [thing.name for thing in self.draft.inputs] + [sensor.name for sensor in self.draft.sensors]
+        listed = ", ".join(f"`{name}`" for name in does[:MAX_LISTED]) + (" and more" if len(does) > MAX_LISTED else "")
+        reason = one_line(trial.error)
+        text = f"{reason}: is {listed} what people do?" if reason else f"How does {listed} get to the code? Nothing did"
+        self._ask(text, "messages", trial)
+        self.draft = replace(self.draft, is_silent=True)
+        return True
+
+    def _drop_entry(self, trial: FirstRuns) -> bool:
+        code = self.draft.code
+        if code.entry is None or self.draft.ros is not None:
+            return False
+        return self._drop(
+            trial, "it is only imported", replace(code, entry=None, messages=(), machines=(), inner=(), questions=())
+        )
+
+    def _drop_code(self, trial: FirstRuns) -> bool:
+        if not self.draft.imports_code or self.draft.ros is not None:
+            return False
+        self.draft = replace(self.draft, imports_code=False)
+        return self._drop(trial, "it is not imported", replace(self.draft.code, entry=None, virtual=()))
+
+    def _drop(self, trial: FirstRuns, how: str, code: CodeModel) -> bool:
+        self._ask(
+            f"The code could not be run as it is: {one_line(trial.cause)}; {how}. What does it need?", "run", trial
+        )
+        self.draft = replace(self.draft, code=code)
+        self.is_reduced = True
+        return True
+
+    def _ask(self, text: str, about: str, trial: FirstRuns) -> None:
+        """Ask of what was taken out; one question for each cause, as more of it is taken out."""
+        entry = self.draft.code.entry
+        location = trial.raised_at or (entry.location if entry is not None else None)
+        self.asked[trial.cause, about] = Question(text[:400], about, location)
+
+    def look_again(self) -> bool:
+        """Make the draft anew of what was observed; returns whether it differs."""
+        if self.reread is None or self.is_reduced or self.seen.is_empty:
+            return False
+        model = self.reread(self.seen, self.faulty)
+        if model == self.draft.code:
+            return False
+        self.draft = replace(self.draft, code=model)
+        return True
+
+
+def with_some_requirement(draft: Draft) -> Draft:
+    """The draft, with the requirement that a visit ends where no other one is left."""
+    is_none = {*requirement_ids(draft)} <= {*draft.dropped}
+    dropped = tuple(subject for subject in draft.dropped if subject != ENDS_VISIT)
+    return replace(draft, has_dropped_all=True, dropped=dropped) if is_none else draft
+
+
+def without(draft: Draft, subjects: Sequence[str]) -> Draft:
+    """The draft, in which the requirements on these subjects are questions."""
+    return with_some_requirement(replace(draft, dropped=tuple(dict.fromkeys((*draft.dropped, *subjects)))))
+
+
+def one_line(text: str) -> str:
+    return " ".join(text.split())
