@@ -138,12 +138,7 @@ def questions(model: CodeModel) -> Iterator[Question]:
     if not model.outputs and not any(endpoint.is_outgoing for endpoint in model.ros.endpoints):
         yield Question("No outputs found. How does one see what the code does?", "messages", None)
     for message in model.inputs:
-        for part in message.fields:
-            about = f"{message.topic}.{part.name}"
-            if part.kind == "str" and not part.values:
-                yield Question(f"Which texts can `{about}` have? None is compared with it", about, part.location)
-            elif part.kind == "float":
-                yield Question(f"Between which numbers is `{about}`?", about, part.location)
+        yield from _field_questions(message)
     if not model.machines:
         yield Question("No state machine found. Has the robot states, and where does it publish them?", "state", None)
     for machine in model.machines:
@@ -154,6 +149,18 @@ def questions(model: CodeModel) -> Iterator[Question]:
             text = f"Which state of `{machine.name}` follows which?"
             yield Question(text, "transitions", machine.location)
     yield from _entry_questions(model.entry)
+
+
+def _field_questions(message: Message) -> Iterator[Question]:
+    """One of all texts of a message, and one of all numbers."""
+    texts = [part for part in message.fields if part.kind == "str" and not part.values]
+    numbers = [part for part in message.fields if part.kind == "float"]
+    for parts, asks, gives in ((texts, "Which texts can", " have? The code compares none"),
+                               (numbers, "Between which numbers can", " be?")):  # fmt: skip
+        if parts:
+            names = [f"{message.topic}.{part.name}" for part in parts]
+            listed = ", ".join(f"`{name}`" for name in names)
+            yield Question(f"{asks} {listed}{gives}", names[0], parts[0].location)
 
 
 def _endpoint_questions(endpoint: Endpoint) -> Iterator[Question]:

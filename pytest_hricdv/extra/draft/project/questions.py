@@ -87,7 +87,7 @@ def _edit(question: Question, conftest: str) -> str:
     """The line of the draft that answers a question."""
     if question.about == "requirements":
         return "`requirements.toml`"
-    marks = [_mark(question.location), f'"{question.about}"', question.about.rpartition(".")[2]]
+    marks = [_mark(question.location), f'"{question.about}"', f'"{question.about.partition(".")[0]}']
     for mark in filter(None, marks):
         for number, line in enumerate(conftest.splitlines(), 1):
             if mark in line:
