@@ -40,13 +40,14 @@ class Settlement:
     Args:
         draft: as it is now.
         reread: reads the code again; None where nothing more can be known of it.
-        budget_s: processor time that is left.
+        budget_s: processor time that is left. reserve_s: of it, for the two suites.
         asked: cause and subject -> the question, of what was taken out.
     """
 
     draft: Draft
     reread: Reread | None
     budget_s: float = BUDGET_S
+    reserve_s: float = 0.0
     asked: dict[tuple[str, str], Question] = field(default_factory=dict)
     seen: Observations = field(default_factory=Observations)
     faulty: frozenset[str] = frozenset()

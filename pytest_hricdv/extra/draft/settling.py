@@ -46,7 +46,7 @@ def settle(
         budget_s: processor time of all runs.
         progress: called with a sentence for each step.
     """
-    work = Settlement(replace(draft, allowed_endings=()), reread, budget_s)
+    work = Settlement(replace(draft, allowed_endings=()), reread, budget_s, 2 * SHARE * budget_s)
     trial = _make_green(work, progress)
     for _ in range(MAX_LOOKS):
         if trial.cause or work.budget_s < budget_s / 2 or not work.look_again():
@@ -76,7 +76,7 @@ def _go_on(work: Settlement, trial: FirstRuns, name: str, progress: Callable[[st
     """Take out what fails; returns whether anything was, so that it has to run again."""
     if not trial.cause:
         return False
-    is_over = work.trials >= MAX_TRIALS or work.budget_s <= 0.0
+    is_over = work.trials >= MAX_TRIALS or work.budget_s <= work.reserve_s
     if not (work.give_up(trial) if is_over else work.reduce(trial)):
         return False
     progress(f"{name}: {one_line(trial.cause)[:150]}: run without the cause")
@@ -85,6 +85,7 @@ def _go_on(work: Settlement, trial: FirstRuns, name: str, progress: Callable[[st
 
 def _run_suites(work: Settlement, limit_s: float, progress: Callable[[str], None]) -> list[FirstRuns]:
     """The runs of both suites, with as many tests as the budget allows; what fails in one is taken out of both."""
+    work.reserve_s = 0.0
     trials: dict[str, FirstRuns] = {}
     passed: dict[str, Draft] = {}
     while True:
