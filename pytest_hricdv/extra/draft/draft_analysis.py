@@ -53,7 +53,7 @@ DEPTH, BYTES = 30_000, 512 * 1024 * 1024
 PERIOD_S, MAX_PERIOD_S = 0.1, 10.0
 """Of a control loop, where nothing says how often it runs; a number beyond is none."""
 
-SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server", "serial.Serial")
+SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server")
 """What makes a connection to the outside."""
 
 MAX_ENTRIES = 8
@@ -223,10 +223,14 @@ class CodeReader:
                     yield port if port.role in ("bus", "device") else replace(port, role="device")
 
     def _sockets(self, entry: Entry) -> Iterator[Port]:
-        """What classes, or programs, make of the network, under whatever name: no run may have an effect outside."""
-        ports = PortReader(self._sources, self._flow)
+        """What the entry makes of the network, under whatever name, and classes do of which it makes objects."""
+        ports, own = PortReader(self._sources, self._flow), self._scope(entry)
+        owners = [own.node] if own is not None else []
+        for (owner, _), assigned in self._flow.attributes.items() if own is not None else ():
+            made = [self._sources.class_of(where.module, getattr(value, "func", None)) for where, value in assigned]
+            owners += [each.node for each in made if each is not None and owner == id(owners[0])]
         for module, scope, node in self._flow.nodes:
-            if entry.is_class and (scope is None or scope.owner is None):
+            if entry.is_class and (scope is None or scope.owner not in owners):
                 continue
             is_made = isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
             if not is_made or resolve_import(module, node.value.func) not in SOCKETS:  # type: ignore[attr-defined]

@@ -67,7 +67,9 @@ def belief_groups(draft: Draft) -> dict[str, tuple[str, ...]]:
 
 def leaves(draft: Draft) -> bool:
     """Whether a person can tell when the robot is done: it publishes something, in a time that costs little."""
-    return bool(draft.inputs and draft.answers) and draft.ros is None  # a node's timers make each second dear
+    return (
+        bool((draft.inputs or draft.sensors) and draft.answers) and draft.ros is None
+    )  # a node's timers make each second dear
 
 
 def in_order(draft: Draft) -> tuple[str, ...]:

@@ -83,6 +83,8 @@ class Replace:
         *owners, last = path.split(".")
         owner: Any = import_module(module)
         made = self.port.make(border, name)
+        if owners and getattr(owner, owners[0], None) is None:
+            return lambda: None  # the code does without it
         for number, each in enumerate(owners):
             inner = getattr(owner, each)
             if isinstance(inner, ModuleType) and number == len(owners) - 1:  # others use the module, too

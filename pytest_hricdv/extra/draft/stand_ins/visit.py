@@ -67,6 +67,8 @@ class Visit:
                 self._wait_quiet(hears)
             elif action.command in self.senses or what in self.senses:
                 name, text = self.senses.get(action.command) or self.senses[what]
+                for answer in answers:
+                    answer.clear()
                 self.border.sense(name, action.parameters.get("value", how == "yes") if text is None else text)
             elif what in self.says:
                 self.manner = how
