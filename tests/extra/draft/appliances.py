@@ -325,3 +325,26 @@ class Bell:
             self.state = "waiting"
             wheels.stop()
 """
+
+OVEN = """
+import json
+import time
+
+
+class Oven:
+    def __init__(self, panel, coil):
+        self.panel, self.coil = panel, coil
+
+    def run(self):
+        while True:
+            line = self.panel.read()
+            if line:
+                self.obey(json.loads(line))
+            time.sleep(0.1)
+
+    def obey(self, data):
+        if data["do"] == "heat":
+            self.coil.on(data["degrees"])
+        elif data["do"] == "stop":
+            self.coil.off()
+"""

@@ -106,6 +106,15 @@ def test_what_an_object_tells_apart_is_what_people_say(source: str, deliveries: 
     compile(conftest, "conftest.py", "exec")
 
 
+def test_all_kinds_that_a_device_returns_come_from_one_inbox(tmp_path: Path) -> None:
+    inputs, conftest = module(tmp_path, appliances.OVEN)
+    assert set(inputs) == {"heat", "stop"}
+    assert (
+        """inboxes={"read": {Heat: lambda m: json.dumps({'do': 'heat', 'degrees': m.degrees}), Stop: lambda"""
+        in conftest
+    )
+
+
 def test_a_queue_that_a_server_fills_is_no_queue_of_the_robot(tmp_path: Path) -> None:
     inputs, conftest = module(tmp_path, appliances.PICKER)
     assert {message.direction for message in inputs.values()} == {"received"}

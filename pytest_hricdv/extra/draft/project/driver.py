@@ -166,9 +166,12 @@ def _device(draft: Draft, port: Port, table: ImportTable) -> str:
         parts += [f"answers={{{made}}}"]
     parts += [f"attributes={tuple_text(attributes)}"] if attributes else []
     parts += [f"coroutines={tuple_text(coroutines)}"] if coroutines else []
-    taken = [f"{json.dumps(thing.message.channel.partition('.')[2])}: {{{_conversion(thing.message, table)}}}"
-             for thing in draft.inputs if thing.message.channel.partition(".")[0] == port.name
-             and "." in thing.message.channel and thing.message.form == "item"]  # fmt: skip
+    inboxes: dict[str, list[str]] = {}
+    for message in (thing.message for thing in draft.inputs if thing.message.form == "item"):
+        owner, _, method = message.channel.partition(".")
+        if method and owner == port.name:
+            inboxes.setdefault(method, []).append(_conversion(message, table))
+    taken = [f"{json.dumps(method)}: {{{', '.join(kinds)}}}" for method, kinds in inboxes.items()]
     parts += [f"inboxes={{{', '.join(taken)}}}"] if taken else []
     return f"Device({', '.join(parts)})"
 
