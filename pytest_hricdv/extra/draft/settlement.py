@@ -17,6 +17,9 @@ from pytest_hricdv.extra.draft.project.requirements import ENDS_VISIT, requireme
 FIRST_TESTS = 8
 """Tests of the first suite, with each start belief and most other beliefs."""
 
+NO_COMMANDS = ("wait_", "stay")
+"""How commands begin at which a person does nothing."""
+
 MAX_LISTED = 6
 """Things in a question."""
 
@@ -98,7 +101,9 @@ class Settlement:
 
     def give_up(self, trial: FirstRuns) -> bool:
         """Take out all that may fail, the most harmless first; returns whether anything was."""
-        return self._fall_silent(trial) or self._drop_entry(trial) or self._drop_code(trial)
+        return (
+            self._leave_out_all(trial) or self._fall_silent(trial) or self._drop_entry(trial) or self._drop_code(trial)
+        )
 
     def _drop_requirement(self, trial: FirstRuns) -> bool:
         """Leave out a requirement that the testbench refuses."""
@@ -172,21 +177,30 @@ class Settlement:
         return True
 
     def _leave_out(self, trial: FirstRuns) -> bool:
-        """Leave out the command that tests which raise have, most often as the last one, and the others do not have."""
-        scores: dict[str, float] = {}
-        for command in sorted({command for commands in trial.raising for command in commands}):
-            raising = sum(command in commands for commands in trial.raising) / len(trial.raising)
-            calm = sum(command in commands for commands in trial.calm) / len(trial.calm) if trial.calm else raising
-            score = raising - calm + trial.last.count(command) / len(trial.raising)
-            if score > 0.0 and not command.startswith(("wait_", "stay")) and command not in self.draft.left_out:
-                scores[command] = score
-        if not scores:
+        """Leave out the commands at which tests ended that raise, or the one that they have and the others have not."""
+        shares = {command: share for command, share in _shares(trial).items() if command not in self.draft.left_out}
+        only = [
+            command for command, (_, calm) in shares.items() if trial.calm and calm == 0.0 and command in trial.last
+        ]
+        if only or not shares:
+            return self._leave(trial, only)
+        worst = max(shares, key=lambda command: (shares[command][0] - shares[command][1], trial.last.count(command)))
+        is_evident = shares[worst][0] > shares[worst][1] or worst in trial.last
+        return self._leave(trial, [worst] if is_evident else [])
+
+    def _leave_out_all(self, trial: FirstRuns) -> bool:
+        """Leave out all commands that are only in tests that raise."""
+        return self._leave(trial, [command for command, (_, calm) in _shares(trial).items() if calm == 0.0])
+
+    def _leave(self, trial: FirstRuns, commands: Sequence[str]) -> bool:
+        new = [command for command in commands if command not in self.draft.left_out]
+        if not new:
             return False
-        worst = max(scores, key=lambda command: scores[command])
+        names = _list(new)
         self._ask(
-            f"`{worst}`: {one_line(trial.error)}: a fault of the code, or nothing that anybody does?", worst, trial
+            f"{names}: {one_line(trial.error)}: a fault of the code, or nothing that anybody does?", new[0], trial
         )
-        self.draft = replace(self.draft, left_out=(*self.draft.left_out, worst))
+        self.draft = replace(self.draft, left_out=(*self.draft.left_out, *new))
         return True
 
     def _give_up_unknown(self, trial: FirstRuns) -> bool:
@@ -215,7 +229,7 @@ class Settlement:
         if self.draft.is_alone:
             return False
         does = [thing.name for thing in self.draft.inputs] + [sensor.name for sensor in self.draft.sensors]
-        listed = ", ".join(f"`{name}`" for name in does[:MAX_LISTED]) + (" and more" if len(does) > MAX_LISTED else "")
+        listed = _list(does)
         reason = one_line(trial.error)
         text = f"{reason}: is {listed} what people do?" if reason else f"How does {listed} get to the code? Nothing did"
         self._ask(text, "messages", trial)
@@ -259,6 +273,21 @@ class Settlement:
             return False
         self.draft = replace(self.draft, code=model)
         return True
+
+
+def _shares(trial: FirstRuns) -> dict[str, tuple[float, float]]:
+    """Each command of tests that raise -> the share of these that have it, and of the others; alike without any."""
+    commands = sorted({command for each in trial.raising for command in each if not command.startswith(NO_COMMANDS)})
+
+    def share(command: str, tests: Sequence[frozenset[str]]) -> float:
+        return sum(command in each for each in tests) / len(tests)
+
+    return {command: (share(command, trial.raising), share(command, trial.calm or trial.raising))
+            for command in commands}  # fmt: skip
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names[:MAX_LISTED]) + (" and more" if len(names) > MAX_LISTED else "")
 
 
 def with_some_requirement(draft: Draft) -> Draft:
