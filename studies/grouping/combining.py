@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from pytest_hricdv.extra.diagnosis.causes import Subject
 from pytest_hricdv.extra.diagnosis.failures import failures_of
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence
 from pytest_hricdv.extra.diagnosis.records import CAUSES
+from pytest_hricdv.extra.diagnosis.subject import Subject
 from pytest_hricdv.results.model import Report
 from studies.localization.faults import Fault
 

@@ -9,9 +9,9 @@ from math import comb
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.gaps import functions
-from pytest_hricdv.extra.diagnosis.causes import Subject
 from pytest_hricdv.extra.diagnosis.records import CAUSES, Cause
 from pytest_hricdv.extra.diagnosis.spectrum import ExecutionCounts, ochiai
+from pytest_hricdv.extra.diagnosis.subject import Subject
 from pytest_hricdv.results.model import Report
 from studies.localization.faults import Truth
 

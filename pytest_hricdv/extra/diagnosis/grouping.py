@@ -54,7 +54,7 @@ class ExperimentEvidence:
 
     With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come. `apart`
     has a node id and two requirements: where the first passed, the second still failed, so it does not follow from it.
-    `together` has the same: one intervention in the code lets both pass, also in different tests.
+    `together` has the same: one reversed decision lets both pass, also in different tests.
     """
 
     confirmed: Mapping[tuple[str, str], Change] = field(default_factory=dict)

@@ -7,10 +7,12 @@ from zlib import decompress
 
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.causes import FOUND, NAME, Subject, cause_of, rank_places
+from pytest_hricdv.extra.diagnosis.causes import FOUND, NAME, cause_of
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group
+from pytest_hricdv.extra.diagnosis.locations import rank_places
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision, Probability
+from pytest_hricdv.extra.diagnosis.subject import Subject
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.proportion import share

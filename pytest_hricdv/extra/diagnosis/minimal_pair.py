@@ -72,7 +72,7 @@ class NeighborSearch:
         Args:
             before: variations that have run before: they come first, and are not run again.
         """
-        untried = self._runs(variations(self.test, self.space, self._begun()))
+        untried = self._runs(variations(self.test, self.space, self._actions_before()))
         try:
             passing = next(filter(self._passes, chain(before, untried)), None)
             is_spent = False
@@ -87,7 +87,7 @@ class NeighborSearch:
             words = f"{words}, or {self._words(value)}"
         return self._decision(passing, words)
 
-    def _begun(self) -> list[int]:
+    def _actions_before(self) -> list[int]:
         """The actions that had begun when what is wanted was violated, in this order."""
         times_s = [self.failing.times_s.get(name, math.inf) for name in self.wanted]
         return [number for time_s, number in self.failing.begun if time_s <= max(times_s, default=math.inf)]

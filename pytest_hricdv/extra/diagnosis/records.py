@@ -183,7 +183,7 @@ class Experiment(PlainRecord, frozen=True, kw_only=True):
         requirement: that it violated.
         change: the disturbance that was left out; empty where something else was done otherwise.
         is_confirmed: it passes without; otherwise it fails all the same.
-        other: another requirement. Confirmed, one intervention in the code lets both pass; else it was still violated
+        other: another requirement. Confirmed, one reversed decision lets both pass; else it was still violated
             when this one passed, and does not follow from it.
     """
 

@@ -10,12 +10,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from pytest_hricdv._base import own_json as json
-from pytest_hricdv.extra.diagnosis.causes import Subject, id_of
+from pytest_hricdv.extra.diagnosis.causes import id_of
 from pytest_hricdv.extra.diagnosis.conditions import Examples, LearnedCondition, RunMoment, condition_for
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group
 from pytest_hricdv.extra.diagnosis.records import DIAGNOSIS, Diagnosis
+from pytest_hricdv.extra.diagnosis.subject import Subject
 from pytest_hricdv.monitor import Log, Vocabulary
 from pytest_hricdv.report.formatting import by_requirement, plural
 from pytest_hricdv.results.gates import Exemption

@@ -47,7 +47,7 @@ def cause_lines(
     lines = [
         *_sentence(title_of(number, cause, status), columns, "  "),
         *(_place(place, columns) for place in places),
-        *([] if places or not cause.stood else [_stood(cause, columns)]),
+        *([] if places or not cause.stood else [_describe_nodes(cause, columns)]),
     ]
     style: Style = "warn" if cause.is_known else "bad"
     shown = [Line(text, style if number == 0 else "plain") for number, text in enumerate(lines)]
@@ -92,7 +92,7 @@ def _place(place: SuspiciousPlace, columns: int | None) -> str:
     return fit(f"  at {fit_path(where, max(columns - 5, 8))}{rest}", columns)
 
 
-def _stood(cause: Cause, columns: int | None) -> str:
+def _describe_nodes(cause: Cause, columns: int | None) -> str:
     """`  the code was at file:line in function; ...`: what is certain where no statement is likely."""
     text = visible(f"  the code was at {'; '.join(cause.stood)}")
     return text if columns is None else fit(text, columns)

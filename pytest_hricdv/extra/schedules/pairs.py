@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
-from pytest_hricdv.extra.schedules.ordering import Step
-from pytest_hricdv.extra.schedules.points import Access
+from pytest_hricdv.extra.schedules.points import DataAccess
+from pytest_hricdv.extra.schedules.scheduler import PointStep
 
 MOST_OF_A_PAIR = 8
 """So many executions of a pair are kept: the first, and then fewer and fewer."""
 
 
-class Conflict(PlainRecord, frozen=True, kw_only=True):
+class DataConflict(PlainRecord, frozen=True, kw_only=True):
     """Two executions by different nodes with the same data, one right after the other as far as the data goes.
 
     Args:
@@ -35,7 +35,9 @@ class Conflict(PlainRecord, frozen=True, kw_only=True):
         return self.first, self.second
 
 
-def conflicts(steps: Sequence[Step], places: Sequence[str], accesses: Mapping[str, Access]) -> Iterator[Conflict]:
+def conflicts(
+    steps: Sequence[PointStep], places: Sequence[str], accesses: Mapping[str, DataAccess]
+) -> Iterator[DataConflict]:
     """Of what a run executed, in this order.
 
     Args:
@@ -43,11 +45,11 @@ def conflicts(steps: Sequence[Step], places: Sequence[str], accesses: Mapping[st
         places: of points, by their numbers.
         accesses: place -> what its statement reads and writes.
     """
-    last: dict[str, list[Step]] = {}
+    last: dict[str, list[PointStep]] = {}
     for step in steps:
         place = places[step.point]
         access = accesses[place]
-        found: dict[tuple[str, int], Step] = {}
+        found: dict[tuple[str, int], PointStep] = {}
         for name in access.reads | access.writes:
             for before in last.get(name, ()):
                 other = accesses[places[before.point]]
@@ -55,7 +57,7 @@ def conflicts(steps: Sequence[Step], places: Sequence[str], accesses: Mapping[st
                     found[places[before.point], before.number] = before
             last[name] = [*(entry for entry in last.get(name, ()) if entry.node != step.node), step]
         for before in found.values():
-            yield Conflict(
+            yield DataConflict(
                 first=places[before.point],
                 number=before.number,
                 second=place,
@@ -64,9 +66,9 @@ def conflicts(steps: Sequence[Step], places: Sequence[str], accesses: Mapping[st
             )
 
 
-def thin(found: Iterator[Conflict]) -> tuple[Conflict, ...]:
+def thin(found: Iterator[DataConflict]) -> tuple[DataConflict, ...]:
     """A few of each pair: of many the 1st, 2nd, 4th, 8th, ..., and those with the smallest gaps."""
-    kept: dict[tuple[str, str], list[Conflict]] = {}
+    kept: dict[tuple[str, str], list[DataConflict]] = {}
     seen: dict[tuple[str, str], int] = {}
     for conflict in found:
         count = seen[conflict.pair] = seen.get(conflict.pair, 0) + 1

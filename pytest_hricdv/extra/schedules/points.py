@@ -1,4 +1,4 @@
-"""Points: where nodes of the code under test can be held up, and which data each statement reads and writes.
+"""CodePoints: where nodes of the code under test can be held up, and which data each statement reads and writes.
 
 A statement has a point before it. One that reads and then writes the same data, as `self.count += 1` does, has a second
 one in between: another thread may come there, too.
@@ -30,7 +30,7 @@ _LEFT_OUT = (
 
 
 @dataclass(frozen=True)
-class Access:
+class DataAccess:
     """The data that a statement reads and writes, by the names of attributes and of variables that functions share.
 
     What is called on an attribute may change it, so it counts as written.
@@ -39,33 +39,33 @@ class Access:
     reads: frozenset[str] = frozenset()
     writes: frozenset[str] = frozenset()
 
-    def conflicts(self, other: Access) -> frozenset[str]:
+    def conflicts(self, other: DataAccess) -> frozenset[str]:
         """What both access and one of them writes."""
         return (self.writes & (other.reads | other.writes)) | (self.reads & other.writes)
 
 
 @dataclass
-class Points:
+class CodePoints:
     """The points of files, in the order in which they were instrumented."""
 
     places: list[str] = field(default_factory=list)
     """`file:line` of each."""
-    accesses: list[Access] = field(default_factory=list)
+    accesses: list[DataAccess] = field(default_factory=list)
 
-    def instrument(self, file: str, wanted: Iterable[str] | None = None) -> _Instrumenter:
+    def instrument(self, file: str, wanted: Iterable[str] | None = None) -> _PointInserter:
         """What changes the tree of a file.
 
         Args:
             file: its name.
             wanted: places that get a point; None for all.
         """
-        return _Instrumenter(file, self, None if wanted is None else frozenset(wanted))
+        return _PointInserter(file, self, None if wanted is None else frozenset(wanted))
 
 
-class _Instrumenter(ast.NodeTransformer):
+class _PointInserter(ast.NodeTransformer):
     """Puts a call before each statement of a function."""
 
-    def __init__(self, file: str, points: Points, wanted: frozenset[str] | None) -> None:
+    def __init__(self, file: str, points: CodePoints, wanted: frozenset[str] | None) -> None:
         self._file = file
         self._points = points
         self._wanted = wanted
@@ -105,20 +105,20 @@ class _Instrumenter(ast.NodeTransformer):
         assert isinstance(visited, ast.stmt)
         return visited
 
-    def _add(self, place: str, access: Access) -> int | None:
+    def _add(self, place: str, access: DataAccess) -> int | None:
         if self._wanted is not None and place not in self._wanted:
             return None
         self._points.places.append(place)
         self._points.accesses.append(access)
         return len(self._points.places) - 1
 
-    def _split(self, statement: ast.stmt, place: str, access: Access) -> ast.stmt:
+    def _split(self, statement: ast.stmt, place: str, access: DataAccess) -> ast.stmt:
         """A statement that reads what it writes, with its value passed through the hook once all is read."""
         if not access.reads & access.writes or not isinstance(statement, ast.Assign | ast.AugAssign):
             return statement
         if isinstance(statement, ast.AugAssign) and not _is_plain(statement.target):
             return statement
-        number = self._add(place, Access(writes=access.writes))
+        number = self._add(place, DataAccess(writes=access.writes))
         if number is None:
             return statement
         arguments: list[ast.expr] = [ast.Constant(number), statement.value]
@@ -170,7 +170,7 @@ def _of_function(function: ast.AST) -> Iterator[ast.AST]:
             yield from _of_function(child)
 
 
-def access_of(statement: ast.stmt, own: frozenset[str]) -> Access:
+def access_of(statement: ast.stmt, own: frozenset[str]) -> DataAccess:
     """What a statement reads and writes; of a compound one, its first line.
 
     Args:
@@ -199,7 +199,7 @@ def access_of(statement: ast.stmt, own: frozenset[str]) -> Access:
     if isinstance(statement, ast.With | ast.AsyncWith):
         for item in statement.items:
             writes.update(_name(item.context_expr, own))
-    return Access(frozenset(reads), frozenset(writes))
+    return DataAccess(frozenset(reads), frozenset(writes))
 
 
 def _name(node: ast.expr, own: frozenset[str]) -> Iterator[str]:

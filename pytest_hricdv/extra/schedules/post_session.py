@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.execution.case import HriCase
-from pytest_hricdv.extra.schedules.races import Examination, Race, words
-from pytest_hricdv.extra.schedules.records import RaceRecord, ScheduleResult, SearchEnd
-from pytest_hricdv.extra.schedules.search import Candidate, RunTest, ScheduleRun, ScheduleSearch, runner
+from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
+from pytest_hricdv.extra.schedules.records import RaceRecord, ScheduleResult, ScheduleSearchEnd
+from pytest_hricdv.extra.schedules.search import RunTest, ScheduleCandidate, ScheduleRun, ScheduleSearch, runner
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import TestResult
@@ -49,8 +49,8 @@ class _Hunt:
     def hunt(self, results: Sequence[TestResult]) -> tuple[ScheduleResult, list[str]]:
         declared_s = self.session.rerunner.settings.testbench.timing.slowest_s
         search = ScheduleSearch(self.run, declared_s or SLOWEST_S, self.session.options.seed)
-        candidates: list[Candidate] = []
-        ended: SearchEnd = "done"
+        candidates: list[ScheduleCandidate] = []
+        ended: ScheduleSearchEnd = "done"
         try:
             candidates += self._candidates(results, search)
             ended = self._search(search, candidates, is_declared=declared_s is not None)
@@ -68,7 +68,7 @@ class _Hunt:
             end_reason=ended,
         ), [_problem(race) for race in self.races.values() if race.is_counted]
 
-    def _candidates(self, results: Sequence[TestResult], search: ScheduleSearch) -> list[Candidate]:
+    def _candidates(self, results: Sequence[TestResult], search: ScheduleSearch) -> list[ScheduleCandidate]:
         """Tests that pass, with their usual runs: a few more than the runs can use, the shortest first."""
         chosen: Mapping[str, HriCase] = self.session.aggregation.chosen
         passed = sorted(
@@ -81,10 +81,12 @@ class _Hunt:
             usual = self.run(case.concrete)
             if usual is not None and not usual.faults:
                 search.note(usual)
-                made.append(Candidate(result.nodeid, case.concrete, case.ranges, usual))
+                made.append(ScheduleCandidate(result.nodeid, case.concrete, case.ranges, usual))
         return made
 
-    def _search(self, search: ScheduleSearch, candidates: Sequence[Candidate], *, is_declared: bool) -> SearchEnd:
+    def _search(
+        self, search: ScheduleSearch, candidates: Sequence[ScheduleCandidate], *, is_declared: bool
+    ) -> ScheduleSearchEnd:
         for candidate, test in search.draw(candidates):
             if search.runs >= self.budget:
                 return "done"
@@ -106,7 +108,7 @@ class _Hunt:
     def _keep(
         self,
         search: ScheduleSearch,
-        candidate: Candidate,
+        candidate: ScheduleCandidate,
         requirement: str,
         test: ConcreteTest,
         ran: ScheduleRun,
@@ -115,7 +117,9 @@ class _Hunt:
     ) -> None:
         if self._fails_anyway(candidate, requirement, test):
             return
-        race = Examination(self.run, lambda run: requirement in run.fails).examine(candidate, requirement, test, ran)
+        race = RaceExamination(self.run, lambda run: requirement in run.fails).examine(
+            candidate, requirement, test, ran
+        )
         made, replay = self._replay(race)
         tolerated = requirement in self.session.options.known_violations and not self.session.options.strict
         self.races.setdefault(
@@ -134,14 +138,14 @@ class _Hunt:
             ),
         )
 
-    def _fails_anyway(self, candidate: Candidate, requirement: str, test: ConcreteTest) -> bool:
+    def _fails_anyway(self, candidate: ScheduleCandidate, requirement: str, test: ConcreteTest) -> bool:
         """Whether the test, whose parameters may have been moved, fails under the usual schedule, too."""
         if test.actions == candidate.test.actions:
             return False
         usual = self.run(_usual(test))
         return usual is None or requirement in usual.fails
 
-    def _replay(self, race: Race) -> tuple[str | None, str | None]:
+    def _replay(self, race: ScheduleRace) -> tuple[str | None, str | None]:
         """Id and replay file of the test with its schedule."""
         session, nodeid = self.session, race.candidate.nodeid
         named = name_test(race.test, "schedule")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from pytest_hricdv.extra.schedules.search import Candidate, HeldNode, RunTest, ScheduleRun
+from pytest_hricdv.extra.schedules.search import HeldNode, RunTest, ScheduleCandidate, ScheduleRun
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.schedule import ScheduleDecision
 
@@ -20,7 +20,7 @@ RaceKind = Literal["wrong order", "late"]
 
 
 @dataclass(frozen=True)
-class Race:
+class ScheduleRace:
     """A schedule under which a test fails.
 
     Args:
@@ -33,7 +33,7 @@ class Race:
         runs: that it took to find out.
     """
 
-    candidate: Candidate
+    candidate: ScheduleCandidate
     requirement: str
     test: ConcreteTest
     ran: ScheduleRun
@@ -48,7 +48,7 @@ class Race:
 
 
 @dataclass
-class Examination:
+class RaceExamination:
     """Takes decisions away while the test fails, and tells order from delay.
 
     Args:
@@ -60,7 +60,9 @@ class Examination:
     fails: Callable[[ScheduleRun], bool]
     runs: int = 0
 
-    def examine(self, candidate: Candidate, requirement: str, test: ConcreteTest, ran: ScheduleRun) -> Race:
+    def examine(
+        self, candidate: ScheduleCandidate, requirement: str, test: ConcreteTest, ran: ScheduleRun
+    ) -> ScheduleRace:
         """What is left of a schedule under which a test fails."""
         test, ran = self._least(test, ran)
         late = self._late(test, ran)
@@ -69,7 +71,7 @@ class Examination:
         if late is not None:
             kind = "late"
             test, ran, least_s = self._shortest(*late)
-        return Race(candidate, requirement, test, ran, kind, least_s, self.runs)
+        return ScheduleRace(candidate, requirement, test, ran, kind, least_s, self.runs)
 
     def _tries(self, test: ConcreteTest) -> ScheduleRun | None:
         """The run, if it fails in the same way."""
@@ -117,7 +119,7 @@ def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDeci
     return replace(decision, kind="delay", value=max(0.0, for_s - JUST_S))
 
 
-def words(race: Race) -> str:
+def words(race: ScheduleRace) -> str:
     """`arm is held up before arm.py:32 for 0.013 s while watch executes guard.py:14, guard.py:15`."""
     parts = []
     for held in race.ran.held:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
 from pytest_hricdv.results.section import FileNames, Section
 
-SearchEnd = Literal["done", "nothing to order", "interrupted"]
+ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
 """Why it ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
 
 
@@ -62,7 +62,7 @@ class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
     pairs: Count = 0
     both: Count = 0
     open: Names = ()
-    end_reason: SearchEnd = "done"
+    end_reason: ScheduleSearchEnd = "done"
 
 
 def _rename(result: ScheduleResult | None, names: FileNames) -> ScheduleResult | None:

@@ -21,8 +21,8 @@ import msgspec
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.schedules.execution import EXECUTION
-from pytest_hricdv.extra.schedules.ordering import Ordering, accesses
-from pytest_hricdv.extra.schedules.pairs import Conflict, conflicts, thin
+from pytest_hricdv.extra.schedules.pairs import DataConflict, conflicts, thin
+from pytest_hricdv.extra.schedules.scheduler import Scheduler, accesses
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Sampler
@@ -38,7 +38,7 @@ ONE = 0.6
 AT_RANDOM = 0.25
 """The share of runs whose decisions are drawn without looking at pairs: what static names miss may be there."""
 
-Pair = tuple[str, str]
+PlacePair = tuple[str, str]
 """The place of the statement that came first, and of the one that came next to the same data."""
 
 
@@ -69,7 +69,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     violated: Names = ()
     faults: Names = ()
     nodes: Count = 0
-    conflicts: tuple[Conflict, ...] = ()
+    conflicts: tuple[DataConflict, ...] = ()
     executed: Mapping[str, Count] = {}
     ready: tuple[Count, ...] = ()
     held: tuple[HeldNode, ...] = ()
@@ -109,7 +109,7 @@ def runner(rerunner: TestRerunner) -> RunTest:
 
 
 def _run(rerunner: TestRerunner, test: ConcreteTest) -> ScheduleRun | None:
-    noted: list[Ordering] = []
+    noted: list[Scheduler] = []
     EXECUTION.noting = noted
     result = rerunner.run(name_test(test, "schedule"))
     if result is None or not noted:
@@ -122,15 +122,15 @@ def _run(rerunner: TestRerunner, test: ConcreteTest) -> ScheduleRun | None:
     return _summary(noted[0], tuple(violated), result.errors, result.record.sha256)
 
 
-def _summary(ordering: Ordering, violated: Names, faults: Names, record: str) -> ScheduleRun:
-    places = ordering.points.places
+def _summary(scheduler: Scheduler, violated: Names, faults: Names, record: str) -> ScheduleRun:
+    places = scheduler.points.places
     return ScheduleRun(
         violated=violated,
         faults=faults,
-        nodes=len({step.node for step in ordering.steps}),
-        conflicts=thin(conflicts(ordering.steps, places, accesses(ordering.points))),
-        executed=dict(sorted(Counter(places[step.point] for step in ordering.steps).items())),
-        ready=tuple(choice.ready for choice in ordering.choices),
+        nodes=len({step.node for step in scheduler.steps}),
+        conflicts=thin(conflicts(scheduler.steps, places, accesses(scheduler.points))),
+        executed=dict(sorted(Counter(places[step.point] for step in scheduler.steps).items())),
+        ready=tuple(choice.ready for choice in scheduler.choices),
         held=tuple(
             HeldNode(
                 place=held.decision.place,
@@ -139,14 +139,14 @@ def _summary(ordering: Ordering, violated: Names, faults: Names, record: str) ->
                 for_s=round(held.for_s, 6),
                 between=held.meanwhile,
             )
-            for held in ordering.held_up
+            for held in scheduler.held_up
         ),
         record=record,
     )
 
 
 @dataclass(frozen=True)
-class Candidate:
+class ScheduleCandidate:
     """A test of the session that passes, the ranges of its parameters, and its usual run."""
 
     nodeid: str
@@ -168,9 +168,9 @@ class ScheduleSearch:
     run: RunTest
     slowest_s: float
     seed: int
-    seen: set[Pair] = field(default_factory=set)
+    seen: set[PlacePair] = field(default_factory=set)
     """Pairs in the order in which some run executed them."""
-    tried: Counter[Pair] = field(default_factory=Counter)
+    tried: Counter[PlacePair] = field(default_factory=Counter)
     """Pairs whose first node was held up."""
     runs: int = 0
 
@@ -178,11 +178,11 @@ class ScheduleSearch:
         """Pairs that a run executed."""
         self.seen.update(conflict.pair for conflict in run.conflicts)
 
-    def open_pairs(self) -> list[Pair]:
+    def open_pairs(self) -> list[PlacePair]:
         """Pairs that came in one order only."""
         return sorted(pair for pair in self.seen if (pair[1], pair[0]) not in self.seen)
 
-    def draw(self, candidates: Sequence[Candidate]) -> Iterator[tuple[Candidate, ConcreteTest]]:
+    def draw(self, candidates: Sequence[ScheduleCandidate]) -> Iterator[tuple[ScheduleCandidate, ConcreteTest]]:
         """Tests with schedules, without end; empty where no candidate has anything to order."""
         able = [candidate for candidate in candidates if candidate.usual.nodes > 1 or candidate.usual.ready]
         number = 0
@@ -192,7 +192,9 @@ class ScheduleSearch:
             made = self._at_random(rng, able) if rng.random() < AT_RANDOM else self._pair(rng, able)
             yield made or self._at_random(rng, able)
 
-    def _pair(self, rng: Random, candidates: Sequence[Candidate]) -> tuple[Candidate, ConcreteTest] | None:
+    def _pair(
+        self, rng: Random, candidates: Sequence[ScheduleCandidate]
+    ) -> tuple[ScheduleCandidate, ConcreteTest] | None:
         """The pair that was tried least, in one of the tests that have it."""
         found = [
             (self.tried[conflict.pair], conflict.gap_s > self.slowest_s, place, conflict)
@@ -214,9 +216,9 @@ class ScheduleSearch:
         decisions = [ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s)]
         if rng.random() >= ONE:
             decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
-        return candidate, replace(test, schedule=_ordered(decisions))
+        return candidate, replace(test, schedule=_sort_decisions(decisions))
 
-    def _more(self, rng: Random, candidate: Candidate, count: int) -> list[ScheduleDecision]:
+    def _more(self, rng: Random, candidate: ScheduleCandidate, count: int) -> list[ScheduleDecision]:
         usual = candidate.usual
         near = [conflict for conflict in usual.conflicts if conflict.gap_s <= self.slowest_s]
         made = []
@@ -232,12 +234,14 @@ class ScheduleSearch:
                 made.append(ScheduleDecision("hold", place, rng.randint(1, usual.executed[place]), self.slowest_s))
         return made
 
-    def _at_random(self, rng: Random, candidates: Sequence[Candidate]) -> tuple[Candidate, ConcreteTest]:
+    def _at_random(
+        self, rng: Random, candidates: Sequence[ScheduleCandidate]
+    ) -> tuple[ScheduleCandidate, ConcreteTest]:
         candidate = rng.choice([*candidates])
         decisions = self._more(rng, candidate, rng.randint(1, MOST_DECISIONS))
-        return candidate, replace(candidate.test, schedule=_ordered(decisions))
+        return candidate, replace(candidate.test, schedule=_sort_decisions(decisions))
 
-    def _move(self, rng: Random, candidate: Candidate, conflict: Conflict) -> ConcreteTest | None:
+    def _move(self, rng: Random, candidate: ScheduleCandidate, conflict: DataConflict) -> ConcreteTest | None:
         """The test with one parameter changed so that the second statement may come in time; None where none can be."""
         change_s = conflict.gap_s - rng.uniform(0.0, self.slowest_s)
         test, commands = candidate.test, candidate.space.commands
@@ -260,5 +264,5 @@ def _may_be(sampler: Sampler | None, value: float) -> bool:
     return sampler is not None and sampler.contains(value)
 
 
-def _ordered(decisions: Sequence[ScheduleDecision]) -> tuple[ScheduleDecision, ...]:
+def _sort_decisions(decisions: Sequence[ScheduleDecision]) -> tuple[ScheduleDecision, ...]:
     return tuple(sorted(dict.fromkeys(decisions), key=lambda entry: (entry.kind, entry.place, entry.number)))

@@ -27,7 +27,7 @@ class SchedulesView(View):
             yield Line(visible(f"  {race.words}"))
             if race.replay:
                 yield Line(visible(f"  {replay_command(race.replay, report.rerun_options.options)}"), "dim")
-        yield Line(visible(tried(result)), "dim" if result.races else "ok")
+        yield Line(visible(describe_effort(result)), "dim" if result.races else "ok")
 
     def section(self, report: Report) -> PageSection | None:
         """Races, and the pairs that came in one order only."""
@@ -40,7 +40,7 @@ class SchedulesView(View):
             if race.replay
         }
         values = {"result": result, "commands": commands, "titles": [title(race) for race in result.races]}
-        values["tried"] = tried(result)
+        values["tried"] = describe_effort(result)
         return PageSection("schedules", "Schedules", "schedules/schedules.html.jinja", values, place="in closure")
 
 
@@ -57,7 +57,7 @@ def title(race: RaceRecord) -> str:
     return f"{fails} in the wrong order"
 
 
-def tried(result: ScheduleResult) -> str:
+def describe_effort(result: ScheduleResult) -> str:
     """`schedules: 100 runs of 6 tests, 12 of 14 pairs in either order, nodes held up for 0.05 s at most`."""
     if result.end_reason == "nothing to order":
         return "schedules: nothing to order: in no run did two threads, tasks or callbacks of the code take turns"

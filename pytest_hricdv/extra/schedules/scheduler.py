@@ -1,4 +1,4 @@
-"""Ordering: carries out the decisions of a schedule in a run, and notes what was executed when."""
+"""Scheduler: carries out the decisions of a schedule in a run, and notes what was executed when."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from pytest_hricdv.coverage.source_files import ModuleFile, module_files
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.instrumented_code import instrument
-from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, Access, Points
+from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, DataAccess
 from pytest_hricdv.generate.schedule import ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
@@ -25,7 +25,7 @@ MAX_CHOICES = 10_000
 
 
 @dataclass(frozen=True)
-class Step:
+class PointStep:
     """A point that was executed.
 
     Args:
@@ -42,7 +42,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Choice:
+class NodeChoice:
     """Several nodes were ready: how many, and when (s of simulated time)."""
 
     ready: int
@@ -50,7 +50,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class HeldUp:
+class HoldRecord:
     """A decision that was carried out.
 
     Args:
@@ -69,12 +69,12 @@ class HeldUp:
 
 
 @dataclass
-class Ordering:
+class Scheduler:
     """What instrumented code asks in a run.
 
     Args:
         kernel: of the run.
-        code: whose nodes are ordered.
+        code: whose nodes are scheduled.
         decisions: of the schedule.
         points: of the instrumented code.
         notes: whether what is executed is noted.
@@ -83,11 +83,11 @@ class Ordering:
     kernel: Kernel
     code: CodeUnderTest
     decisions: Sequence[ScheduleDecision]
-    points: Points
+    points: CodePoints
     notes: bool = False
-    steps: list[Step] = field(default_factory=list)
-    choices: list[Choice] = field(default_factory=list)
-    held_up: list[HeldUp] = field(default_factory=list)
+    steps: list[PointStep] = field(default_factory=list)
+    choices: list[NodeChoice] = field(default_factory=list)
+    held_up: list[HoldRecord] = field(default_factory=list)
     _counts: dict[str, int] = field(default_factory=dict)
     _nodes: dict[Node, int] = field(default_factory=dict)
     _waiting: list[Node] = field(default_factory=list)
@@ -108,7 +108,9 @@ class Ordering:
         if self._waiting:
             self._meanwhile.append((place, node.name))
         if self.notes and len(self.steps) < MAX_STEPS:
-            self.steps.append(Step(point, number, self._nodes.setdefault(node, len(self._nodes)), self.kernel.now_s))
+            self.steps.append(
+                PointStep(point, number, self._nodes.setdefault(node, len(self._nodes)), self.kernel.now_s)
+            )
         decision = self._at.get((place, number))
         if decision is not None:
             self._hold(node, decision)
@@ -131,7 +133,7 @@ class Ordering:
             if node in self._waiting:
                 self._waiting.remove(node)
         self.held_up.append(
-            HeldUp(
+            HoldRecord(
                 decision,
                 node.name,
                 began_s,
@@ -142,11 +144,11 @@ class Ordering:
 
     def pick(self, ready: Sequence[Node]) -> int:
         """Which of the nodes that are ready goes on."""
-        self.choices.append(Choice(len(ready), self.kernel.now_s))
+        self.choices.append(NodeChoice(len(ready), self.kernel.now_s))
         chosen = self._picks.get(len(self.choices), 0)
         return chosen if chosen < len(ready) else 0
 
-    def returned(self, node: Node) -> None:
+    def end_holds(self, node: Node) -> None:
         """A node has given control back: who waited for another one to run goes on."""
         if self.code.has(node):
             for waiting in [other for other in self._waiting if other is not node]:
@@ -172,9 +174,9 @@ _OPERATIONS: Mapping[str, Callable[..., object]] = {
 
 
 @contextmanager
-def ordered(
-    run: Run, code: CodeUnderTest, testbench: Testbench, noting: list[Ordering] | None = None
-) -> Iterator[Ordering]:
+def schedule_run(
+    run: Run, code: CodeUnderTest, testbench: Testbench, noting: list[Scheduler] | None = None
+) -> Iterator[Scheduler]:
     """Carry out the schedule of a run's test while it runs.
 
     Args:
@@ -183,19 +185,19 @@ def ordered(
         testbench: that it is of.
         noting: gets what the run executes: then all points are instrumented.
     """
-    points, decisions = Points(), run.test.schedule
+    points, decisions = CodePoints(), run.test.schedule
     wanted = [decision.place for decision in decisions] if noting is None else None
     files = [
         (file.path, file.path.read_text(encoding="utf-8"), points.instrument(name_of(file), wanted).visit)
         for file in module_files(testbench.code, Path())
         if not file.problem
     ]
-    ordering = Ordering(run.kernel, code, decisions, points, noting is not None)
+    scheduler = Scheduler(run.kernel, code, decisions, points, noting is not None)
     if noting is not None:
-        noting.append(ordering)
-    run.kernel.pick, run.kernel.notice_return = ordering.pick, ordering.returned
-    with instrument(files, {HOOK: ordering.reach, BETWEEN: ordering.write}):
-        yield ordering
+        noting.append(scheduler)
+    run.kernel.pick, run.kernel.notice_return = scheduler.pick, scheduler.end_holds
+    with instrument(files, {HOOK: scheduler.reach, BETWEEN: scheduler.write}):
+        yield scheduler
 
 
 def name_of(file: ModuleFile) -> str:
@@ -204,10 +206,10 @@ def name_of(file: ModuleFile) -> str:
     return f"{folder}/__init__.py" if file.path.name == "__init__.py" else f"{folder}.py"
 
 
-def accesses(points: Points) -> dict[str, Access]:
+def accesses(points: CodePoints) -> dict[str, DataAccess]:
     """Place -> what its statements read and write."""
-    made: dict[str, Access] = {}
+    made: dict[str, DataAccess] = {}
     for place, access in zip(points.places, points.accesses, strict=True):
-        before = made.get(place, Access())
-        made[place] = Access(before.reads | access.reads, before.writes | access.writes)
+        before = made.get(place, DataAccess())
+        made[place] = DataAccess(before.reads | access.reads, before.writes | access.writes)
     return made

@@ -1,4 +1,4 @@
-"""The code under test with one decision switched, or one call left out."""
+"""The code under test with one decision reversed."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import importlib
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 from pytest_hricdv.execution.instrumented_code import instrument
-from pytest_hricdv.extra.diagnosis.interventions import (
-    DECIDE,
-    MAKES,
-    Intervention,
-    InterventionRun,
-    SwitchSearch,
-    _Switch,
-)
 from pytest_hricdv.extra.diagnosis.runs import RunSummary
+from pytest_hricdv.extra.diagnosis.switching import (
+    DECIDE,
+    Decisions,
+    DecisionSwitch,
+    SwitchedRun,
+    SwitchSearch,
+)
 from pytest_hricdv.generate.concrete import ConcreteTest
 
 GUARD = '''"""A guard."""
@@ -40,8 +40,9 @@ class Guard:
 
 
 def made(said):
-    def announce(text):
-        said.append(text)
+    def announce(text, left_out=False):
+        if not left_out:
+            said.append(text)
 
     announce("one")
     announce("two")
@@ -58,14 +59,14 @@ def guard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleTyp
 
 
 @pytest.fixture
-def switch(guard: ModuleType) -> Iterator[Callable[[Intervention | None], _Switch]]:
+def switch(guard: ModuleType) -> Iterator[Callable[[DecisionSwitch | None], Decisions]]:
     with ExitStack() as stack:
 
-        def made(wanted: Intervention | None) -> _Switch:
-            switch = _Switch(wanted)
+        def made(wanted: DecisionSwitch | None) -> Decisions:
+            switch = Decisions(wanted)
             assert guard.__file__ is not None
             files = [(Path(guard.__file__), GUARD, switch.change("guard.py"))]
-            stack.enter_context(instrument(files, {DECIDE: switch.decide, MAKES: switch.makes}))
+            stack.enter_context(instrument(files, {DECIDE: switch.decide}))
             return switch
 
         yield made
@@ -73,12 +74,8 @@ def switch(guard: ModuleType) -> Iterator[Callable[[Intervention | None], _Switc
     assert (guard.Guard(seen).watch([0.5]), seen) == ("near", ["stop"])  # as it was
 
 
-def decision(line: int, number: int | None) -> Intervention:
-    return Intervention(file="guard.py", line=line, kind="decision", number=number)
-
-
-def call(line: int, number: int | None) -> Intervention:
-    return Intervention(file="guard.py", line=line, kind="call", number=number)
+def decision(line: int, number: int) -> DecisionSwitch:
+    return DecisionSwitch(file="guard.py", line=line, number=number)
 
 
 @pytest.mark.parametrize(
@@ -87,17 +84,14 @@ def call(line: int, number: int | None) -> Intervention:
         (None, ["stop", "stop"], "near"),
         (decision(10, 2), [], "far"),  # three times, and the loop clears them
         (decision(10, 1), ["stop"], "near"),
-        (decision(10, None), ["stop"], "near"),
-        (call(11, None), [], "far"),
-        (call(11, 2), ["stop"], "near"),
         (decision(14, 1), ["stop", "stop"], "far"),
         (decision(99, 1), ["stop", "stop"], "near"),
     ],
 )
 def test_one_thing_is_done_otherwise(
     guard: ModuleType,
-    switch: Callable[[Intervention | None], _Switch],
-    wanted: Intervention | None,
+    switch: Callable[[DecisionSwitch | None], Decisions],
+    wanted: DecisionSwitch | None,
     said: list[str],
     result: str,
 ) -> None:
@@ -108,42 +102,49 @@ def test_one_thing_is_done_otherwise(
 
 
 def test_functions_made_in_functions_and_imports_to_come_ask_too(
-    guard: ModuleType, switch: Callable[[Intervention | None], _Switch]
+    guard: ModuleType, switch: Callable[[DecisionSwitch | None], Decisions]
 ) -> None:
-    switch(call(21, 1))
+    switch(decision(19, 1))
     seen: list[str] = []
     guard.made(seen)
     assert seen == ["two"]
     del sys.modules["guard_to_switch"]
-    switch(call(21, 1))
+    switch(decision(19, 1))
     importlib.import_module("guard_to_switch").made(seen)
     assert seen == ["two", "two"]
 
 
-def test_it_is_counted_until_the_violation(guard: ModuleType, switch: Callable[[Intervention | None], _Switch]) -> None:
+def test_it_is_counted_until_the_violation(
+    guard: ModuleType, switch: Callable[[DecisionSwitch | None], Decisions]
+) -> None:
     made, now_s = switch(None), iter(range(100))
     made.now_s = lambda: float(next(now_s))
-    guard.Guard([]).watch([0.5, 2.0, 0.7])  # lines 10, 11, 12, 10, 12, 10, 11, 12
-    assert [*made.until(3.0)] == [decision(10, 2), call(11, 1), decision(12, 1)]
-    assert [*made.until(None)] == [decision(10, 3), call(11, 2), decision(12, 3), decision(14, 1)]
+    guard.Guard([]).watch([0.5, 2.0, 0.7])  # lines 10, 12, 10, 12, 10, 12, 14
+    assert [*made.until(2.0)] == [decision(10, 2), decision(12, 1)]
+    assert [*made.until(None)] == [decision(10, 3), decision(12, 3), decision(14, 1)]
 
 
-def test_the_most_suspicious_are_tried_first_and_within_the_budget() -> None:
-    tried: list[Intervention | None] = []
+def passes(control: RunSummary, made: RunSummary) -> bool:
+    return not made.violated
 
-    def run(test: ConcreteTest, intervention: Intervention | None) -> InterventionRun:
-        tried.append(intervention)
-        violated = () if intervention == decision(7, None) else ("R1",)
-        return InterventionRun(
-            summary=RunSummary(violated=violated), times=(decision(3, 1), decision(7, 4), decision(8, 1))
-        )
+
+def test_the_most_suspicious_are_tried_first_in_each_test_and_within_the_budget() -> None:
+    tried: list[tuple[str, int]] = []
+
+    def run(test: ConcreteTest, wanted: DecisionSwitch | None) -> SwitchedRun:
+        tried.append((test.id, 0 if wanted is None else wanted.line))
+        lets_pass = wanted is not None and (wanted.line == 7 or (wanted.line, test.id) == (3, "t"))
+        last = (decision(3, 1), decision(7, 4), decision(8, 1))
+        return SwitchedRun(summary=RunSummary(violated=() if lets_pass else ("R1",)), last=last)
 
     scores = {("guard.py", 3): 0.2, ("guard.py", 7): 0.9}
-    search = SwitchSearch(run, 4)
-    assert search.search(TEST, scores, lambda control, made: not made.violated) == [decision(7, None)]
-    assert tried == [None, decision(7, 4), decision(7, None), decision(3, 1)]
-    assert search.used == 4
+    tests = [(TEST, passes), (replace(TEST, id="u"), passes)]
+    search = SwitchSearch(run, 10)
+    assert search.search(tests, scores) == [("guard.py", 7)]
+    assert tried == [("t", 0), ("t", 7), ("t", 3), ("u", 0), ("u", 7), ("u", 3)]
+    assert SwitchSearch(run, 3).search(tests, scores) == [("guard.py", 7), ("guard.py", 3)]
+    assert SwitchSearch(run, 0).search(tests, scores) == []
 
 
 def test_a_run_without_an_end_shows_nothing() -> None:
-    assert SwitchSearch(lambda test, intervention: None, 4).search(TEST, {}, lambda control, made: True) == []
+    assert SwitchSearch(lambda test, wanted: None, 4).search([(TEST, passes)], {("guard.py", 3): 0.2}) == []

@@ -1,0 +1,199 @@
+"""Switches: a failing run, with one decision of the code under test reversed.
+
+This is an experiment on the code, as leaving an action out is one on its surroundings. A run that passes with one
+decision reversed fails for what leads to this decision (X. Zhang, N. Gupta, R. Gupta: Locating Faults Through Automated
+Predicate Switching, ICSE 2006).
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import msgspec
+
+from pytest_hricdv._base.record import Count, PlainRecord
+from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.execution.instrumented_code import instrument
+from pytest_hricdv.extra.diagnosis.runs import RunSummary, in_fork, ran
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.session.replaying import TestRerunner, name_test
+
+DECIDE = "__hricdv_decide__"
+"""What instrumented code calls with the outcome of a decision."""
+
+SWITCHED = "passes with this decision reversed"
+
+
+class DecisionSwitch(PlainRecord, frozen=True, kw_only=True):
+    """A decision that is reversed in a run.
+
+    Args:
+        file: name.
+        line: of the statement.
+        number: which time it is taken, from 1.
+    """
+
+    file: str
+    line: Count
+    number: Count
+
+    @property
+    def place(self) -> tuple[str, int]:
+        """Of the statement."""
+        return self.file, self.line
+
+
+class SwitchedRun(PlainRecord, frozen=True, kw_only=True):
+    """A run of instrumented code.
+
+    Args:
+        summary: of the run.
+        last: each decision that was taken before the first violation, the last time.
+    """
+
+    summary: RunSummary
+    last: tuple[DecisionSwitch, ...] = ()
+
+
+RunSwitched = Callable[[ConcreteTest, DecisionSwitch | None], SwitchedRun | None]
+"""Runs a test of instrumented code; None where the run came to no end."""
+
+_DECODER: msgspec.json.Decoder[SwitchedRun | None] = msgspec.json.Decoder(SwitchedRun | None)
+
+
+def switched_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
+    """Runs tests with the code changed in a fork; where there is none, nothing is run.
+
+    Args:
+        rerunner: runs tests.
+        code: under test.
+    """
+
+    def run(test: ConcreteTest, wanted: DecisionSwitch | None) -> SwitchedRun | None:
+        if not hasattr(os, "fork"):
+            return None
+        return _DECODER.decode(in_fork(rerunner, lambda: _run(rerunner, code, test, wanted)))
+
+    return run
+
+
+def _run(
+    rerunner: TestRerunner, code: CodeMap, test: ConcreteTest, wanted: DecisionSwitch | None
+) -> SwitchedRun | None:
+    asked = Decisions(wanted)
+    files = [(file.path, file.text, asked.change(file.name)) for file in code.files]
+    with instrument(files, {DECIDE: asked.decide}):
+        result = rerunner.run(name_test(test, "switched"), asked.begin)
+    if result is None:
+        return None
+    summary = ran(result, rerunner.settings)
+    return SwitchedRun(summary=summary, last=tuple(asked.until(min(summary.times_s.values(), default=None))))
+
+
+@dataclass
+class Decisions:
+    """What instrumented code asks in a run.
+
+    Args:
+        wanted: the decision to reverse; None for none.
+    """
+
+    wanted: DecisionSwitch | None
+    now_s: Callable[[], float] = lambda: 0.0
+    sites: list[tuple[str, int]] = field(default_factory=list)
+    """File and line of each decision in the text."""
+    times_s: dict[int, list[float]] = field(default_factory=dict)
+    """Number of a site -> when it was decided."""
+
+    def begin(self, code: CodeUnderTest) -> None:
+        """See `execute`."""
+        self.now_s = lambda: code.now_s
+
+    def change(self, file: str) -> Callable[[ast.Module], ast.Module]:
+        """How the tree of a file is changed."""
+        return _DecisionInserter(file, self.sites).visit
+
+    def decide(self, number: int, outcome: object) -> bool:
+        """The outcome of a decision in this run."""
+        times_s = self.times_s.setdefault(number, [])
+        times_s.append(self.now_s())
+        wanted = self.wanted
+        is_wanted = wanted is not None and self.sites[number] == wanted.place and wanted.number == len(times_s)
+        return bool(outcome) != is_wanted
+
+    def until(self, time_s: float | None) -> Iterator[DecisionSwitch]:
+        """Each decision, the last time it was taken until a time (s); None for all of the run."""
+        for number, times_s in sorted(self.times_s.items(), key=lambda entry: self.sites[entry[0]]):
+            count = sum(time_s is None or other_s <= time_s for other_s in times_s)
+            file, line = self.sites[number]
+            if count:
+                yield DecisionSwitch(file=file, line=line, number=count)
+
+
+class _DecisionInserter(ast.NodeTransformer):
+    """Lets each decision ask."""
+
+    def __init__(self, file: str, sites: list[tuple[str, int]]) -> None:
+        self._file = file
+        self._sites = sites
+
+    def _decision(self, node: ast.If | ast.While | ast.IfExp | ast.Assert) -> ast.AST:
+        self.generic_visit(node)
+        self._sites.append((self._file, node.lineno))
+        asked = ast.Call(ast.Name(DECIDE, ast.Load()), [ast.Constant(len(self._sites) - 1), node.test], [])
+        node.test = ast.copy_location(asked, node.test)
+        return node
+
+    visit_If = visit_While = visit_IfExp = visit_Assert = _decision  # noqa: N815 (names of `ast.NodeVisitor`)
+
+
+Passes = Callable[[RunSummary, RunSummary], bool]
+"""Whether a run passes, given the run of the same test as it is."""
+
+
+@dataclass
+class SwitchSearch:
+    """Looks for decisions without which failing tests pass.
+
+    Args:
+        run: runs tests.
+        budget: at most so many runs.
+    """
+
+    run: RunSwitched
+    budget: int
+    used: int = 0
+
+    def search(
+        self, tests: Sequence[tuple[ConcreteTest, Passes]], scores: Mapping[tuple[str, int], float]
+    ) -> list[tuple[str, int]]:
+        """File and line of those found, the most suspicious first; they let each of the tests pass.
+
+        Args:
+            tests: that fail for one cause.
+            scores: file and line -> how suspicious; others are not tried.
+        """
+        found, is_first = [*scores], True
+        for test, passes in tests:
+            control = self._run(test, None) if found else None
+            if control is None:
+                return [] if is_first else found
+            is_first = False
+            last = {switch.place: switch for switch in control.last if switch.place in found}
+            places = sorted(last, key=lambda place: -scores[place])
+            found = [place for place in places if self._lets_pass(test, last[place], control, passes)]
+        return found
+
+    def _lets_pass(self, test: ConcreteTest, switch: DecisionSwitch, control: SwitchedRun, passes: Passes) -> bool:
+        made = self._run(test, switch)
+        return made is not None and passes(control.summary, made.summary)
+
+    def _run(self, test: ConcreteTest, switch: DecisionSwitch | None) -> SwitchedRun | None:
+        if self.used >= self.budget:
+            return None
+        self.used += 1
+        return self.run(test, switch)
