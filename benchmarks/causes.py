@@ -25,6 +25,7 @@ from msgspec.structs import replace
 from benchmarks.report_page import grown
 from pytest_hricdv.extra.diagnosis import causes
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence
+from pytest_hricdv.extra.diagnosis.subject import Subject
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.model import Report
 from studies.localization.faults import Fault, planted
@@ -61,7 +62,7 @@ def _print_grouping(report: Report, options: argparse.Namespace) -> None:
     times_s = []
     for _ in range(options.repeat):
         began_s = time.process_time()
-        subject = causes.Subject.of(many)
+        subject = Subject.of(many)
         groups = subject.groups(ExperimentEvidence())
         times_s.append(time.process_time() - began_s)
     kinds = f"{len(failing.tests)} of {options.report}, {len(groups)} causes"
