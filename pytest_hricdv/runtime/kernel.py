@@ -32,6 +32,9 @@ from pytest_hricdv.runtime.world import World, advance_world
 US_PER_S = 1_000_000
 """A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
 
+POLLS = 100
+"""Polls at one instant, after which time passes where polls take some."""
+
 MAX_STEPS = 5_000
 """Steps of a node, from one wait to the next, in 0.02 s of simulated time: a loop of 250 kHz, 25 times as fast as that
 of the fastest controllers."""
@@ -114,6 +117,8 @@ class Kernel:
         """The node that has control."""
         self.returns = 0
         """How often control has come back."""
+        self.polls_take_s = 0.0
+        """Simulated time that passes after `POLLS` polls at one instant; 0: none, such a loop is an error."""
         self._polls = 0  # at the present instant
         self._polled_at = ""  # the line of the first poll too many
         self.lost_errors: list[str] = []
@@ -167,6 +172,8 @@ class Kernel:
             KernelError: too many polls without time passing: a loop that never sleeps would never end.
         """
         self._polls += 1
+        if self.polls_take_s and self._polls >= POLLS:
+            self.sleep(self.polls_take_s)
         if self._polls > self._max_resumes:
             if self._polls == self._max_resumes + 1:  # what cleans up afterwards may poll, too
                 self._polled_at = place_of(sys._getframe(1))

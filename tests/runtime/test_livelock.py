@@ -200,3 +200,16 @@ def test_at_the_limit_the_cycle_is_named_too() -> None:
     assert robot.run.go(60.0) == "limit"
     assert robot.run.ending is not None
     assert robot.run.ending.cycle is not None
+
+
+def test_time_passes_in_a_loop_that_only_polls_where_polls_take_some() -> None:
+    kernel = Kernel()
+    kernel.polls_take_s = 0.01
+
+    def waits_for_a_second() -> None:
+        while kernel.now_s < 1.0:
+            kernel.count_poll()
+
+    kernel.spawn("busy", waits_for_a_second)
+    kernel.run(10.0)
+    assert kernel.now_s == pytest.approx(1.0, abs=0.02)

@@ -54,7 +54,7 @@ class Driver:
         person: name of the person.
         manners: how the person waits.
         limit_s: no run takes longer (s of simulated time).
-        takes_s: simulated time that each call of a device takes.
+        takes_s: simulated time that each call of a device takes, or a hundred polls of events, queues and clocks.
         may_end: whether the robot may end before the person leaves.
         cross: name of the cross product of the state with the manner of what was said; empty for none.
         is_async: whether the robot is a coroutine.
@@ -102,6 +102,7 @@ class Driver:
 
     def run(self, run: Run) -> Outcome:
         """One run of one test, for `Testbench.run`."""
+        run.kernel.polls_take_s = 0.0 if self.is_async else self.takes_s
         border = RunBorder(run, frozenset(self.messages), self.called, dict(self.senses), self.takes_s, self.is_async)
         for name, value in self.senses.items():
             border.record(signal_name(name), value)
