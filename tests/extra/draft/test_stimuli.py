@@ -139,6 +139,32 @@ def test_a_bus_that_the_code_makes_itself_is_replaced(tmp_path: Path) -> None:
     assert '"bus": Replace("robot_code:Bus", BusPort())' in conftest
 
 
+WATCHER = """
+class Watcher:
+    def __init__(self, door, lamp):
+        self.door, self.lamp = door, lamp
+
+    def tick(self):
+        if self.door.is_open():
+            self.lamp.on()
+
+
+def main(door, lamp):
+    watcher = Watcher(door, lamp)
+    while True:
+        watcher.tick()
+"""
+
+
+def test_each_command_of_who_only_sets_sensors_is_declared(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(WATCHER, encoding="utf-8")
+    model = CodeReader("robot_code:Watcher", tmp_path).model()
+    texts = dict(files(Draft(model, "watcher", "person", tmp_path / "hri")))
+    assert "set_door_is_open(yes)" in texts["models/person.asl"]
+    assert "wait_quiet" in texts["models/person.asl"]
+    assert '"wait_quiet": {},' in texts["conftest.py"]
+
+
 def run_session(folder: Path, *options: str) -> dict[str, object]:
     """A session of a project, and its report."""
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--hri-audit=off", *options]

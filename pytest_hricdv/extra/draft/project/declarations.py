@@ -73,9 +73,9 @@ def command_table_lines(draft: Draft, table: str, numbers: str, each: str) -> li
     waits = ['                "wait_answer": {},']
     if draft.is_alone:
         return [f'                "{STAY}": {{"after_s": Uniform(20.0, 60.0, "s")}},  # TODO: how long?']
+    waits += [f'                "{UNTIL_QUIET}": {{}},'] if leaves(draft) else []
     if not draft.inputs:
         return waits
-    waits += [f'                "{UNTIL_QUIET}": {{}},'] if leaves(draft) else []
     others = "**TIMES_OF.get(what, {}).get(how, {}), " if times_of_lines(draft) else ""
     return [
         "                **{",
