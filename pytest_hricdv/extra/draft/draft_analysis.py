@@ -11,15 +11,16 @@ from pathlib import Path
 from typing import TypeVar
 
 from pytest_hricdv.extra.draft.analysis import analyse_sources, questions
-from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
+from pytest_hricdv.extra.draft.code.classes import methods_of
 from pytest_hricdv.extra.draft.code.constants import Member, members
 from pytest_hricdv.extra.draft.code.entry import EntryFinder
 from pytest_hricdv.extra.draft.code.flow import Flow, parameters_of
+from pytest_hricdv.extra.draft.code.inner import InnerObjects
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.message_kinds import FORMS
 from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
-from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
+from pytest_hricdv.extra.draft.code.sources import Scope
 from pytest_hricdv.extra.draft.code.stimuli import StimulusReader, is_reader
 from pytest_hricdv.extra.draft.code.usage import read_usage
 from pytest_hricdv.extra.draft.code.waits import parameters
@@ -36,7 +37,7 @@ from pytest_hricdv.extra.draft.code_model import (
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
-from pytest_hricdv.extra.draft.observed_calls import answered_messages, told_messages
+from pytest_hricdv.extra.draft.observed_calls import messages_for_answers, messages_for_calls
 from pytest_hricdv.extra.draft.observed_code import (
     best_entry,
     function_at,
@@ -52,9 +53,6 @@ DEPTH, BYTES = 30_000, 512 * 1024 * 1024
 
 PERIOD_S, MAX_PERIOD_S = 0.1, 10.0
 """Of a control loop, where nothing says how often it runs; a number beyond is none."""
-
-SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server")
-"""What makes a connection to the outside."""
 
 MAX_ENTRIES = 8
 """Candidates that are looked at where the likeliest one gets nothing from outside."""
@@ -82,6 +80,7 @@ class CodeReader:
         self._usage = read_usage(self._sources)
         self._flow = Flow(self._sources)
         self._stimuli = StimulusReader(self._sources, self._flow, self._usage)
+        self._inner = InnerObjects(self._sources, self._flow)
         self._entries = EntryFinder(self._sources, self._flow, self._usage)
 
     def model(self, seen: Observations | None = None, faulty: frozenset[str] = frozenset()) -> CodeModel:
@@ -112,10 +111,10 @@ class CodeReader:
         missing = {p.text.split("`")[1] for p in model.problems if p.kind == "missing module" and "`" in p.text}
         assert model.entry is not None
         entry = replace(model.entry, ports=self._without_buses(model, model.entry.ports))
-        inner = self._without_buses(model, self._inner(entry, frozenset(missing) | faulty))
+        inner = self._without_buses(model, self._inner.ports(entry, self._scope(entry), frozenset(missing) | faulty))
         model = replace(model, entry=entry, inner=inner)
         entry = self._period(entry, seen) or entry
-        messages = list(_carried(self._carry(model), (*entry.ports, *entry.method_ports, *model.inner)))
+        messages = list(_carry_by_ports(self._carry(model), (*entry.ports, *entry.method_ports, *model.inner)))
         items = list(self._items((*entry.ports, *entry.method_ports, *model.inner), messages))
         inputs = [*(message for message in messages if message.direction != "published"), *items]
         every = _unique((*messages, *items, *self._calls(entry, seen, bool(inputs))))
@@ -133,8 +132,8 @@ class CodeReader:
         for port in (*entry.ports, *entry.method_ports, *model.inner):
             is_channel = port.role in ("queue", "publish", "bus") and port.direction != "received" and not is_typed
             if not port.default and (port.role == "device" or is_channel):
-                yield from told_messages(port, entry, seen or Observations(), self._flow)
-        yield from answered_messages(model.inputs, seen) if seen is not None else ()
+                yield from messages_for_calls(port, entry, seen or Observations(), self._flow)
+        yield from messages_for_answers(model.inputs, seen) if seen is not None else ()
 
     def _calls(self, entry: Entry, seen: Observations | None, has_inputs: bool) -> Iterator[Message]:
         """What gets to the entry as calls."""
@@ -149,12 +148,12 @@ class CodeReader:
         open_ones = [each for each in methods if each.fields or "Neutral" not in each.delivery]
         yield from open_ones
         yield from (each for each in handled if each.module != OWN_MODULE or not open_ones)
-        observed = list(self._observed_callbacks(entry, seen)) if seen is not None else []
+        observed = list(self._find_callbacks(entry, seen)) if seen is not None else []
         yield from (each for each in observed if each.fields or not (has_inputs or handed or methods or handled))
         if not entry.is_class:
             yield from self._stimuli.functions()
 
-    def _observed_callbacks(self, entry: Entry, seen: Observations) -> Iterator[Message]:
+    def _find_callbacks(self, entry: Entry, seen: Observations) -> Iterator[Message]:
         """Functions that the code handed to its ports while it ran, as far as the object does not hand them itself."""
         scope = self._scope(entry)
         own = {id(method.node) for method in methods_of(self._sources, scope).values()} if scope is not None else set()
@@ -164,7 +163,7 @@ class CodeReader:
                 continue  # the same with a text among the arguments is one of several
             function = function_at(self._sources, seen.methods[CALLBACK + name].location)
             if function is not None and id(function.node) not in own:
-                yield from self._stimuli.observed(name, function)
+                yield from self._stimuli.callback(name, function)
 
     def _carry(self, model: CodeModel) -> Iterator[Message]:
         """Messages that the bus of a test carries; others are converted, or asked for."""
@@ -194,51 +193,6 @@ class CodeReader:
     def _scope(self, entry: Entry) -> Scope | None:
         return next((scope for scope in self._sources.classes
                      if (scope.module.name, scope.node.name) == (entry.module, entry.name)), None)  # fmt: skip
-
-    # --- objects that the code makes itself
-
-    def _inner(self, entry: Entry, faulty: frozenset[str]) -> Iterator[Port]:
-        """Each with a name of its own, and made from something of its own."""
-        done: set[str] = set()
-        for port in (*self._attributes_made(entry, faulty), *self._sockets(entry)):
-            if not done & {port.name, port.made_from}:
-                done |= {port.name, port.made_from}
-                yield port
-
-    def _attributes_made(self, entry: Entry, faulty: frozenset[str]) -> Iterator[Port]:
-        scope = self._scope(entry)
-        ports = PortReader(self._sources, self._flow)
-        done: set[str] = set()
-        for (owner, name), assigned in self._flow.attributes.items() if scope is not None else ():
-            assert scope is not None
-            for where, value in assigned if owner == id(scope.node) and name not in done else ():
-                if not isinstance(value, ast.Call) or not name_with_dots(value.func):
-                    continue
-                top = resolve_import(where.module, value.func).partition(".")[0]
-                own = self._sources.class_of(where.module, value.func)
-                if top in faulty or (own is not None and _is_bus(self._sources, own)):
-                    target = f"{where.module.name}:{name_with_dots(value.func)}"
-                    done.add(name)
-                    port = ports.attribute(scope, name, target, value)
-                    yield port if port.role in ("bus", "device") else replace(port, role="device")
-
-    def _sockets(self, entry: Entry) -> Iterator[Port]:
-        """What the entry makes of the network, under whatever name, and classes do of which it makes objects."""
-        ports, own = PortReader(self._sources, self._flow), self._scope(entry)
-        owners = [own.node] if own is not None else []
-        for (owner, _), assigned in self._flow.attributes.items() if own is not None else ():
-            made = [self._sources.class_of(where.module, getattr(value, "func", None)) for where, value in assigned]
-            owners += [each.node for each in made if each is not None and owner == id(owners[0])]
-        for module, scope, node in self._flow.nodes:
-            if entry.is_class and (scope is None or scope.owner not in owners):
-                continue
-            is_made = isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
-            if not is_made or resolve_import(module, node.value.func) not in SOCKETS:  # type: ignore[attr-defined]
-                continue
-            value, target = node.value, node.targets[0]  # type: ignore[attr-defined]
-            made_from, name = f"{module.name}:{name_with_dots(value.func)}", name_with_dots(target)
-            if name:
-                yield replace(ports.variable(module, name, value), role="device", made_from=made_from)
 
     # --- control loops
 
@@ -334,10 +288,6 @@ class CodeReader:
         yield from (machine for _, _, machine in sorted(found, key=lambda each: each[:2], reverse=True))
 
 
-def _is_bus(sources: Sources, scope: Scope) -> bool:
-    return form_of(sources, scope) == "" and {"publish", "subscribe"} <= {*methods_of(sources, scope)}
-
-
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
@@ -351,7 +301,7 @@ def _has_inputs(model: CodeModel) -> bool:
     return is_open or any(message.fields for message in model.inputs)
 
 
-def _carried(messages: Iterable[Message], ports: tuple[Port, ...]) -> Iterator[Message]:
+def _carry_by_ports(messages: Iterable[Message], ports: tuple[Port, ...]) -> Iterator[Message]:
     """Messages as the ports carry them, which are a bus, or queues; what has no way to the code is left out."""
     queues = {port.name.strip("_"): port.direction for port in ports if port.role == "queue"}
     is_bus = any(port.role == "bus" for port in ports)

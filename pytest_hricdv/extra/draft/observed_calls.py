@@ -22,7 +22,7 @@ MAX_TOLD = 12
 """Messages for the calls of a port."""
 
 
-def told_messages(port: Port, entry: Entry, seen: Observations, flow: Flow) -> Iterator[Message]:
+def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow) -> Iterator[Message]:
     """The messages for what the code calls at a port, without what only returns something or takes a function.
 
     Args:
@@ -51,7 +51,7 @@ def told_messages(port: Port, entry: Entry, seen: Observations, flow: Flow) -> I
     yield from list(made.values())[:MAX_TOLD]
 
 
-def answered_messages(inputs: Iterable[Message], seen: Observations) -> Iterator[Message]:
+def messages_for_answers(inputs: Iterable[Message], seen: Observations) -> Iterator[Message]:
     """The messages for what calls of the code returned."""
     for message in {each.channel: each for each in inputs if each.form == "call"}.values():
         site = seen.calls.get(f"{ANSWER}.{message.channel}")

@@ -21,7 +21,7 @@ class Branches:
         self._flow = flow
         self._tests = [test for scope, names in self._names(places) for test in self._tests_in(scope, names)]
 
-    def skipped(self, text: str) -> frozenset[int]:
+    def find_skips(self, text: str) -> frozenset[int]:
         """Identities of the statements that do not run for a text."""
         return frozenset(id(statement) for known, body, others in self._tests
                          for statement in (others if text in known else body))  # fmt: skip
@@ -44,7 +44,7 @@ class Branches:
             if isinstance(node, ast.If):
                 parts = node.test.values if isinstance(node.test, ast.BoolOp) else [node.test]
                 for part in parts:
-                    known, is_not = self._compared(part, scope, names)
+                    known, is_not = self._read_test(part, scope, names)
                     if known and is_not:
                         yield known, node.orelse, node.body
                     elif known:
@@ -56,7 +56,7 @@ class Branches:
                     if known:
                         yield known, case.body, []
 
-    def _compared(self, test: ast.expr, scope: Scope, names: set[str]) -> tuple[set[str], bool]:
+    def _read_test(self, test: ast.expr, scope: Scope, names: set[str]) -> tuple[set[str], bool]:
         if not isinstance(test, ast.Compare) or len(test.ops) != 1:
             return set(), False
         sides = [test.left, test.comparators[0]]

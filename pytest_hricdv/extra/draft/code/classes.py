@@ -79,7 +79,9 @@ def parse_annotation(annotation: ast.expr | None) -> ast.expr | None:
     return annotation
 
 
-def named_messages(sources: Sources, annotation: ast.expr | None, module: Module, depth: int = 0) -> Iterator[Scope]:
+def find_message_classes(
+    sources: Sources, annotation: ast.expr | None, module: Module, depth: int = 0
+) -> Iterator[Scope]:
     """Message classes that an annotation names, through unions and aliases."""
     annotation = parse_annotation(annotation)
     if annotation is None or depth > _MAX_DEPTH:
@@ -95,9 +97,9 @@ def named_messages(sources: Sources, annotation: ast.expr | None, module: Module
     name = name_with_dots(annotation)
     defined = sources.definition(module, name) if name and own is None else None
     if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign):
-        yield from named_messages(sources, defined[1].value, defined[0], depth + 1)
+        yield from find_message_classes(sources, defined[1].value, defined[0], depth + 1)
     for part in parts:
-        yield from named_messages(sources, part, module, depth + 1)
+        yield from find_message_classes(sources, part, module, depth + 1)
 
 
 def neutral_value(sources: Sources, module: Module, annotation: ast.expr | None, depth: int = 0) -> Neutral | None:

@@ -13,16 +13,11 @@ from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code.sources import Function, Scope, name_with_dots
 from pytest_hricdv.extra.draft.code.usage import Usage
+from pytest_hricdv.extra.draft.code.uses import UseReader, walk_what_runs
 from pytest_hricdv.extra.draft.code_model import FieldValue, Imports, MessageField
-
-NUMBER_OF = ("int", "float", "round", "abs", "min", "max")
-"""Functions that take numbers, or make them of texts."""
 
 TEXT_OF = ("strip", "rstrip", "lstrip", "decode", "lower", "upper")
 """Methods of a text, or of its bytes, that return it, as far as it is taken apart."""
-
-KIND_OF_USE = {"bool": "bool", "float": "float", "object": "", "text": "str", "any": "str"}
-"""Kind of a value, by what is done with it."""
 
 MAX_HANDOVERS = 2
 """Calls through which a dict is followed."""
@@ -36,7 +31,7 @@ class Argument:
     fields: tuple[MessageField, ...] = ()
     imports: Imports = ()
 
-    def fixed(self, name: str, text: str) -> Argument:
+    def fix(self, name: str, text: str) -> Argument:
         """The same where a field has always one text."""
         source = re.sub(rf"\bm\.{name}\b", lambda _: repr(text), self.source)
         return Argument(source, tuple(part for part in self.fields if part.name != name), self.imports)
@@ -47,6 +42,7 @@ class ContentReader:
 
     def __init__(self, flow: Flow, fields: FieldReader, usage: Usage) -> None:
         self._flow, self._fields, self._usage = flow, fields, usage
+        self._uses = UseReader(flow)
         self._skipped: frozenset[int] = frozenset()
         self._places: dict[str, list[tuple[Scope, ast.AST]]] = {}
 
@@ -55,7 +51,7 @@ class ContentReader:
         parent = self._flow.parents.get(id(node))
         parent = self._flow.parents.get(id(parent)) if isinstance(parent, ast.Await) else parent
         if isinstance(parent, ast.Assign) and isinstance(parent.targets[0], ast.Tuple):
-            kinds = self._kinds_of(lambda: self._unpacked(scope, parent.targets[0], None))
+            kinds = self._kinds_of(lambda: self._unpack(scope, parent.targets[0], None))
             decides = len(kinds) > 1 or any(part.values for _, argument in kinds for part in argument.fields)
             return kinds if decides else []  # such as the bytes and the sender of a datagram
         for name in self._names_of(node):
@@ -82,22 +78,14 @@ class ContentReader:
                 continue
             made = []
             for value in part.values:
-                self._skipped = branches.skipped(value.text)
+                self._skipped = branches.find_skips(value.text)
                 argument = read()
                 self._skipped = frozenset()
                 if argument is not None and any(each.name == part.name for each in argument.fields):
-                    made.append((value.text, argument.fixed(part.name, value.text)))
+                    made.append((value.text, argument.fix(part.name, value.text)))
             if len({tuple(each.name for each in argument.fields) for _, argument in made}) > 1:
                 return made
         return [("", whole)]
-
-    def _walk(self, node: ast.AST) -> Iterator[ast.AST]:
-        """All nodes of what runs."""
-        waiting = [node]
-        while waiting:
-            each = waiting.pop(0)
-            yield each
-            waiting += [child for child in ast.iter_child_nodes(each) if id(child) not in self._skipped]
 
     def _text(self, scope: Scope, name: str, node: ast.Call) -> list[tuple[str, Argument]]:
         """A text, or bytes of one, that a function compares."""
@@ -127,7 +115,7 @@ class ContentReader:
         return self._json(scope, name) or self._parts(scope, name) or self._attributes(scope, name)
 
     def _json(self, scope: Scope, name: str) -> Argument | None:
-        for node in self._walk(scope.node):
+        for node in walk_what_runs(scope.node, self._skipped):
             is_loads = isinstance(node, ast.Call) and last_name(node.func) == "loads" and node.args
             if not is_loads or not isinstance(node, ast.Call):
                 continue
@@ -150,7 +138,7 @@ class ContentReader:
 
     def _parts(self, scope: Scope, name: str) -> Argument | None:
         """The names into which a function takes a tuple or a text apart: `verb, rest = line.split(" ", 1)`."""
-        for node in self._walk(scope.node):
+        for node in walk_what_runs(scope.node, self._skipped):
             if not isinstance(node, ast.Assign) or not isinstance(node.targets[0], ast.Tuple):
                 continue
             value, separator = node.value, None
@@ -166,24 +154,24 @@ class ContentReader:
                     value = value.func.value
             if name_with_dots(value) != name or not isinstance(separator, str | None):
                 continue
-            return self._unpacked(scope, node.targets[0], separator)
+            return self._unpack(scope, node.targets[0], separator)
         return None
 
-    def _unpacked(self, scope: Scope, target: ast.expr, separator: str | None) -> Argument | None:
+    def _unpack(self, scope: Scope, target: ast.expr, separator: str | None) -> Argument | None:
         parts = target.elts if isinstance(target, ast.Tuple) else []
         names = [part.id for part in parts if isinstance(part, ast.Name)]
         if len(names) != len(parts):
             return None
-        return self._joined(scope, [name for name in names if name.strip("_")], separator)
+        return self._join(scope, [name for name in names if name.strip("_")], separator)
 
-    def _joined(self, scope: Scope, names: list[str], separator: str | None) -> Argument:
+    def _join(self, scope: Scope, names: list[str], separator: str | None) -> Argument:
         fields = []
         for name in names:
             part = self._fields.parameter(scope, name, None)
-            for node in self._walk(scope.node):
+            for node in walk_what_runs(scope.node, self._skipped):
                 if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load):
                     self._note(word(name), scope, node)
-            kind = part.kind or self.kind_by_use(scope, name)
+            kind = part.kind or self._uses.kind(scope, name, self._skipped)
             fields.append(replace(part, name=word(name), kind=kind))
         known = tuple(part for part in fields if part.kind)
         if separator is None:
@@ -196,7 +184,7 @@ class ContentReader:
         """An object of which a function compares attributes."""
         found: dict[str, MessageField] = {}
         encoded = set()
-        for node in self._walk(scope.node):
+        for node in walk_what_runs(scope.node, self._skipped):
             if isinstance(node, ast.Attribute) and name_with_dots(node.value) == name:
                 field = self._fields.read_value(node, scope, word(node.attr))
                 if field.kind:
@@ -211,41 +199,6 @@ class ContentReader:
         made = ", ".join(f"{key}=m.{field.name}" + (".encode()" if key in encoded else "")
                          for key, field in _with_own_names(found))  # fmt: skip
         return Argument(f"SimpleNamespace({made})", tuple(field for _, field in _with_own_names(found)))
-
-    def kind_by_use(self, scope: Scope, name: str) -> str:
-        """The kind of a value that nothing is compared with: by what is done with it; empty where it is an object."""
-        kinds = {self._use(node) for node in self._walk(scope.node)
-                 if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load)}  # fmt: skip
-        for node in ast.walk(scope.node):
-            target = node.targets[0] if isinstance(node, ast.Assign) else None
-            if isinstance(node, ast.Assign) and name_with_dots(node.value) == name and scope.owner is not None:
-                kept = name_with_dots(target)
-                kinds |= {self._use(each) for _, at, each in self._flow.nodes if isinstance(each, ast.Attribute)
-                          and at is not None and at.owner is scope.owner and isinstance(each.ctx, ast.Load)
-                          and name_with_dots(each) == kept}  # fmt: skip
-        if not kinds or "object" in kinds:
-            return ""  # nothing is done with it, or it has parts
-        return "float" if "float" in kinds else "bool" if "bool" in kinds else "str"
-
-    def _use(self, node: ast.AST) -> str:
-        above = self._flow.parents.get(id(node))
-        if isinstance(above, ast.If | ast.While | ast.IfExp) and above.test is node:
-            return "bool"
-        if isinstance(above, ast.BoolOp) or (isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)):
-            return "bool"
-        if isinstance(above, ast.UnaryOp | ast.AugAssign):
-            return "float"
-        if isinstance(above, ast.BinOp):
-            others = (above.left, above.right)
-            is_text = any(isinstance(each, ast.JoinedStr) or isinstance(getattr(each, "value", None), str)
-                          for each in others)  # fmt: skip
-            return "text" if is_text else "float"
-        if isinstance(above, ast.Call):
-            is_object = above.func is node or last_name(above.func) in ("put", "put_nowait")
-            return "object" if is_object else "float" if last_name(above.func) in NUMBER_OF else "any"
-        is_inside = isinstance(above, ast.Attribute | ast.Starred | ast.For | ast.comprehension)
-        is_inside |= isinstance(above, ast.Subscript) and above.value is node
-        return "object" if is_inside or (isinstance(above, ast.keyword) and above.arg is None) else "any"
 
     def _keys_of_argument(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
         """Of a value that is handed on at once, `self.handle(json.loads(line))`, the keys that are read there."""
@@ -262,7 +215,7 @@ class ContentReader:
     def _topic_of(self, scope: Scope, name: str) -> MessageField | None:
         """The topics with which a callback of a client of MQTT compares its message's; None where it does not."""
         found: dict[str, MessageField] = {}
-        for node in self._walk(scope.node):
+        for node in walk_what_runs(scope.node, self._skipped):
             if isinstance(node, ast.Attribute) and node.attr == "topic" and name_with_dots(node.value) == name:
                 self._note("topic", scope, node)
                 self._add_key(found, "topic", self._fields.read_value(node, scope, "topic"))
@@ -272,7 +225,7 @@ class ContentReader:
     def _keys(self, scope: Scope, name: str, depth: int = 0) -> list[tuple[str, MessageField]]:
         """The keys of a dict that a function reads, and those do to which it hands it, each with its values."""
         found: dict[str, MessageField] = {}
-        for node in self._walk(scope.node):
+        for node in walk_what_runs(scope.node, self._skipped):
             if not isinstance(node, ast.expr):
                 continue
             key, default = _key_of(node, name)
@@ -303,13 +256,11 @@ class ContentReader:
 
     def _read_key(self, scope: Scope, node: ast.expr, key: str, default: object) -> MessageField:
         read = self._fields.read_value(node, scope, word(key))
-        use = self._use(node)
+        use = self._uses.kind_at(node)
         passed = self._usage.keys.get(key, [])
         known = [*passed, *([default] if default is not None else [])]
         is_whole = bool(known) and all(type(value) is int for value in known)
-        return with_constants(
-            replace(read, kind=kind_of(known, read) or KIND_OF_USE[use], type="int" if is_whole else ""), passed
-        )
+        return with_constants(replace(read, kind=kind_of(known, read) or use, type="int" if is_whole else ""), passed)
 
     def _add_key(self, found: dict[str, MessageField], key: str, field: MessageField) -> None:
         before = found.get(key)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from pytest_hricdv.extra.draft.code.classes import form_of, methods_of, named_messages
+from pytest_hricdv.extra.draft.code.classes import find_message_classes, form_of, methods_of
 from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots
 
@@ -21,8 +21,8 @@ class KindReader:
 
     def classes(self, scope: Scope, part: ast.arg) -> list[Scope]:
         """The message classes that a parameter can be of, each once; those of its annotation first."""
-        every = [*named_messages(self._sources, part.annotation, scope.module), *self._overloads(scope),
-                 *self._tested(scope, part.arg)]  # fmt: skip
+        every = [*find_message_classes(self._sources, part.annotation, scope.module), *self._overloads(scope),
+                 *self._find_tests(scope, part.arg)]  # fmt: skip
         found = {id(own.node): own for own in every if self._is_message(own)}
         return list(found.values()) or list(self._with_fields(scope, part.arg))
 
@@ -38,9 +38,9 @@ class KindReader:
                 given = [part for part in parameters_of(function.node) if part.arg != "self"][:1]
                 annotations = [*(part.annotation for part in given), *getattr(decorator, "args", ())]
                 for annotation in annotations:
-                    yield from named_messages(self._sources, annotation, function.module)
+                    yield from find_message_classes(self._sources, annotation, function.module)
 
-    def _tested(self, scope: Scope, name: str) -> Iterator[Scope]:
+    def _find_tests(self, scope: Scope, name: str) -> Iterator[Scope]:
         """The classes that a function asks for, with `isinstance` or `match`."""
         for node in ast.walk(scope.node):
             tested: list[ast.expr] = []
@@ -52,7 +52,7 @@ class KindReader:
                 parts = (part for case in node.cases for part in ast.walk(case.pattern))
                 tested = [part.cls for part in parts if isinstance(part, ast.MatchClass)]
             for each in tested:
-                yield from named_messages(self._sources, each, scope.module)
+                yield from find_message_classes(self._sources, each, scope.module)
 
     def _with_fields(self, scope: Scope, name: str) -> Iterator[Scope]:
         """The only message class that has all attributes that a function reads, where it reads two or decides."""

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.draft.code.classes import form_of, named_messages, parse_annotation
+from pytest_hricdv.extra.draft.code.classes import find_message_classes, form_of, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import CallSite, Flow, annotation_of, last_name, parameter_names
@@ -109,7 +109,7 @@ class MessageFinder:
         key = name.strip("_")
         if name_with_dots(annotation.value).rpartition(".")[2] in _QUEUES and key not in internal:
             puts, gets = self._sides(key)
-            for own in named_messages(self._sources, annotation.slice, module):
+            for own in find_message_classes(self._sources, annotation.slice, module):
                 if gets:
                     self._note(own, "received", gets[0], key)
                 if puts:
@@ -151,12 +151,12 @@ class MessageFinder:
                     yield from self._classes_of(node.args[0], where, at)
                 for function in self._flow.methods.get(last_name(node.func), ()):
                     assert not isinstance(function.node, ast.ClassDef)
-                    yield from named_messages(self._sources, function.node.returns, function.module)
+                    yield from find_message_classes(self._sources, function.node.returns, function.module)
             elif isinstance(node, ast.Attribute):
                 own = self._sources.class_of(where, node.value)
                 own = own if own is not None and is_enum(self._sources, own) else None
             elif isinstance(node, ast.Name) and at is not None and not isinstance(at.node, ast.ClassDef):
-                yield from named_messages(self._sources, annotation_of(at.node, node.id), at.module)
+                yield from find_message_classes(self._sources, annotation_of(at.node, node.id), at.module)
             if own is not None and form_of(self._sources, own):
                 yield own
 

@@ -20,6 +20,7 @@ from pytest_hricdv.extra.draft.code.message_kinds import KindReader
 from pytest_hricdv.extra.draft.code.naming import camel, snake, word
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots
 from pytest_hricdv.extra.draft.code.usage import Usage
+from pytest_hricdv.extra.draft.code.uses import UseReader
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Entry, Imports, Message, Port
 
 ENDS = ("stop", "close", "shutdown", "join", "cancel", "quit", "exit", "terminate", "disconnect")
@@ -33,7 +34,7 @@ class StimulusReader:
         self._sources, self._flow, self._usage = sources, flow, usage
         self._fields = FieldReader(sources, flow)
         self._contents = ContentReader(flow, self._fields, usage)
-        self._kinds = KindReader(sources, flow)
+        self._kinds, self._uses = KindReader(sources, flow), UseReader(flow)
 
     def methods(self, entry: Entry, called: frozenset[str] = frozenset()) -> Iterator[Message]:
         """The public methods of the entry's object, and those that were called from outside.
@@ -83,7 +84,7 @@ class StimulusReader:
                     yield from self._messages(last_part(texts[0]) or node.name, Scope(module, node),
                                               f"{module.name}:{node.name}")  # fmt: skip
 
-    def observed(self, name: str, function: Scope) -> Iterator[Message]:
+    def callback(self, name: str, function: Scope) -> Iterator[Message]:
         """A function of the code that it was seen to hand to a port."""
         title = last_part(name.partition(" ")[2]) or name.rpartition(".")[2].removeprefix("on_").removeprefix("set_")
         yield from self._messages(title, function, name, "CallbackCall")
@@ -137,7 +138,7 @@ class StimulusReader:
     def _messages(self, name: str, scope: Scope, called: str, how: str = "MethodCall") -> Iterator[Message]:
         """A message for the call of a function, or one for each class of messages that it takes."""
         assert not isinstance(scope.node, ast.ClassDef)
-        parameters = _given(scope)
+        parameters = _caller_parameters(scope)
         positional = [part for part in parameters if part not in scope.node.args.kwonlyargs]
         required = len(positional) - len(scope.node.args.defaults)
         passed = [part for number, part in enumerate(parameters)
@@ -183,7 +184,7 @@ class StimulusReader:
             return Argument(f"m.{part.arg}", (with_constants(field, known),))
         if annotation is None:
             field = with_constants(replace(field, kind=kind_of(known, field)), known)
-            field = field if field.kind else replace(field, kind=self._contents.kind_by_use(scope, part.arg))
+            field = field if field.kind else replace(field, kind=self._uses.kind(scope, part.arg))
             if field.kind:
                 return Argument(f"m.{part.arg}", (field,))
         neutral, imports = neutral_value(self._sources, scope.module, annotation) or ("Neutral()", ())
@@ -210,7 +211,7 @@ def is_reader(method: Scope) -> bool:
     return returns
 
 
-def _given(scope: Scope) -> list[ast.arg]:
+def _caller_parameters(scope: Scope) -> list[ast.arg]:
     """The parameters that a caller fills."""
     assert not isinstance(scope.node, ast.ClassDef)
     parameters = parameters_of(scope.node)

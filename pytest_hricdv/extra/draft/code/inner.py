@@ -1,0 +1,74 @@
+"""Objects that the code makes itself, and that a stand-in has to replace: of libraries, buses, and the network."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import replace
+
+from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
+from pytest_hricdv.extra.draft.code.flow import Flow
+from pytest_hricdv.extra.draft.code.ports import PortReader
+from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
+from pytest_hricdv.extra.draft.code_model import Entry, Port
+
+SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server")
+"""What makes a connection to the outside."""
+
+
+class InnerObjects:
+    """Finds them."""
+
+    def __init__(self, sources: Sources, flow: Flow) -> None:
+        self._sources, self._flow = sources, flow
+
+    def ports(self, entry: Entry, scope: Scope | None, faulty: frozenset[str]) -> Iterator[Port]:
+        """Each with a name of its own, and made from something of its own.
+
+        Args:
+            entry: of the code; `scope` is its class, if it is one.
+            faulty: names of libraries that are missing, or fail.
+        """
+        done: set[str] = set()
+        for port in (*self._attributes(scope, faulty), *self._sockets(entry, scope)):
+            if not done & {port.name, port.made_from}:
+                done |= {port.name, port.made_from}
+                yield port
+
+    def _attributes(self, scope: Scope | None, faulty: frozenset[str]) -> Iterator[Port]:
+        ports = PortReader(self._sources, self._flow)
+        done: set[str] = set()
+        for (owner, name), assigned in self._flow.attributes.items() if scope is not None else ():
+            assert scope is not None
+            for where, value in assigned if owner == id(scope.node) and name not in done else ():
+                if not isinstance(value, ast.Call) or not name_with_dots(value.func):
+                    continue
+                top = resolve_import(where.module, value.func).partition(".")[0]
+                own = self._sources.class_of(where.module, value.func)
+                if top in faulty or (own is not None and _is_bus(self._sources, own)):
+                    target = f"{where.module.name}:{name_with_dots(value.func)}"
+                    done.add(name)
+                    port = ports.attribute(scope, name, target, value)
+                    yield port if port.role in ("bus", "device") else replace(port, role="device")
+
+    def _sockets(self, entry: Entry, own: Scope | None) -> Iterator[Port]:
+        """What the entry makes of the network, under whatever name, and classes do of which it makes objects."""
+        ports = PortReader(self._sources, self._flow)
+        owners = [own.node] if own is not None else []
+        for (owner, _), assigned in self._flow.attributes.items() if own is not None else ():
+            made = [self._sources.class_of(where.module, getattr(value, "func", None)) for where, value in assigned]
+            owners += [each.node for each in made if each is not None and owner == id(owners[0])]
+        for module, scope, node in self._flow.nodes:
+            if entry.is_class and (scope is None or scope.owner not in owners):
+                continue
+            is_made = isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
+            if not is_made or resolve_import(module, node.value.func) not in SOCKETS:  # type: ignore[attr-defined]
+                continue
+            value, target = node.value, node.targets[0]  # type: ignore[attr-defined]
+            made_from, name = f"{module.name}:{name_with_dots(value.func)}", name_with_dots(target)
+            if name:
+                yield replace(ports.variable(module, name, value), role="device", made_from=made_from)
+
+
+def _is_bus(sources: Sources, scope: Scope) -> bool:
+    return form_of(sources, scope) == "" and {"publish", "subscribe"} <= {*methods_of(sources, scope)}
