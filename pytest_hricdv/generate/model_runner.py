@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import combinations
@@ -30,6 +31,10 @@ NOT_ENUMERABLE = "too large: {} beliefs beside the start beliefs, of which more 
 _ROUND_LIMIT = "round limit"
 """How the BDI engine reports a run that was ended because of its length."""
 
+_MOST_NAMED = 3
+"""Plans without an end that are named in the notes of a suite."""
+_REMEDY = "let it end, as by a plan with a context before it"
+
 
 class ModelRunner:
     """Runs a model with any number of belief subsets.
@@ -51,6 +56,7 @@ class ModelRunner:
         self.space = space
         self.run_count = 0
         self._cut_off_count = 0
+        self._endless: Counter[str] = Counter()
         self._memo = _load(model.path, model.sha256())
         self._system = self._memo.system
         self._check_agents()
@@ -93,6 +99,7 @@ class ModelRunner:
             raise GenerateError(f"BDI model {self.model.path} with {' '.join(subset)}: {error}") from error
         self.run_count += 1
         self._cut_off_count += result.ended == _ROUND_LIMIT
+        self._endless.update(result.endless)
         sequence = {agent: self._coverage(agent, result.plans.get(agent, [])) for agent in self.model.covered}
         return ModelRun(
             beliefs=subset,
@@ -168,11 +175,20 @@ class ModelRunner:
         return f"{NOT_ENUMERABLE.format(len(space.others), MAX_OTHERS)}; nor can runs be put together: {obstacle}"
 
     def notes(self) -> tuple[str, ...]:
-        """Notes for the suite: how many runs, and so tests, were cut off."""
-        if not self._cut_off_count:
-            return ()
-        limit = self.model.max_rounds
-        return (f"{self._cut_off_count} of {self.run_count} runs of the model were cut off after {limit} rounds",)
+        """Notes for the suite: how many runs, and so tests, were cut off, and the plans that did not end.
+
+        Raises:
+            GenerateError: all runs were cut off.
+        """
+        plans = self._endless.most_common(_MOST_NAMED)
+        notes = [f"{place} goes on without end in {count} runs of the model; {_REMEDY}" for place, count in plans]
+        if self._cut_off_count:
+            limit = self.model.max_rounds
+            cut_off = f"{self._cut_off_count} of {self.run_count} runs of the model were cut off after {limit} rounds"
+            if self._cut_off_count == self.run_count:
+                raise GenerateError("; ".join((cut_off, *notes)))
+            notes.insert(0, cut_off)
+        return tuple(notes)
 
     def _lines(self, actions: Iterable[tuple[str, str]]) -> tuple[str, ...]:
         if self.model.actors:

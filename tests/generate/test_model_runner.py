@@ -79,11 +79,31 @@ def test_a_model_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
         ModelRunner(lamps(tmp_path, guide=GUIDE + "@g3 +!x <- ;;"), LAMPS)
 
 
-def test_a_run_without_end_is_cut_off_and_noted(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "loop", ["+!g <- !g.", "+!g <- !!g.", "+!g <- .fail.\n-!g <- !g.", "+!g <- .random(X); -+seen(X); !g."]
+)
+def test_a_plan_without_end_is_noted_with_its_place(tmp_path: Path, loop: str) -> None:
+    visitor = VISITOR.replace("greet; set_lamp(level, 100);", "greet; !g;") + f"\n{loop}\n"
+    runner = ModelRunner(replace(lamps(tmp_path, visitor=visitor), max_rounds=200), LAMPS)
+    runner.run(["hall"])
+    assert runner.notes() == ()
+    runner.run(["hall", "polite", "bright"])
+    assert any("visitor.asl:10:1: plan @" in note and "without end in 1 runs" in note for note in runner.notes())
+
+
+def test_a_wait_for_a_condition_is_not_noted(tmp_path: Path) -> None:
+    visitor = VISITOR.replace("leave.", "!w.") + "+!w : seen <- leave.\n+!w <- !w.\n"
+    runner = ModelRunner(lamps(tmp_path, visitor=visitor), LAMPS)
+    assert runner.run(["hall"]).ended == "spin"
+    assert runner.notes() == ()
+
+
+def test_runs_of_which_none_ends_are_an_error(tmp_path: Path) -> None:
     model = lamps(tmp_path, guide=GUIDE + "@g3 +asked <- !g.\n+!g <- .random(X); -+seen(X); !g.\n!g.\n")
     runner = ModelRunner(replace(model, max_rounds=50), LAMPS)
     assert runner.run(["hall"]).rounds == 50
-    assert runner.notes() == ("1 of 1 runs of the model were cut off after 50 rounds",)
+    with pytest.raises(GenerateError, match=r"^1 of 1 runs of the model were cut off after 50 rounds; .*guide.asl:5:1"):
+        runner.notes()
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,7 @@ class Segment:
         warnings: the warnings.
         plans: the agents that execute plans, and the labels of those.
         ended: how the run ends with it, or empty.
+        endless: the plans that had not ended then.
         then: the node it leads to; None if the run ends.
     """
 
@@ -53,6 +54,7 @@ class Segment:
     warnings: list[str]
     plans: list[tuple[str, list[str]]]
     ended: str = ""
+    endless: list[str] = field(default_factory=list)
     then: StateNode | None = field(default=None, repr=False)
 
 

@@ -255,7 +255,9 @@ class Memo:
             if segment.prints or segment.warnings:
                 prints += segment.prints
                 warnings += segment.warnings
-        return Result(prints, plans, actions, rounds, segments[-1].ended, warnings, ticks / TICKS_PER_MS)
+        last = segments[-1]
+        time_ms = ticks / TICKS_PER_MS
+        return Result(prints, plans, actions, rounds, last.ended, warnings, time_ms, endless=last.endless)
 
 
 def _rounds(segments: Segments) -> int:

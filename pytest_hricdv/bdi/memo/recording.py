@@ -178,7 +178,8 @@ class RecordingRun(SystemRun):
             if agent.executed:
                 plans.append((name, agent.executed))
                 agent.executed = []
-        segment = Segment(self.rounds, self.ticks - since, self.prints, self.actions, self.warnings, plans, ended)
+        rounds, ticks = self.rounds, self.ticks - since
+        segment = Segment(rounds, ticks, self.prints, self.actions, self.warnings, plans, ended, self.endless)
         self.prints, self.actions, self.warnings = [], [], []
         return segment
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention
 from pytest_hricdv.bdi.language.limits import check_text, spend
+from pytest_hricdv.bdi.language.syntax import Plan
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Variable
 
@@ -88,6 +89,29 @@ class LivelockDetector:
             return True
         self._states_at_jumps.add(state)
         return False
+
+
+def name_endless_plans(agents: Iterable[Agent], *, repeats: bool) -> list[str]:
+    """The plans that agents still execute when a run is ended, with their places.
+
+    Args:
+        agents: the agents.
+        repeats: whether they only repeat themselves: then plans of a goal that has others with a context are left
+            out, because they wait for something that may come in another run.
+    """
+    plans = ((agent, plan) for agent in agents for plan in _pursued(agent, conditional=not repeats) if not plan.builtin)
+    return [*dict.fromkeys(f"{plan.location}: plan @{plan.label} of {agent.name}" for agent, plan in plans)]
+
+
+def _pursued(agent: Agent, *, conditional: bool) -> Iterator[Plan]:
+    adding = (intention for sign, _, intention in agent.events if "!" not in sign)
+    doing = (*agent.intentions, *(wait.intention for wait in agent.waits), *adding)
+    current = (intention.top for intention in doing if intention is not None and intention.stack)
+    goals = ((sign, literal, None) for sign, literal, _ in agent.events if "!" in sign)
+    for sign, literal, plan in (*goals, *((means.sign, means.literal, means.plan) for means in current)):
+        plans = agent.library.relevant(sign, literal.key)
+        if plans and (conditional or all(other.context is None for other in plans)):
+            yield plan or plans[0]
 
 
 def _fingerprint(agents: Mapping[str, Agent]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from os import PathLike
@@ -72,6 +72,7 @@ class Result(NamedTuple):
         warnings: what the models' author should know, such as goals that failed unhandled.
         time_ms: virtual time at the end, in ms.
         trace: the trace, if it was requested.
+        endless: the plans that had not ended when the run was ended, with their places.
     """
 
     prints: list[str]
@@ -82,6 +83,7 @@ class Result(NamedTuple):
     warnings: list[str]
     time_ms: float
     trace: Trace | None = None
+    endless: Sequence[str] = ()
 
 
 class MultiAgentSystem:
@@ -260,7 +262,7 @@ def _new_run(
 def _result(run: SystemRun, ended: str) -> Result:
     plans = {name: agent.executed for name, agent in {**run.killed, **run.agents}.items()}
     trace = Trace(tuple(run.steps)) if isinstance(run, TracedRun) else None
-    return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms, trace)
+    return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms, trace, run.endless)
 
 
 def read_templates(project: Project) -> tuple[AgentTemplate, ...]:

@@ -34,7 +34,7 @@ from pytest_hricdv.bdi.language.terms import Structure, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.unify import unify
 from pytest_hricdv.bdi.run.environment import Environment
-from pytest_hricdv.bdi.run.livelock import LivelockDetector
+from pytest_hricdv.bdi.run.livelock import LivelockDetector, name_endless_plans
 
 FRESH_OF_MESSAGES = 16
 """Variables that Jason 1.4.2 numbers for each agent's plans for messages: those that a run makes come after them."""
@@ -60,6 +60,8 @@ class SystemRun:
         self.prints: list[str] = []
         self.actions: list[tuple[str, str]] = []
         self.warnings: list[str] = []
+        self.endless: list[str] = []
+        """The plans that had not ended when the run was ended, see `name_endless_plans`."""
         self.rounds = 0
         self.skipped = 0
         """The ticks of the virtual clock in which no agent had anything to do."""
@@ -236,6 +238,8 @@ class SystemRun:
         if ended in ("idle", "spin"):
             for agent in self.agents.values():
                 agent.warn_of_standstill()
+        if ended in ("spin", "round limit"):
+            self.endless = name_endless_plans(self.agents.values(), repeats=ended == "spin")
         return ended
 
     def _do_rounds(self, max_rounds: int) -> str:
