@@ -121,6 +121,8 @@ class CaseResult:
     """Parameters of a run that the testbench declares, and that nobody read in this one."""
     has_measured_node: bool = True
     """Whether the testbench's `run` wrapped a node with `run.measured`: otherwise nothing of the code was measured."""
+    threads: int = 0
+    """How many nodes of the code under test there were: its threads, and nodes of ROS 2."""
     error: NodeError | None = None
     """The failure of a node that ended the run; it is one of the faults."""
     notes: tuple[str, ...] = ()
@@ -276,6 +278,7 @@ def execute(
         verdicts=verdicts,
         code=covered if code.has_run else None,
         has_measured_node=code.has_run,
+        threads=code.threads,
         unreached_waits=influence.waits if code.has_run else "",
         unread=tuple(name for name in testbench.concretization.run if name in parameters.unread),
         cross=cross,

@@ -69,6 +69,11 @@ class CodeUnderTest:
         """Whether it has had a node. Code that runs elsewhere, as in the world or the person, is not measured."""
         return bool(self._nodes)
 
+    @property
+    def threads(self) -> int:
+        """How many nodes it has had, each of them a thread or a node of ROS 2."""
+        return len(self._nodes)
+
     def is_running(self) -> bool:
         """Whether the caller is one of its nodes."""
         return self.has(self._kernel.own_node())

@@ -107,7 +107,7 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
 
     words: str
     untriggered: bool = False
-    kind: Literal["", "disturbance", "order", "value", "command", "action"] = ""
+    kind: Literal["", "schedule", "disturbance", "order", "value", "command", "action"] = ""
     test: TestId
     runs: Count
     failing: tuple[ShownEvent, ...] = ()

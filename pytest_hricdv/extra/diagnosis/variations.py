@@ -36,7 +36,7 @@ class Variation:
         value: of a value, what it is instead.
     """
 
-    kind: Literal["disturbance", "order", "value", "command", "action"]
+    kind: Literal["schedule", "disturbance", "order", "value", "command", "action"]
     words: str
     test: ConcreteTest
     spot: Spot = (None, "")
@@ -52,6 +52,7 @@ def variations(test: ConcreteTest, space: Concretization, begun: Sequence[int] |
         begun: numbers (from 0) of the actions that had begun by the violation: others cannot decide. The last of them
             come first. None for all.
     """
+    yield from _other_schedules(test)
     last_first = [*range(len(test.actions))][::-1] if begun is None else [*reversed(begun)]
     yield from _without_disturbances(test, last_first)
     yield from _swap(test)
@@ -78,6 +79,14 @@ def values(test: ConcreteTest, space: Concretization, places: Sequence[int]) -> 
 def without(test: ConcreteTest, name: str) -> ConcreteTest:
     """The test without a disturbance, wherever it comes."""
     return test.keep(place for place, action in enumerate(test.actions) if action.disturbance != name)
+
+
+def _other_schedules(test: ConcreteTest) -> Iterator[Variation]:
+    """Under the usual order of the code's threads."""
+    if test.schedule:
+        places = [decision.place for decision in test.schedule]
+        words = f"without the wait before {places[0]}" if len(places) == 1 and places[0] else "under the usual schedule"
+        yield Variation("schedule", words, replace(test, schedule=()))
 
 
 def _without_disturbances(test: ConcreteTest, places: Sequence[int]) -> Iterator[Variation]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.extra.schedules.records import SCHEDULES, THREADS
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 
 if TYPE_CHECKING:
+    from pytest_hricdv.execution.case import CaseResult
     from pytest_hricdv.results.model import TestResult
     from pytest_hricdv.session.run_context import RunContext
 
@@ -29,6 +31,10 @@ class SchedulesFeature(Feature[int]):
         """How many runs."""
         return reader.integer("schedules", 0, minimum=0)
 
+    def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
+        """How many threads took turns."""
+        return THREADS.put(result, run.threads) if run.threads > 1 else result
+
     def follow_up(self, context: RunContext) -> str:
         """What is asked for."""
         return "schedules (--hri-schedules)" if self.settings(context.options) else ""
@@ -39,7 +45,6 @@ class SchedulesFeature(Feature[int]):
         if session.interrupted or stopped or not runs:
             return results
         from pytest_hricdv.extra.schedules.post_session import search_schedules
-        from pytest_hricdv.extra.schedules.records import SCHEDULES
 
         result, problems = search_schedules(session, results, runs)
         session.sections[SCHEDULES.name] = result

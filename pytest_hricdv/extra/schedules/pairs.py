@@ -1,4 +1,4 @@
-"""Pairs: statements of different nodes that read and write the same data, in the order in which a run executes them."""
+"""Pairs: statements of different threads on the same data, in the order in which a run executes them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_OF_A_PAIR = 8
 
 
 class DataConflict(PlainRecord, frozen=True, kw_only=True):
-    """Two executions by different nodes with the same data, one right after the other as far as the data goes.
+    """Two executions by different threads with the same data, one right after the other as far as the data goes.
 
     Args:
         first: place of the statement that came first.
@@ -21,6 +21,7 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
         second: place of the other one.
         time_s: when the first one came (s of simulated time).
         gap_s: how much later the second one came (s).
+        is_in_one_node: both are tasks of one loop: neither goes on while the other one is held up.
     """
 
     first: str
@@ -28,6 +29,7 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
     second: str
     time_s: NotNegative
     gap_s: NotNegative
+    is_in_one_node: bool = False
 
     @property
     def pair(self) -> tuple[str, str]:
@@ -53,9 +55,9 @@ def conflicts(
         for name in access.reads | access.writes:
             for before in last.get(name, ()):
                 other = accesses[places[before.point]]
-                if before.node != step.node and (name in access.writes or name in other.writes):
+                if before.thread != step.thread and (name in access.writes or name in other.writes):
                     found[places[before.point], before.number] = before
-            last[name] = [*(entry for entry in last.get(name, ()) if entry.node != step.node), step]
+            last[name] = [*(entry for entry in last.get(name, ()) if entry.thread != step.thread), step]
         for before in found.values():
             yield DataConflict(
                 first=places[before.point],
@@ -63,6 +65,7 @@ def conflicts(
                 second=place,
                 time_s=round(before.time_s, 6),
                 gap_s=round(step.time_s - before.time_s, 6),
+                is_in_one_node=before.node == step.node,
             )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
@@ -115,11 +115,9 @@ class _Hunt:
         *,
         is_declared: bool,
     ) -> None:
-        if self._fails_anyway(candidate, requirement, test):
-            return
-        race = RaceExamination(self.run, lambda run: requirement in run.fails).examine(
-            candidate, requirement, test, ran
-        )
+        is_moved = test.actions != candidate.test.actions
+        examination = RaceExamination(self.run, lambda run: requirement in run.fails, is_moved)
+        race = examination.examine(candidate, requirement, test, ran)
         made, replay = self._replay(race)
         tolerated = requirement in self.session.options.known_violations and not self.session.options.strict
         self.races.setdefault(
@@ -138,13 +136,6 @@ class _Hunt:
             ),
         )
 
-    def _fails_anyway(self, candidate: ScheduleCandidate, requirement: str, test: ConcreteTest) -> bool:
-        """Whether the test, whose parameters may have been moved, fails under the usual schedule, too."""
-        if test.actions == candidate.test.actions:
-            return False
-        usual = self.run(_usual(test))
-        return usual is None or requirement in usual.fails
-
     def _replay(self, race: ScheduleRace) -> tuple[str | None, str | None]:
         """Id and replay file of the test with its schedule."""
         session, nodeid = self.session, race.candidate.nodeid
@@ -156,10 +147,6 @@ class _Hunt:
         origin = ReplayOrigin("schedule", race.candidate.test.id, race.requirement or "fault", race.runs)
         case, replay = session.rerunner.keep(session.aggregation.chosen[nodeid], result, nodeid, origin)
         return case.abstract.id, replay
-
-
-def _usual(test: ConcreteTest) -> ConcreteTest:
-    return replace(test, schedule=())
 
 
 def _spread(results: Sequence[TestResult], most: int) -> list[TestResult]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -54,10 +54,12 @@ class RaceExamination:
     Args:
         run: runs tests.
         fails: whether a run fails in the same way.
+        is_moved: a parameter of the test was moved, so that it may fail without any decision.
     """
 
     run: RunTest
     fails: Callable[[ScheduleRun], bool]
+    is_moved: bool
     runs: int = 0
 
     def examine(
@@ -65,7 +67,7 @@ class RaceExamination:
     ) -> ScheduleRace:
         """What is left of a schedule under which a test fails."""
         test, ran = self._least(test, ran)
-        late = self._late(test, ran)
+        late = self._late(test, ran) if test.schedule else None
         kind: RaceKind = "wrong order"
         least_s = sum(held.for_s for held in ran.held)
         if late is not None:
@@ -82,7 +84,7 @@ class RaceExamination:
     def _least(self, test: ConcreteTest, ran: ScheduleRun) -> tuple[ConcreteTest, ScheduleRun]:
         """Without decisions that it does not need: those that come last are tried first."""
         place = len(test.schedule) - 1
-        while place >= 0 and len(test.schedule) > 1:
+        while place >= 0 and (len(test.schedule) > 1 or self.is_moved):
             fewer = replace(test, schedule=(*test.schedule[:place], *test.schedule[place + 1 :]))
             if (shorter := self._tries(fewer)) is not None:
                 test, ran = fewer, shorter
@@ -121,7 +123,7 @@ def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDeci
 
 def words(race: ScheduleRace) -> str:
     """`arm is held up before arm.py:32 for 0.013 s while watch executes guard.py:14, guard.py:15`."""
-    parts = []
+    parts = [*_moves(race)]
     for held in race.ran.held:
         before = (
             f"between reading and writing in {held.place[:-1]}" if held.place.endswith("=") else f"before {held.place}"
@@ -135,6 +137,15 @@ def words(race: ScheduleRace) -> str:
         f"at choice {entry.number} node {int(entry.value) + 1} of those that are ready goes first" for entry in orders
     ]
     return "; ".join(parts)
+
+
+def _moves(race: ScheduleRace) -> Iterator[str]:
+    """`pause_s of action 2, stop, is 1.25 instead of 1.5`."""
+    for number, (action, usual) in enumerate(zip(race.test.actions, race.candidate.test.actions, strict=True), 1):
+        for name, value in action.parameters.items():
+            before = usual.parameters[name]
+            if value != before:
+                yield f"{name} of action {number}, {action.command}, is {value:.6g} instead of {before:.6g}"
 
 
 def _few(places: Sequence[str], most: int = 3) -> str:

@@ -7,7 +7,7 @@ from typing import Literal
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
-from pytest_hricdv.results.section import FileNames, Section
+from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
 """Why it ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
@@ -75,4 +75,7 @@ def _rename(result: ScheduleResult | None, names: FileNames) -> ScheduleResult |
 SCHEDULES: Section[ScheduleResult | None] = Section("schedules", ScheduleResult | None, None, rename=_rename)
 """Of a session that searched for schedules."""
 
-SECTIONS = (SCHEDULES,)
+THREADS: TestSection[int] = TestSection("threads", int, 0)
+"""Of a test in whose run the code had more than one thread, or node of ROS 2: how many."""
+
+SECTIONS, TEST_SECTIONS = (SCHEDULES,), (THREADS,)

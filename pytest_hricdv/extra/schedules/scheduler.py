@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -31,12 +32,14 @@ class PointStep:
     Args:
         point: its number in the points.
         number: which execution of its place this is, from 1.
-        node: of the code, by their numbers from 0.
+        thread: of the code, or task of asyncio, by their numbers from 0.
+        node: that it is in; tasks of one loop are in one node.
         time_s: when (s of simulated time).
     """
 
     point: int
     number: int
+    thread: int
     node: int
     time_s: float
 
@@ -90,6 +93,7 @@ class Scheduler:
     held_up: list[HoldRecord] = field(default_factory=list)
     _counts: dict[str, int] = field(default_factory=dict)
     _nodes: dict[Node, int] = field(default_factory=dict)
+    _threads: dict[tuple[Node, object], int] = field(default_factory=dict)
     _waiting: list[Node] = field(default_factory=list)
     """Held up until another node has run."""
     _meanwhile: list[tuple[str, str]] = field(default_factory=list)
@@ -108,12 +112,14 @@ class Scheduler:
         if self._waiting:
             self._meanwhile.append((place, node.name))
         if self.notes and len(self.steps) < MAX_STEPS:
-            self.steps.append(
-                PointStep(point, number, self._nodes.setdefault(node, len(self._nodes)), self.kernel.now_s)
-            )
+            thread = self._threads.setdefault((node, _task()), len(self._threads))
+            self.steps.append(PointStep(point, number, thread, self._node_number(node), self.kernel.now_s))
         decision = self._at.get((place, number))
         if decision is not None:
             self._hold(node, decision)
+
+    def _node_number(self, node: Node) -> int:
+        return self._nodes.setdefault(node, len(self._nodes))
 
     def write(self, point: int, value: object, read: object = None, operation: str = "") -> object:
         """The value that a statement is about to write, which has read what it needs."""
@@ -154,6 +160,12 @@ class Scheduler:
             for waiting in [other for other in self._waiting if other is not node]:
                 self._waiting.remove(waiting)
                 self.kernel.wake(waiting)
+
+
+def _task() -> object:
+    """The task of asyncio that runs; None outside of one."""
+    loop = asyncio._get_running_loop()
+    return None if loop is None else asyncio.current_task(loop)
 
 
 _OPERATIONS: Mapping[str, Callable[..., object]] = {

@@ -58,7 +58,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     Args:
         violated: requirements.
         faults: what else was wrong with it, a sentence each.
-        nodes: how many nodes of the code executed anything.
+        threads: how many threads of the code, or tasks of asyncio, executed anything.
         conflicts: some of each pair.
         executed: place -> how often.
         ready: of each choice between nodes, how many were ready.
@@ -68,7 +68,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
 
     violated: Names = ()
     faults: Names = ()
-    nodes: Count = 0
+    threads: Count = 0
     conflicts: tuple[DataConflict, ...] = ()
     executed: Mapping[str, Count] = {}
     ready: tuple[Count, ...] = ()
@@ -127,7 +127,7 @@ def _summary(scheduler: Scheduler, violated: Names, faults: Names, record: str) 
     return ScheduleRun(
         violated=violated,
         faults=faults,
-        nodes=len({step.node for step in scheduler.steps}),
+        threads=len({step.thread for step in scheduler.steps}),
         conflicts=thin(conflicts(scheduler.steps, places, accesses(scheduler.points))),
         executed=dict(sorted(Counter(places[step.point] for step in scheduler.steps).items())),
         ready=tuple(choice.ready for choice in scheduler.choices),
@@ -184,7 +184,7 @@ class ScheduleSearch:
 
     def draw(self, candidates: Sequence[ScheduleCandidate]) -> Iterator[tuple[ScheduleCandidate, ConcreteTest]]:
         """Tests with schedules, without end; empty where no candidate has anything to order."""
-        able = [candidate for candidate in candidates if candidate.usual.nodes > 1 or candidate.usual.ready]
+        able = [candidate for candidate in candidates if candidate.usual.threads > 1 or candidate.usual.ready]
         number = 0
         while able:
             rng = make_rng("schedules", self.seed, number)
@@ -197,29 +197,36 @@ class ScheduleSearch:
     ) -> tuple[ScheduleCandidate, ConcreteTest] | None:
         """The pair that was tried least, in one of the tests that have it."""
         found = [
-            (self.tried[conflict.pair], conflict.gap_s > self.slowest_s, place, conflict)
+            (self.tried[conflict.pair], self._needs_move(conflict), place, conflict)
             for place, candidate in enumerate(candidates)
             for conflict in candidate.usual.conflicts
         ]
         if not found:
             return None
         least = min(entry[:2] for entry in found)
-        _, is_far, place, conflict = rng.choice([entry for entry in found if entry[:2] == least])
+        _, needs_move, place, conflict = rng.choice([entry for entry in found if entry[:2] == least])
         self.tried[conflict.pair] += 1
         candidate = candidates[place]
-        test = candidate.test
-        if is_far:
-            moved = self._move(rng, candidate, conflict)
-            if moved is None:
-                return None
-            test = moved
-        decisions = [ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s)]
+        test: ConcreteTest | None = candidate.test
+        if needs_move:
+            test = self._move(rng, candidate, conflict)
+        if test is None:
+            return None
+        decisions = []
+        if not conflict.is_in_one_node or rng.random() >= ONE:
+            decisions.append(ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s))
         if rng.random() >= ONE:
             decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
         return candidate, replace(test, schedule=_sort_decisions(decisions))
 
+    def _needs_move(self, conflict: DataConflict) -> bool:
+        """Whether the second one cannot come in between as the test is."""
+        return conflict.is_in_one_node or conflict.gap_s > self.slowest_s
+
     def _more(self, rng: Random, candidate: ScheduleCandidate, count: int) -> list[ScheduleDecision]:
         usual = candidate.usual
+        if not usual.executed:
+            return []
         near = [conflict for conflict in usual.conflicts if conflict.gap_s <= self.slowest_s]
         made = []
         for _ in range(count):
@@ -229,7 +236,7 @@ class ScheduleSearch:
             elif near and rng.random() < 0.5:
                 conflict = rng.choice(near)
                 made.append(ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s))
-            elif usual.executed:
+            else:
                 place = rng.choice([*usual.executed])
                 made.append(ScheduleDecision("hold", place, rng.randint(1, usual.executed[place]), self.slowest_s))
         return made
@@ -243,7 +250,7 @@ class ScheduleSearch:
 
     def _move(self, rng: Random, candidate: ScheduleCandidate, conflict: DataConflict) -> ConcreteTest | None:
         """The test with one parameter changed so that the second statement may come in time; None where none can be."""
-        change_s = conflict.gap_s - rng.uniform(0.0, self.slowest_s)
+        change_s = conflict.gap_s - rng.uniform(0.0, min(self.slowest_s, conflict.gap_s))
         test, commands = candidate.test, candidate.space.commands
         options = [
             (place, name, changed)

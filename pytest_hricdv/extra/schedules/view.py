@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.schedules.records import SCHEDULES, RaceRecord, ScheduleResult
+from pytest_hricdv.extra.schedules.records import SCHEDULES, THREADS, RaceRecord, ScheduleResult
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.formatting import Line, plural
 from pytest_hricdv.report.view import PageSection, View
@@ -16,6 +16,12 @@ class SchedulesView(View):
     """Races with their commands, and the pairs that were tried."""
 
     name = "schedules"
+
+    def lines(self, report: Report, columns: int) -> Iterator[Line]:
+        """Where the code has threads and nobody searched for schedules, that one order was tested."""
+        if SCHEDULES.of(report) is None and any(THREADS.of(test) for test in report.tests):
+            yield Line("  schedules             one order of the code's threads was tested;")
+            yield Line("                        --hri-schedules=100 tries others")
 
     def findings(self, report: Report) -> Iterator[Line]:
         """Each race, then how much was tried."""

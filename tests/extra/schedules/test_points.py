@@ -1,0 +1,106 @@
+"""Points: what statements read and write, and code that stops at them and does the same."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, DataAccess, access_of
+from pytest_hricdv.extra.schedules.scheduler import _OPERATIONS
+
+
+@pytest.mark.parametrize(
+    ("text", "reads", "writes"),
+    [
+        ("self.stopped = True", "", ".stopped"),
+        ("x = self.stopped", ".stopped", ""),
+        ("self.count += 1", ".count", ".count"),
+        ("self.queue.append(x)", ".append .queue", ".queue"),
+        ("self.table[x] = 1", ".table", ".table"),
+        ("del self.table[x]", ".table", ".table"),
+        ("total += x", "total", "total"),
+        ("x += 1", "", ""),
+        ("if self.free: pass", ".free", ""),
+        ("while not stop.is_set(): pass", ".is_set stop", "stop"),
+        ("with self.lock: self.count = 1", ".lock", ".lock"),
+        ("for x in self.items: self.seen = x", ".items", ""),
+        ("return self.free", ".free", ""),
+    ],
+)
+def test_a_statement_reads_and_writes_shared_data(text: str, reads: str, writes: str) -> None:
+    (statement,) = ast.parse(text).body
+    assert access_of(statement, frozenset({"self", "x"})) == DataAccess(
+        frozenset(reads.split()), frozenset(writes.split())
+    )
+
+
+def test_two_statements_conflict_where_one_writes() -> None:
+    reading, writing = DataAccess(frozenset({".a", ".b"})), DataAccess(frozenset({".b"}), frozenset({".a"}))
+    assert reading.conflicts(reading) == frozenset()
+    assert reading.conflicts(writing) == writing.conflicts(reading) == {".a"}
+
+
+FUNCTIONS = '''
+class Counter:
+    def __init__(self):
+        """Text."""
+        self.count, self.items = 0, [0]
+
+    def work(self, numbers):
+        for number in numbers:
+            if number > 3:
+                self.count += number
+            elif number < -3:
+                self.count = self.count - number
+            else:
+                self.items += [number]
+                continue
+            try:
+                self.items[0] += 1
+                with self:
+                    self.count |= 1
+            finally:
+                self.count <<= 1
+        return self.count, self.items
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+'''
+
+
+def loaded(points: CodePoints | None, reached: list[str]) -> Callable[[list[int]], Any]:
+    tree = ast.parse(FUNCTIONS)
+    names: dict[str, Any] = {}
+    if points is not None:
+        tree = ast.fix_missing_locations(points.instrument("counter.py").visit(tree))
+
+        def between(point: int, value: object, read: object = None, operation: str = "") -> object:
+            result = _OPERATIONS[operation](read, value) if operation else value
+            reached.append(points.places[point])
+            return result
+
+        names = {HOOK: lambda point: reached.append(points.places[point]), BETWEEN: between}
+    exec(compile(tree, "counter.py", "exec"), names)
+    return lambda numbers: names["Counter"]().work(numbers)
+
+
+@given(st.lists(st.integers(-9, 9), max_size=8))
+def test_code_that_stops_at_points_does_the_same(numbers: list[int]) -> None:
+    reached: list[str] = []
+    assert loaded(CodePoints(), reached)(numbers) == loaded(None, [])(numbers)
+    assert reached.count("counter.py:9") == len(numbers)
+    assert reached.count("counter.py:10=") == sum(number > 3 for number in numbers)
+
+
+def test_only_the_places_asked_for_get_a_point() -> None:
+    points = CodePoints()
+    points.instrument("counter.py", ["counter.py:10="]).visit(ast.parse(FUNCTIONS))
+    assert points.places == ["counter.py:10="]

@@ -1,0 +1,60 @@
+"""Races: the fewest decisions, and order told from delay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
+from pytest_hricdv.extra.schedules.search import HeldNode, ScheduleCandidate, ScheduleRun
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
+from pytest_hricdv.generate.schedule import ScheduleDecision
+
+SPACE = Concretization(commands={"stop": {}})
+USUAL = ScheduleRun(threads=2)
+
+
+def hold(place: str, value: float = 0.05) -> ScheduleDecision:
+    return ScheduleDecision("hold", place, 1, value)
+
+
+def examined(fails: Callable[[dict[str, ScheduleDecision]], bool], *decisions: ScheduleDecision) -> ScheduleRace:
+    """A test in which the other node runs 0.02 s after each hold begins."""
+
+    def run(test: ConcreteTest) -> ScheduleRun:
+        at = {decision.place: decision for decision in test.schedule}
+        held = tuple(
+            HeldNode(
+                place=entry.place,
+                node="robot",
+                time_s=1.0,
+                for_s=min(entry.value, 0.02) if entry.kind == "hold" else entry.value,
+                between=(("guard.py:7", "guard"),) if entry.kind == "hold" else (),
+            )
+            for entry in test.schedule
+            if entry.kind != "order"
+        )
+        return ScheduleRun(violated=("R1",) if fails(at) else (), held=held)
+
+    test = ConcreteTest("t", "suite", 0, (ConcreteAction("stop"),), schedule=decisions)
+    candidate = ScheduleCandidate("t.py::t", ConcreteTest("t", "suite", 0, test.actions), SPACE, USUAL)
+    examination = RaceExamination(run, lambda ran: "R1" in ran.fails, False)
+    return examination.examine(candidate, "R1", test, run(test))
+
+
+def test_decisions_that_are_not_needed_are_taken_away() -> None:
+    race = examined(lambda at: "b" in at and at["b"].kind == "hold", hold("a"), hold("b"), hold("c"))
+    assert (race.test.schedule, race.kind, race.least_s) == ((hold("b"),), "wrong order", 0.02)
+    assert words(race) == "robot waits before b for 0.02 s while guard executes guard.py:7"
+
+
+def test_what_fails_with_the_delay_alone_is_late_by_the_least_delay_that_does_it() -> None:
+    race = examined(lambda at: at["a"].kind == "hold" or at["a"].value > 0.0125, hold("a"))
+    assert race.kind == "late"
+    assert abs(race.least_s - 0.0125) < 1e-4
+    assert race.test.schedule[0].kind == "delay"
+
+
+def test_an_order_of_nodes_that_are_ready_is_never_late() -> None:
+    race = examined(lambda at: True, ScheduleDecision("order", "", 3, 1.0))
+    assert race.kind == "wrong order"
+    assert words(race) == "at choice 3 node 2 of those that are ready goes first"

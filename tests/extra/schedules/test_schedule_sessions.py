@@ -1,0 +1,157 @@
+"""A race between a robot's threads, found, replayed and explained; its repaired twin never fails."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ARM = '''"""An arm that a watchdog stops."""
+
+import threading
+import time
+
+
+class Arm:
+    def __init__(self, motor, stops, is_safe):
+        self.motor, self.stops, self.stopped = motor, stops, False
+        self.lock = threading.Lock() if is_safe else threading.Semaphore(99)
+
+    def work(self):
+        threading.Thread(target=self.watch, daemon=True).start()
+        while True:
+            with self.lock:
+                if not self.stopped:
+                    self.motor.move(True)
+            time.sleep(0.1)
+
+    def watch(self):
+        while self.stops.wait(100.0) is not None:
+            with self.lock:
+                self.stopped = True
+                self.motor.move(False)
+'''
+CONFTEST = '''
+from dataclasses import dataclass
+from pathlib import Path
+
+from pytest_hricdv.testbench import (
+    BeliefSpace, Concretization, Model, Outcome, Testbench, Timing, Uniform, VirtualTime
+)
+
+HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A person pressed the button."""
+
+
+class Motor:
+    def __init__(self, run):
+        self.run = run
+        self.move(False)
+
+    def move(self, on):
+        self.run.recorder.signal(self.run.kernel.now_s, "moving", on)
+
+
+def pytest_hricdv_testbench(config):
+    return Testbench(
+        name="arm",
+        model=Model(HERE / "arm.mas2j", actor="person", covered=("person",)),
+        beliefs=BeliefSpace(start=("go",), groups={"times": ("once", "twice")}, id_groups=("times",)),
+        concretization=Concretization(commands={"stop": {"pause_s": Uniform(0.2, 3.0, "s")}}),
+        requirements=HERE / "requirements.toml",
+        messages=(Stop,),
+        signals={"moving": bool},
+        code=("arm",),
+        run=run,
+        time=VirtualTime(apis=("time", "threading")),
+        timing=Timing(slowest_s=SLOWEST),
+    )
+
+
+def run(run):
+    from arm import Arm
+
+    arm = Arm(Motor(run), run.bus.port("arm").subscribe(Stop), IS_SAFE)
+
+    def person():
+        bus = run.bus.port("person")
+        for action in run.actions():
+            run.kernel.sleep(action.parameters["pause_s"])
+            bus.publish(Stop())
+        run.kernel.sleep(2.0)
+        run.kernel.stop("over")
+
+    run.kernel.spawn("person", person)
+    run.kernel.spawn("arm", run.measured(arm.work))
+    return Outcome(run.go(limit_s=60.0))
+'''
+FILES = {
+    "arm.py": ARM,
+    "arm.mas2j": "MAS arm { agents: meta; person; }\n",
+    "meta.asl": "// lint: percepts chosen\n!steer.\n+!steer <- for (chosen(B)) { .send(person, tell, B) }; "
+    ".send(person, achieve, go).\n",
+    "person.asl": "@go +!go : go <- !stops.\n@once +!stops : once <- stop.\n@twice +!stops : twice <- stop; stop.\n",
+    "requirements.toml": '[R1]\ntitle = "It does not move after a stop"\n'
+    'formula = "always(on(stop) -> always[0.5:1.5](not moving))"\n',
+    "test_arm.py": "def test_arm(hri_case):\n    hri_case.check(hri_case.run())\n",
+    "pytest.ini": "[pytest]\npythonpath = .\nhri_suite = rl\n",
+}
+OPTIONS = ("--hri-tests=4", "-p", "no:cacheprovider")
+
+
+def project(pytester: pytest.Pytester, *, is_safe: bool, slowest_s: float | None = None) -> Path:
+    for name, text in FILES.items():
+        (pytester.path / name).write_text(text, encoding="utf-8")
+    conftest = CONFTEST.replace("IS_SAFE", str(is_safe)).replace("=SLOWEST", f"={slowest_s}")
+    (pytester.path / "conftest.py").write_text(conftest, encoding="utf-8")
+    return pytester.path
+
+
+def written(folder: Path, report: str = "hri-report") -> dict[str, Any]:
+    made: dict[str, Any] = json.loads((folder / report / "report.json").read_text(encoding="utf-8"))
+    return made
+
+
+@pytest.mark.slow
+def test_a_race_is_found_repeated_and_explained(pytester: pytest.Pytester) -> None:
+    folder = project(pytester, is_safe=False)
+    result = pytester.runpytest_subprocess(*OPTIONS, "--hri-schedules=20")
+    assert result.ret == 1
+    schedules = written(folder)["schedules"]
+    (race,) = schedules["races"]
+    assert (race["requirement"], race["kind"], race["is_counted"]) == ("R1", "wrong order", True)
+    assert race["words"].startswith("arm waits before arm.py:17 for 0.0")
+    assert "while arm: Thread-1 (watch) executes arm.py:22, arm.py:23, arm.py:24" in race["words"]
+    assert schedules["runs"] == 20
+    again = pytester.runpytest_subprocess(
+        f"--hri-replay={race['replay']}", "--hri-report=again", "-p", "no:cacheprovider"
+    )
+    again.assert_outcomes(failed=1)
+    again.stdout.fnmatch_lines(["*the same run, to the bit*"])
+    (cause,) = written(folder, "again")["causes"]
+    assert cause["deciding_change"] == "passes without the wait before arm.py:17"
+
+
+@pytest.mark.slow
+def test_the_repaired_twin_never_fails(pytester: pytest.Pytester) -> None:
+    folder = project(pytester, is_safe=True)
+    result = pytester.runpytest_subprocess(*OPTIONS, "--hri-schedules=100")
+    assert result.ret == 0
+    schedules = written(folder)["schedules"]
+    assert (schedules["runs"], schedules.get("races", [])) == (100, [])
+    assert schedules["both"] > 0
+
+
+@pytest.mark.slow
+def test_without_the_option_the_report_says_that_one_order_was_tested(pytester: pytest.Pytester) -> None:
+    folder = project(pytester, is_safe=True, slowest_s=0.01)
+    result = pytester.runpytest_inprocess(*OPTIONS)
+    result.stdout.fnmatch_lines(["*one order of the code's threads was tested;", "*--hri-schedules=100 tries others"])
+    assert "schedules" not in written(folder)
+    assert {test["threads"] for test in written(folder)["tests"]} == {2}
