@@ -185,4 +185,5 @@ def _entry_questions(entry: Entry | None) -> Iterator[Question]:
         answers = [f"`{port.name}.{each.name}`" for each in port.operations if port.role == "device"
                    and not each.is_set and (each.result is not None or each.returns not in ("", "None"))]  # fmt: skip
         if answers:
-            yield Question(f"What do {', '.join(answers)} return, and when?", port.name, port.location)
+            verb = "does" if len(answers) == 1 else "do"
+            yield Question(f"What {verb} {', '.join(answers)} return, and when?", port.name, port.location)
