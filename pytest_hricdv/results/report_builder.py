@@ -85,7 +85,11 @@ def build_result(
         beliefs=test.beliefs,
         abstract=test.lines,
         values=chosen_values.to_data(test.values),
-        concrete=ConcreteParameters(actions=tuple(actions), run=dict(case.concrete.run)),
+        concrete=ConcreteParameters(
+            actions=tuple(actions),
+            run=dict(case.concrete.run),
+            schedule=tuple((entry.kind, entry.place, entry.number, entry.value) for entry in case.concrete.schedule),
+        ),
         seed=test.seed,
         plans=dict(test.plans) if result else {},
         sim_s=result.sim_s if result else 0.0,
