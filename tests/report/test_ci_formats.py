@@ -211,7 +211,7 @@ def test_the_summary_has_causes_before_requirements() -> None:
     text = markdown(report)
     assert text.index("### 3 tests fail for 1 cause") < text.index("### Suite rl")
     assert "**cause 1 (3f2a91bc): R1 in 3 tests, first in the state release\\_all**" in text
-    assert "```text\n  at controller/states.py:58 in discard, 0.90: *y*\n" in text
+    assert "```text\n  at controller/states.py:58 in discard (0.90): *y*\n" in text
     assert "<details><summary>3 tests</summary>" in text
 
 
