@@ -99,11 +99,13 @@ def name_endless_plans(agents: Iterable[Agent], *, repeats: bool) -> list[str]:
         repeats: whether they only repeat themselves: then plans of a goal that has others with a context are left
             out, because they wait for something that may come in another run.
     """
-    plans = ((agent, plan) for agent in agents for plan in _pursued(agent, conditional=not repeats) if not plan.builtin)
+    plans = (
+        (agent, plan) for agent in agents for plan in _current_plans(agent, conditional=not repeats) if not plan.builtin
+    )
     return [*dict.fromkeys(f"{plan.location}: plan @{plan.label} of {agent.name}" for agent, plan in plans)]
 
 
-def _pursued(agent: Agent, *, conditional: bool) -> Iterator[Plan]:
+def _current_plans(agent: Agent, *, conditional: bool) -> Iterator[Plan]:
     adding = (intention for sign, _, intention in agent.events if "!" not in sign)
     doing = (*agent.intentions, *(wait.intention for wait in agent.waits), *adding)
     current = (intention.top for intention in doing if intention is not None and intention.stack)

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.diagnosis.locations import rank_places, traces_of, vari
 from pytest_hricdv.extra.diagnosis.pair_search import PairSearch
 from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.extra.diagnosis.subject import Subject
-from pytest_hricdv.extra.diagnosis.switching import SwitchSearch, switched_runner
+from pytest_hricdv.extra.diagnosis.switching import SwitchSearch, make_switch_runner
 from pytest_hricdv.session.feature import FeatureSession
 
 SWITCHED_TESTS = 2
@@ -23,7 +23,7 @@ def switch_decisions(
     session: FeatureSession, subject: Subject, experiments: Experiments, decisions: PairSearch, groups: Sequence[Group]
 ) -> None:
     """Look for decisions of the code without which tests of each cause pass, while runs are left."""
-    run = switched_runner(session.rerunner, session.context.code)
+    run = make_switch_runner(session.rerunner, session.context.code)
     groups = [group for group in groups if not group.is_known]
     for place, group in enumerate(groups):
         names = sorted({*group.nodeids} & experiments.tests.keys(), key=experiments.length)

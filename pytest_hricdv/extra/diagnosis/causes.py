@@ -40,9 +40,6 @@ FOUND: msgspec.json.Decoder[tuple[tuple[Cause, ...], Diagnosis]] = msgspec.json.
 )
 """Reads what a journal keeps: the causes, and what they rest on."""
 
-SWITCHES = 0.5
-"""This share of the runs is kept for switches; chosen."""
-
 FIRST_TESTS = 2
 """So many tests of each cause are run without its disturbance before it is looked for what decides: one may be odd."""
 
@@ -67,7 +64,8 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
         session.context.measurement,
     )
     run = remember_runs(run, session.aggregation.journaling, NAME)
-    experiments = Experiments(subject.groups, concrete, run, budget - int(SWITCHES * budget))
+    # The other half is for switches.
+    experiments = Experiments(subject.groups, concrete, run, budget - budget // 2)
     spaces = {name: case.ranges for name, case in cases.items()}
     decisions = PairSearch(experiments, spaces, neighbour_runner(session.rerunner, session.context.code))
     groups = experiments.groups(enough=FIRST_TESTS)

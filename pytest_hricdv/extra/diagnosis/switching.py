@@ -65,7 +65,7 @@ RunSwitched = Callable[[ConcreteTest, DecisionSwitch | None], SwitchedRun | None
 _DECODER: msgspec.json.Decoder[SwitchedRun | None] = msgspec.json.Decoder(SwitchedRun | None)
 
 
-def switched_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
+def make_switch_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
     """Runs tests with the code changed in a fork; where there is none, nothing is run.
 
     Args:
@@ -84,7 +84,7 @@ def switched_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
 def _run(
     rerunner: TestRerunner, code: CodeMap, test: ConcreteTest, wanted: DecisionSwitch | None
 ) -> SwitchedRun | None:
-    asked = Decisions(wanted)
+    asked = DecisionRecord(wanted)
     files = [(file.path, file.text, asked.change(file.name)) for file in code.files]
     with instrument(files, {DECIDE: asked.decide}):
         result = rerunner.run(name_test(test, "switched"), asked.begin)
@@ -95,7 +95,7 @@ def _run(
 
 
 @dataclass
-class Decisions:
+class DecisionRecord:
     """What instrumented code asks in a run.
 
     Args:

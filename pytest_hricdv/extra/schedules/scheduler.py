@@ -19,7 +19,7 @@ from pytest_hricdv.runtime import Kernel, Node
 from pytest_hricdv.testbench import Testbench
 
 MAX_STEPS = 200_000
-"""So many executions of points are noted. Chosen: some 10 MB; a run of the table has some 10,000."""
+"""So many executions of points are noted, which takes some 10 MB; a run of the table has some 10,000."""
 
 MAX_CHOICES = 10_000
 """So many choices between nodes that are ready are noted."""

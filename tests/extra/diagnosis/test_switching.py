@@ -16,7 +16,7 @@ from pytest_hricdv.execution.instrumented_code import instrument
 from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.extra.diagnosis.switching import (
     DECIDE,
-    Decisions,
+    DecisionRecord,
     DecisionSwitch,
     SwitchedRun,
     SwitchSearch,
@@ -59,11 +59,11 @@ def guard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleTyp
 
 
 @pytest.fixture
-def switch(guard: ModuleType) -> Iterator[Callable[[DecisionSwitch | None], Decisions]]:
+def switch(guard: ModuleType) -> Iterator[Callable[[DecisionSwitch | None], DecisionRecord]]:
     with ExitStack() as stack:
 
-        def made(wanted: DecisionSwitch | None) -> Decisions:
-            switch = Decisions(wanted)
+        def made(wanted: DecisionSwitch | None) -> DecisionRecord:
+            switch = DecisionRecord(wanted)
             assert guard.__file__ is not None
             files = [(Path(guard.__file__), GUARD, switch.change("guard.py"))]
             stack.enter_context(instrument(files, {DECIDE: switch.decide}))
@@ -90,7 +90,7 @@ def decision(line: int, number: int) -> DecisionSwitch:
 )
 def test_one_thing_is_done_otherwise(
     guard: ModuleType,
-    switch: Callable[[DecisionSwitch | None], Decisions],
+    switch: Callable[[DecisionSwitch | None], DecisionRecord],
     wanted: DecisionSwitch | None,
     said: list[str],
     result: str,
@@ -102,7 +102,7 @@ def test_one_thing_is_done_otherwise(
 
 
 def test_functions_made_in_functions_and_imports_to_come_ask_too(
-    guard: ModuleType, switch: Callable[[DecisionSwitch | None], Decisions]
+    guard: ModuleType, switch: Callable[[DecisionSwitch | None], DecisionRecord]
 ) -> None:
     switch(decision(19, 1))
     seen: list[str] = []
@@ -115,7 +115,7 @@ def test_functions_made_in_functions_and_imports_to_come_ask_too(
 
 
 def test_it_is_counted_until_the_violation(
-    guard: ModuleType, switch: Callable[[DecisionSwitch | None], Decisions]
+    guard: ModuleType, switch: Callable[[DecisionSwitch | None], DecisionRecord]
 ) -> None:
     made, now_s = switch(None), iter(range(100))
     made.now_s = lambda: float(next(now_s))

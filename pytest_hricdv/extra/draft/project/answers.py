@@ -50,9 +50,9 @@ def merge(drafted: str, now: str, new: str) -> str:
     merged: list[str] = []
     line = 0
     for begin, end, lines in sorted(changes, key=lambda change: change[:2]):
-        merged += [*_moved(old, others, there, line, begin), *lines]
+        merged += [*_shift(old, others, there, line, begin), *lines]
         line = end
-    return "".join((*merged, *_moved(old, others, there, line, len(old))))
+    return "".join((*merged, *_shift(old, others, there, line, len(old))))
 
 
 _Change = tuple[int, int, list[str]]
@@ -80,6 +80,6 @@ def _overlap(one: _Change, other: _Change) -> bool:
     return max(one[0], other[0]) < min(one[1], other[1]) or (one[0] == one[1] and other[0] < one[0] < other[1])
 
 
-def _moved(old: list[str], others: list[str], there: Mapping[int, int], begin: int, end: int) -> Iterator[str]:
+def _shift(old: list[str], others: list[str], there: Mapping[int, int], begin: int, end: int) -> Iterator[str]:
     """Lines that nobody changed, with the locations of now."""
     return (others[there[line]] if line in there else old[line] for line in range(begin, end))
