@@ -66,11 +66,12 @@ def verdict(report: Report) -> ReportVerdict:
         if text
     ]
     ran = sum(counts.values()) - counts["not-run"]
-    word = "failed" if why else "passed" if ran else "nothing ran"
+    passes = "passed" if counts["passed"] else "no test passed"
+    word = "failed" if why else passes if ran else "nothing ran"
     parts = "; ".join(filter(None, [", ".join(why), *rest]))
     return ReportVerdict(
         text=f"{word}: {parts}" if parts else word,
-        style="bad" if why else "ok" if ran else "warn",
+        style="bad" if why else "ok" if counts["passed"] else "warn",
         causes=causes,
         new=tuple(group for group in groups if not group.is_known),
         known=tuple(group for group in groups if group.is_known),

@@ -94,10 +94,12 @@ class ClosingView(View):
         )
 
     def aim(self, report: Report) -> str:
-        """A closing loop after the same suites; after a loop, with twice its budget."""
+        """A closing loop after the same suites; after a loop, with twice its budget; none after one that closed."""
         if not report.rerun_options.suite or not report.suites:
             return ""
         result = CLOSING.of(report)
+        if result is not None and result.end_reason == "closed":
+            return ""  # what is left is nothing that a loop aims at
         options = [option for option in report.rerun_options.options if not option.startswith("--hri-close")]
         words = [f"--hri-suite={report.rerun_options.suite}", f"--hri-seed={report.suites[0].seed}", *options]
         if NAME not in report.rerun_options.suite.split(","):

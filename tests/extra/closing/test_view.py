@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.closing.view import curves
+from pytest_hricdv.extra.closing.view import VIEW, curves
 from pytest_hricdv.report import html, terminal
 from tests.json_schema import REPORT as SCHEMA
 from tests.report import sample, sample_sections
@@ -147,3 +147,10 @@ def test_the_page_has_how_near_each_requirement_came() -> None:
     assert "300 30 closure-near" in words
     assert "R3 - - 7 8 on( late )" not in words
     assert "on(<b>late</b>)" in words
+
+
+def test_after_a_loop_that_closed_no_further_loop_is_offered() -> None:
+    rerun = {"rerun_options": {"suite": "closure", "options": []}}
+    closed = sample_sections.CLOSING | {"end_reason": "closed"}
+    assert VIEW.aim(sample.typed(DATA | rerun)).startswith("pytest --hri-suite=closure")
+    assert VIEW.aim(sample.typed(DATA | rerun | {"closing": closed})) == ""
