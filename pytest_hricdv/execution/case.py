@@ -17,6 +17,7 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution import faults
+from pytest_hricdv.execution.deadlock import find_deadlocks
 from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_features
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.host_loop import leave_host_loop
@@ -225,7 +226,13 @@ def execute(
         may_go_round=bool({"limit", "cycle"}.intersection(testbench.time.allowed_endings)),
     )
     influence = Influence(kernel, run.bus, code.has, testbench.code)
-    run.before_end = influence.finish
+    deadlocks: list[str] = []
+
+    def before_end() -> None:
+        influence.finish()
+        deadlocks.extend(find_deadlocks([node for node in kernel.nodes if code.has(node)]))
+
+    run.before_end = before_end
     kernel.virtual = frozenset(testbench.time.apis)
     modules = VirtualModules(testbench.code)
     run.middleware = next(filter(None, (feature.middleware(testbench) for feature in execution_features())), None)
@@ -267,7 +274,7 @@ def execute(
     covered = measurement.take(context)
     ended = [*faults.of_ending(run.ending, code, testbench.time.allowed_endings)] if run.ending else []
     ended += faults.of_simulation(kernel, run.ending)
-    ended += tampering
+    ended += [*deadlocks, *tampering]
     ended += faults.of_actors(name for name in run.idle_actors() if _acts(name, testbench))
     ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(

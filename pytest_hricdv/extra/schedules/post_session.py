@@ -44,7 +44,8 @@ class _Hunt:
     session: FeatureSession
     run: RunTest
     budget: int
-    races: dict[tuple[str, tuple[str, ...]], RaceRecord] = field(default_factory=dict)
+    races: list[tuple[frozenset[str], RaceRecord]] = field(default_factory=list)
+    """With the places that each involves."""
 
     def hunt(self, results: Sequence[TestResult]) -> tuple[ScheduleResult, list[str]]:
         declared_s = self.session.rerunner.settings.testbench.timing.slowest_s
@@ -61,12 +62,12 @@ class _Hunt:
             runs=search.runs,
             tests=len(candidates),
             slowest_s=search.slowest_s,
-            races=tuple(self.races.values()),
+            races=tuple(race for _, race in self.races),
             pairs=len({frozenset(pair) for pair in search.seen}),
             both=len({frozenset(pair) for pair in search.seen if (pair[1], pair[0]) in search.seen}),
             open=tuple(f"{first} before {second}" for first, second in open_pairs[:MAX_OPEN]),
             end_reason=ended,
-        ), [_problem(race) for race in self.races.values() if race.is_counted]
+        ), [_problem(race) for _, race in self.races if race.is_counted]
 
     def _candidates(self, results: Sequence[TestResult], search: ScheduleSearch) -> list[ScheduleCandidate]:
         """Tests that pass, with their usual runs: a few more than the runs can use, the shortest first."""
@@ -95,15 +96,16 @@ class _Hunt:
             if ran is None:
                 continue
             search.note(ran)
-            for requirement in sorted(ran.fails - candidate.usual.fails):
-                if not self._is_known(requirement, test):
+            # What a run violates that has a fault, as a deadlock, follows from that.
+            new = sorted(ran.fails - candidate.usual.fails)
+            for requirement in new[:1] if "" in new else new:
+                if not self._is_known(requirement, ran.involves):
                     self._keep(search, candidate, requirement, test, ran, is_declared=is_declared)
         return "nothing to order"
 
-    def _is_known(self, requirement: str, test: ConcreteTest) -> bool:
-        """Whether a race with this requirement and one of these places was found already."""
-        places = {decision.place for decision in test.schedule}
-        return any(name == requirement and places.issuperset(before) for name, before in self.races)
+    def _is_known(self, requirement: str, places: frozenset[str]) -> bool:
+        """Whether a race with this requirement at one of these places was found already."""
+        return any(race.requirement == requirement and before & places for before, race in self.races)
 
     def _keep(
         self,
@@ -120,20 +122,24 @@ class _Hunt:
         race = examination.examine(candidate, requirement, test, ran)
         made, replay = self._replay(race)
         tolerated = requirement in self.session.options.known_violations and not self.session.options.strict
-        self.races.setdefault(
-            race.key,
-            RaceRecord(
-                requirement=requirement,
-                fault=race.ran.faults[0] if not requirement and race.ran.faults else "",
-                test=candidate.test.id,
-                kind=race.kind,
-                words=words(race),
-                least_s=round(race.least_s, 6),
-                is_counted=not tolerated and (race.kind == "wrong order" or is_declared),
-                found_after=search.runs,
-                id=made,
-                replay=replay,
-            ),
+        if self._is_known(requirement, race.ran.involves):
+            return
+        self.races.append(
+            (
+                race.ran.involves,
+                RaceRecord(
+                    requirement=requirement,
+                    fault=race.ran.faults[0] if not requirement and race.ran.faults else "",
+                    test=candidate.test.id,
+                    kind=race.kind,
+                    words=words(race),
+                    least_s=round(race.least_s, 6),
+                    is_counted=not tolerated and (race.kind == "wrong order" or is_declared),
+                    found_after=search.runs,
+                    id=made,
+                    replay=replay,
+                ),
+            )
         )
 
     def _replay(self, race: ScheduleRace) -> tuple[str | None, str | None]:

@@ -41,11 +41,6 @@ class ScheduleRace:
     least_s: float
     runs: int
 
-    @property
-    def key(self) -> tuple[str, tuple[str, ...]]:
-        """Races with the same requirement and the same places are one."""
-        return self.requirement, tuple(decision.place for decision in self.test.schedule)
-
 
 @dataclass
 class RaceExamination:

@@ -80,6 +80,12 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         """Requirements, and an empty text for a fault."""
         return frozenset(self.violated) | ({""} if self.faults else set())
 
+    @property
+    def involves(self) -> frozenset[str]:
+        """Places where nodes were held up, and those that came in between."""
+        places = [held.place for held in self.held] + [place for held in self.held for place, _ in held.between]
+        return frozenset(place.rstrip("=") for place in places)
+
 
 RunTest = Callable[[ConcreteTest], ScheduleRun | None]
 """Runs a test; None where the run came to no end."""

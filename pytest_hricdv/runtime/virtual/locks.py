@@ -55,6 +55,17 @@ class WaitQueue:
         return woken
 
 
+def lock_waited_for(node: Node) -> Lock | None:
+    """The lock that a node waits for without a time-out; None where it does something else."""
+    frame = node.frame if node.kernel.waits_for_ever(node) else None
+    while frame is not None:
+        if frame.f_code is Lock.acquire.__code__:
+            found = frame.f_locals["self"]
+            return found if isinstance(found, Lock) else None
+        frame = frame.f_back
+    return None
+
+
 def _count_poll() -> None:
     node = current_node()
     if node is not None:
@@ -67,11 +78,14 @@ class Lock:
     def __init__(self) -> None:
         self._locked = False
         self._waiting = WaitQueue(THREADING, "Lock.acquire")
+        self.holder: Node | None = None
+        """The node that took it last; it need not be the one that releases it."""
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         """Take it, if need be after waiting for `timeout` (s; -1: as long as it takes); whether it was taken."""
         if not self._locked:
             self._locked = True
+            self.holder = current_node()
             return True
         if not blocking:
             _count_poll()
@@ -83,6 +97,7 @@ class Lock:
         if not self._locked:
             raise RuntimeError("release unlocked lock")
         # It stays locked where somebody waits: another node that runs before the woken one must not take it.
+        self.holder = self._waiting.nodes[0] if self._waiting.nodes else None
         self._locked = bool(self._waiting.nodes) and bool(self._waiting.wake())
 
     def locked(self) -> bool:
