@@ -1,0 +1,3 @@
+@go +!go : go <- !acts.
+@once +!acts : once <- {command}.
+@twice +!acts : twice <- {command}; {command}.

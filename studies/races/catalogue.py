@@ -1,0 +1,80 @@
+"""What the person does to each robot, what is required of it, and its project on disk."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+_HERE = Path(__file__).parent
+
+_AT_REST = "always(on(stop) -> always[0.3:0.8](not moving))"
+_ALL_SERVED = "always(on(go) -> eventually[0:0.8](count(on(done)) == 2 * count(on(go))))"
+
+
+@dataclass(frozen=True)
+class Race:
+    """A robot with a planted race.
+
+    Args:
+        name: of its module in `robots`.
+        title: what is required.
+        formula: the requirement that the race violates.
+        pause_s: shortest and longest pause of the person before each action.
+        commands: what the person can do.
+        is_held_out: whether nothing may be tuned on it.
+        ros2: whether it is a node of ROS 2.
+    """
+
+    name: str
+    title: str
+    formula: str
+    pause_s: tuple[float, float]
+    commands: tuple[str, ...] = ("go",)
+    is_held_out: bool = False
+    ros2: bool = False
+
+    def write(self, folder: Path, *, repaired: bool) -> None:
+        """Write its project to a folder, which is emptied."""
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(_HERE / "bench", folder, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copyfile(_HERE / "robots" / f"{self.name}.py", folder / "robot.py")
+        person = folder / "person.asl"
+        person.write_text(person.read_text(encoding="utf-8").replace("{command}", self.commands[-1]), encoding="utf-8")
+        requirement = f'[R1]\ntitle = "{self.title}"\nformula = "{self.formula}"\n'
+        (folder / "requirements.toml").write_text(requirement, encoding="utf-8")
+        race = {
+            "class": "Repaired" if repaired else "Robot",
+            "pause_s": self.pause_s,
+            "commands": self.commands,
+            "ros2": self.ros2,
+        }
+        (folder / "race.json").write_text(json.dumps(race), encoding="utf-8")
+
+
+RACES = (
+    Race(
+        "check_then_act",
+        "It gives no cup that it does not have",
+        "always(on(go) -> always[0:0.8](given <= 1))",
+        (0.5, 1.5),
+    ),
+    Race("late_cancel", "It rests after a stop", _AT_REST, (0.9, 1.1), ("go", "stop"), is_held_out=True),
+    Race("await_between", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",)),
+    Race("queue_and_event", "Each order is served", _ALL_SERVED, (1.0, 1.5)),
+    Race("reentrant_group", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",), is_held_out=True, ros2=True),
+    Race("two_locks", "It does what it is told", "always(on(go) -> eventually[0:0.8](on(done)))", (1.0, 1.5)),
+    Race("emergency_stop", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",)),
+    Race(
+        "watchdog_reset",
+        "It moves on a beat",
+        "always(on(go) -> always[0.2:0.8](moving))",
+        (0.9, 1.2),
+        is_held_out=True,
+    ),
+    Race("lost_wake_up", "Each order is served", _ALL_SERVED, (1.0, 1.5), is_held_out=True),
+    Race("double_start", "It runs one mixer at most", "always(on(go) -> always[0:0.8](active <= 1))", (0.2, 1.5)),
+    Race("stale_cache", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",), is_held_out=True),
+    Race("lost_update", "It counts everybody", "always(on(go) -> eventually[0.3:0.8](lost == 0))", (1.0, 1.5)),
+)

@@ -1,0 +1,1 @@
+"""The robots: code under test, one module each."""

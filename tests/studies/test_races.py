@@ -1,0 +1,29 @@
+"""Robots with a planted race."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from studies.races import __doc__ as described
+from studies.races.__main__ import search
+from studies.races.catalogue import RACES
+
+
+def test_held_out_robots_are_named() -> None:
+    assert [race.name for race in RACES if race.is_held_out and race.name in (described or "")] == [
+        "late_cancel",
+        "reentrant_group",
+        "watchdog_reset",
+        "lost_wake_up",
+        "stale_cache",
+    ]
+
+
+def test_race_of_a_robot_is_found_and_kept(tmp_path: Path) -> None:
+    race = next(race for race in RACES if race.name == "check_then_act")
+    found = search(race, tmp_path, 0, 10, tests=2)
+    assert found
+    assert "robot.py:" in found[0]["words"]
+    (kept,) = tmp_path.glob("*.json")
+    kept.write_text('{"races": []}', encoding="utf-8")
+    assert search(race, tmp_path, 0, 10, tests=2) == []
