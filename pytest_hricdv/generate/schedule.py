@@ -12,6 +12,9 @@ from typing import Any, Literal
 
 from pytest_hricdv.generate import GenerateError
 
+EACH_TIME = 0
+"""The number of a decision that holds for each execution of its statement."""
+
 Kind = Literal["hold", "delay", "order"]
 
 
@@ -24,7 +27,7 @@ class ScheduleDecision:
             the code may be slow. `delay`: before the statement, it waits for a fixed time. `order`: of the nodes that
             are ready, another one than the first goes on, or gets a lock.
         place: of the statement, `file:line`; empty for `order`.
-        number: which execution of the statement, or which choice of the run, from 1.
+        number: which execution of the statement, or which choice of the run, from 1; or `EACH_TIME`.
         value: of a hold, at most how long (s); of a delay, how long (s); of an order, which node, from 0.
     """
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from pytest_hricdv.extra.schedules.records import SCHEDULES, THREADS
+from pytest_hricdv.extra.schedules.records import BUDGETS, SCHEDULES, THREADS
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 
@@ -14,7 +14,14 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 
-class SchedulesFeature(Feature[int]):
+class ScheduleOptions(NamedTuple):
+    """How many runs with schedules there are, and how many tests time budgets are measured with."""
+
+    runs: int
+    budgets: int
+
+
+class SchedulesFeature(Feature[ScheduleOptions]):
     """Runs tests with other schedules, after all tests."""
 
     name = "schedules"
@@ -25,11 +32,17 @@ class SchedulesFeature(Feature[int]):
             "after all tests, run those that passed N times with other schedules: threads, tasks and callbacks of the "
             "code are held up where they share data (default 0)",
         ),
+        Value(
+            "budgets",
+            "N",
+            "after all tests, measure with N of them how slow each function and loop of the code may be until a "
+            "requirement breaks (default 0)",
+        ),
     )
 
-    def read(self, reader: OptionReader) -> int:
-        """How many runs."""
-        return reader.integer("schedules", 0, minimum=0)
+    def read(self, reader: OptionReader) -> ScheduleOptions:
+        """How many runs and tests."""
+        return ScheduleOptions(reader.integer("schedules", 0, minimum=0), reader.integer("budgets", 0, minimum=0))
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
         """How many threads took turns."""
@@ -37,20 +50,25 @@ class SchedulesFeature(Feature[int]):
 
     def follow_up(self, context: RunContext) -> str:
         """What is asked for."""
-        return "schedules (--hri-schedules)" if self.settings(context.options) else ""
+        asked = self.settings(context.options)
+        names = {"schedules (--hri-schedules)": asked.runs, "time budgets (--hri-budgets)": asked.budgets}
+        return " and ".join(name for name, count in names.items() if count)
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """Search, if asked to."""
-        runs = self.settings(session.options)
-        if session.interrupted or stopped or not runs:
+        asked = self.settings(session.options)
+        if session.interrupted or stopped or not any(asked):
             return results
-        from pytest_hricdv.extra.schedules.post_session import search_schedules
+        from pytest_hricdv.extra.schedules.post_session import measure_session_budgets, search_schedules
 
-        result, problems = search_schedules(session, results, runs)
-        session.sections[SCHEDULES.name] = result
-        session.interrupted = result.end_reason == "interrupted"
+        if asked.runs:
+            result, problems = search_schedules(session, results, asked.runs)
+            session.sections[SCHEDULES.name] = result
+            session.interrupted = result.end_reason == "interrupted"
+            session.problems += problems
+        if asked.budgets and not session.interrupted:
+            session.sections[BUDGETS.name] = tuple(measure_session_budgets(session, results, asked.budgets))
         session.done.update(() if session.interrupted else [self.name])
-        session.problems += problems
         return results
 
 

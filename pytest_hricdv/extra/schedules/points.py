@@ -51,6 +51,8 @@ class CodePoints:
     places: list[str] = field(default_factory=list)
     """`file:line` of each."""
     accesses: list[DataAccess] = field(default_factory=list)
+    starts: dict[str, str] = field(default_factory=dict)
+    """Place of the first statement of each function, and of the body of each loop -> what begins there."""
 
     def instrument(self, file: str, wanted: Iterable[str] | None = None) -> _PointInserter:
         """What changes the tree of a file.
@@ -70,20 +72,37 @@ class _PointInserter(ast.NodeTransformer):
         self._points = points
         self._wanted = wanted
         self._shared: list[frozenset[str]] = []
+        self._names: list[str] = []
 
     def _function(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> ast.AST:
         self._shared.append(_own_names(node))
+        self._names.append(node.name)
+        self._begin(node.body, "")
         node.body = self._block(node.body)
+        self._names.pop()
         self._shared.pop()
         return node
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
+        """Names its functions after it."""
+        self._names.append(node.name)
+        self.generic_visit(node)
+        self._names.pop()
+        return node
+
+    def _begin(self, body: Sequence[ast.stmt], what: str) -> None:
+        first = next(
+            (statement for statement in body if not isinstance(statement, _LEFT_OUT) and not _is_text(statement)), None
+        )
+        if first is not None:
+            self._points.starts.setdefault(f"{self._file}:{first.lineno}", f"{what}{'.'.join(self._names)}")
 
     visit_FunctionDef = visit_AsyncFunctionDef = _function  # noqa: N815 (names of `ast.NodeVisitor`)
 
     def _block(self, statements: Sequence[ast.stmt]) -> list[ast.stmt]:
         made: list[ast.stmt] = []
         for statement in statements:
-            is_text = isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
-            if is_text or isinstance(statement, _LEFT_OUT):
+            if _is_text(statement) or isinstance(statement, _LEFT_OUT):
                 made.append(self._inside(statement))
                 continue
             access, place = access_of(statement, self._shared[-1]), f"{self._file}:{statement.lineno}"
@@ -95,6 +114,8 @@ class _PointInserter(ast.NodeTransformer):
 
     def _inside(self, statement: ast.stmt) -> ast.stmt:
         if isinstance(statement, _COMPOUND):
+            if isinstance(statement, ast.For | ast.AsyncFor | ast.While):
+                self._begin(statement.body, f"the loop of line {statement.lineno} in ")
             for name in ("body", "orelse", "finalbody"):
                 if getattr(statement, name, None):
                     setattr(statement, name, self._block(getattr(statement, name)))
@@ -129,6 +150,10 @@ class _PointInserter(ast.NodeTransformer):
         call = ast.copy_location(ast.Call(ast.Name(BETWEEN, ast.Load()), arguments, []), statement)
         targets: list[ast.expr] = [statement.target] if isinstance(statement, ast.AugAssign) else statement.targets
         return ast.copy_location(ast.Assign(targets, call), statement)
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 
 def _is_plain(target: ast.expr) -> bool:

@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.extra.schedules.budgets import measure_budgets
 from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
-from pytest_hricdv.extra.schedules.records import RaceRecord, ScheduleResult, ScheduleSearchEnd
+from pytest_hricdv.extra.schedules.records import BudgetRecord, RaceRecord, ScheduleResult, ScheduleSearchEnd
+from pytest_hricdv.extra.schedules.scheduler import read_starts
 from pytest_hricdv.extra.schedules.search import RunTest, ScheduleCandidate, ScheduleRun, ScheduleSearch, runner
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report.formatting import plural
@@ -39,6 +41,39 @@ def search_schedules(
     return _Hunt(session, runner(session.rerunner), runs).hunt(results)
 
 
+def measure_session_budgets(session: FeatureSession, results: Sequence[TestResult], tests: int) -> list[BudgetRecord]:
+    """How slow each function and loop of the code may be, over so many of the tests that passed."""
+    session.say("")
+    session.say(f"hricdv: measuring time budgets with {plural(tests, 'test')} ...")
+    run = runner(session.rerunner)
+    candidates = _candidates(session, run, results, tests)
+    starts = read_starts(session.rerunner.settings.testbench.code)
+    made: list[BudgetRecord] = []
+    try:
+        made.extend(measure_budgets(run, candidates, starts))
+    except KeyboardInterrupt:
+        session.interrupted = True
+    return sorted(made, key=lambda budget: (budget.budget_s, budget.place))
+
+
+def _candidates(
+    session: FeatureSession, run: RunTest, results: Sequence[TestResult], most: int
+) -> list[ScheduleCandidate]:
+    """Tests that pass, with their usual runs; at most so many, evenly from the shortest to the longest."""
+    chosen: Mapping[str, HriCase] = session.aggregation.chosen
+    passed = sorted(
+        (result for result in results if result.outcome == "passed" and result.nodeid in chosen),
+        key=lambda result: (len(result.abstract), result.id, result.nodeid),
+    )
+    made = []
+    for result in _spread(passed, most):
+        case = chosen[result.nodeid]
+        usual = run(case.concrete)
+        if usual is not None and not usual.faults:
+            made.append(ScheduleCandidate(result.nodeid, case.concrete, case.ranges, usual))
+    return made
+
+
 @dataclass
 class _Hunt:
     session: FeatureSession
@@ -53,7 +88,10 @@ class _Hunt:
         candidates: list[ScheduleCandidate] = []
         ended: ScheduleSearchEnd = "done"
         try:
-            candidates += self._candidates(results, search)
+            most = max(1, self.budget // RUNS_OF_A_TEST)
+            candidates += _candidates(self.session, self.run, results, most)
+            for candidate in candidates:
+                search.note(candidate.usual)
             ended = self._search(search, candidates, is_declared=declared_s is not None)
         except KeyboardInterrupt:
             ended = "interrupted"
@@ -68,22 +106,6 @@ class _Hunt:
             open=tuple(f"{first} before {second}" for first, second in open_pairs[:MAX_OPEN]),
             end_reason=ended,
         ), [_problem(race) for _, race in self.races if race.is_counted]
-
-    def _candidates(self, results: Sequence[TestResult], search: ScheduleSearch) -> list[ScheduleCandidate]:
-        """Tests that pass, with their usual runs: a few more than the runs can use, the shortest first."""
-        chosen: Mapping[str, HriCase] = self.session.aggregation.chosen
-        passed = sorted(
-            (result for result in results if result.outcome == "passed" and result.nodeid in chosen),
-            key=lambda result: (len(result.abstract), result.id, result.nodeid),
-        )
-        made = []
-        for result in _spread(passed, max(1, self.budget // RUNS_OF_A_TEST)):
-            case = chosen[result.nodeid]
-            usual = self.run(case.concrete)
-            if usual is not None and not usual.faults:
-                search.note(usual)
-                made.append(ScheduleCandidate(result.nodeid, case.concrete, case.ranges, usual))
-        return made
 
     def _search(
         self, search: ScheduleSearch, candidates: Sequence[ScheduleCandidate], *, is_declared: bool

@@ -41,6 +41,24 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
     replay: ReplayName | None = None
 
 
+class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
+    """How slow a function or the body of a loop may be, each time, until a requirement breaks first.
+
+    Args:
+        place: of its first statement.
+        name: of the function.
+        budget_s: with this delay all tests pass (s); with a millisecond more, one fails.
+        requirement: that it violates then; empty for a fault, or where none fails.
+        test: that violates it; None where none does up to `budget_s`.
+    """
+
+    place: str
+    name: str
+    budget_s: NotNegative
+    requirement: str = ""
+    test: TestId | None = None
+
+
 class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
     """What a search came to.
 
@@ -75,7 +93,10 @@ def _rename(result: ScheduleResult | None, names: FileNames) -> ScheduleResult |
 SCHEDULES: Section[ScheduleResult | None] = Section("schedules", ScheduleResult | None, None, rename=_rename)
 """Of a session that searched for schedules."""
 
+BUDGETS: Section[tuple[BudgetRecord, ...]] = Section("budgets", tuple[BudgetRecord, ...], ())
+"""Of a session that measured them, the smallest first."""
+
 THREADS: TestSection[int] = TestSection("threads", int, 0)
 """Of a test in whose run the code had more than one thread, or node of ROS 2: how many."""
 
-SECTIONS, TEST_SECTIONS = (SCHEDULES,), (THREADS,)
+SECTIONS, TEST_SECTIONS = (SCHEDULES, BUDGETS), (THREADS,)

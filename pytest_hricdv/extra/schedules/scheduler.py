@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import asyncio
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,7 +14,7 @@ from pytest_hricdv.coverage.source_files import ModuleFile, module_files
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.instrumented_code import instrument
 from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, DataAccess
-from pytest_hricdv.generate.schedule import ScheduleDecision
+from pytest_hricdv.generate.schedule import EACH_TIME, ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
 from pytest_hricdv.testbench import Testbench
@@ -114,7 +115,7 @@ class Scheduler:
         if self.notes and len(self.steps) < MAX_STEPS:
             thread = self._threads.setdefault((node, _task()), len(self._threads))
             self.steps.append(PointStep(point, number, thread, self._node_number(node), self.kernel.now_s))
-        decision = self._at.get((place, number))
+        decision = self._at.get((place, number)) or self._at.get((place, EACH_TIME))
         if decision is not None:
             self._hold(node, decision)
 
@@ -210,6 +211,15 @@ def schedule_run(
     run.kernel.pick, run.kernel.notice_return = scheduler.pick, scheduler.end_holds
     with instrument(files, {HOOK: scheduler.reach, BETWEEN: scheduler.write}):
         yield scheduler
+
+
+def read_starts(packages: Sequence[str]) -> dict[str, str]:
+    """Where functions and the bodies of loops begin: place -> what begins there."""
+    points = CodePoints()
+    for file in module_files(packages, Path()):
+        if not file.problem:
+            points.instrument(name_of(file)).visit(ast.parse(file.path.read_text(encoding="utf-8")))
+    return points.starts
 
 
 def name_of(file: ModuleFile) -> str:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.schedules.records import SCHEDULES, THREADS, RaceRecord, ScheduleResult
+from pytest_hricdv.extra.schedules.records import BUDGETS, SCHEDULES, THREADS, BudgetRecord, RaceRecord, ScheduleResult
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.formatting import Line, plural
 from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
+
+MAX_BUDGETS = 12
+"""So many of the smallest budgets are in the terminal: half a screen."""
 
 
 class SchedulesView(View):
@@ -24,7 +27,8 @@ class SchedulesView(View):
             yield Line("                        --hri-schedules=100 tries others")
 
     def findings(self, report: Report) -> Iterator[Line]:
-        """Each race, then how much was tried."""
+        """Each race, then how much was tried; the smallest time budgets."""
+        yield from _budget_lines(BUDGETS.of(report))
         result = SCHEDULES.of(report)
         if result is None:
             return
@@ -36,21 +40,36 @@ class SchedulesView(View):
         yield Line(visible(describe_effort(result)), "dim" if result.races else "ok")
 
     def section(self, report: Report) -> PageSection | None:
-        """Races, and the pairs that came in one order only."""
-        result = SCHEDULES.of(report)
-        if result is None:
+        """Races, the pairs that came in one order only, and time budgets."""
+        result, budgets = SCHEDULES.of(report), BUDGETS.of(report)
+        if result is None and not budgets:
             return None
-        commands = {
-            race.replay: replay_command(race.replay, report.rerun_options.options)
-            for race in result.races
-            if race.replay
+        options, races = report.rerun_options.options, result.races if result else ()
+        values = {
+            "result": result,
+            "budgets": budgets,
+            "commands": {race.replay: replay_command(race.replay, options) for race in races if race.replay},
+            "titles": [title(race) for race in races],
+            "tried": describe_effort(result) if result else "",
         }
-        values = {"result": result, "commands": commands, "titles": [title(race) for race in result.races]}
-        values["tried"] = describe_effort(result)
         return PageSection("schedules", "Schedules", "schedules/schedules.html.jinja", values, place="in closure")
 
 
 VIEW = SchedulesView()
+
+
+def _budget_lines(budgets: Sequence[BudgetRecord]) -> Iterator[Line]:
+    """A line for each of the smallest, of those that break a requirement."""
+    broken = [budget for budget in budgets if budget.test is not None]
+    if budgets:
+        yield Line(
+            f"time budgets of {plural(len(budgets), 'function')} and loops, each time, until a requirement breaks:"
+        )
+    for budget in broken[:MAX_BUDGETS]:
+        what = budget.requirement or "a fault"
+        yield Line(visible(f"  {budget.budget_s:9.3f} s  {what:8} {budget.place} {budget.name} ({budget.test})"))
+    if left := len(budgets) - min(len(broken), MAX_BUDGETS):
+        yield Line(f"  {left} more: see the report")
 
 
 def title(race: RaceRecord) -> str:

@@ -1,0 +1,57 @@
+"""Time budgets: the largest delay with which no requirement breaks."""
+
+from __future__ import annotations
+
+import ast
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.extra.schedules.budgets import LONGEST_S, PRECISION_S, measure_budgets
+from pytest_hricdv.extra.schedules.points import CodePoints
+from pytest_hricdv.extra.schedules.search import ScheduleCandidate, ScheduleRun
+from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
+from pytest_hricdv.generate.schedule import EACH_TIME
+
+
+def candidate(name: str, *executed: str) -> ScheduleCandidate:
+    test = ConcreteTest(name, "suite", 0, ())
+    usual = ScheduleRun(violated=("R9",), executed=dict.fromkeys(executed, 3))
+    return ScheduleCandidate(f"t.py::{name}", test, Concretization(commands={}), usual)
+
+
+@given(st.dictionaries(st.sampled_from("abc"), st.floats(0.01, 9.0), min_size=1))
+def test_a_budget_is_that_of_the_test_that_breaks_first(limits: dict[str, float]) -> None:
+    def run(test: ConcreteTest) -> ScheduleRun:
+        (decision,) = test.schedule
+        assert (decision.kind, decision.place, decision.number) == ("delay", "arm.py:3", EACH_TIME)
+        return ScheduleRun(violated=("R1", "R9") if decision.value > limits[test.id] else ("R9",))
+
+    candidates = [candidate(name, "arm.py:3") for name in limits]
+    (budget,) = measure_budgets(run, candidates, {"arm.py:3": "Arm.move", "arm.py:9": "Arm.rest"})
+    least_s = min(limits.values())
+    assert least_s - PRECISION_S <= budget.budget_s <= least_s + 1e-6
+    assert (budget.name, budget.requirement) == ("Arm.move", "R1")
+    assert limits[str(budget.test)] - least_s <= PRECISION_S
+
+
+def test_what_breaks_nothing_has_the_longest_budget() -> None:
+    (budget,) = measure_budgets(lambda test: ScheduleRun(violated=("R9",)), [candidate("a", "x")], {"x": "f"})
+    assert (budget.budget_s, budget.test) == (LONGEST_S, None)
+
+
+def test_functions_and_loops_begin_at_their_first_statements() -> None:
+    points = CodePoints()
+    text = '''
+class Arm:
+    def move(self):
+        """Text."""
+        for step in self.steps:
+            self.go(step)
+
+        def inner():
+            pass
+        return inner
+'''
+    points.instrument("arm.py").visit(ast.parse(text))
+    assert points.starts == {"arm.py:5": "Arm.move", "arm.py:6": "the loop of line 5 in Arm.move"}
