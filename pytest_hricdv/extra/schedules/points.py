@@ -7,7 +7,7 @@ one in between: another thread may come there, too.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 HOOK, BETWEEN = "__hricdv_point__", "__hricdv_between__"
@@ -54,23 +54,17 @@ class CodePoints:
     starts: dict[str, str] = field(default_factory=dict)
     """Place of the first statement of each function, and of the body of each loop -> what begins there."""
 
-    def instrument(self, file: str, wanted: Iterable[str] | None = None) -> _PointInserter:
-        """What changes the tree of a file.
-
-        Args:
-            file: its name.
-            wanted: places that get a point; None for all.
-        """
-        return _PointInserter(file, self, None if wanted is None else frozenset(wanted))
+    def instrument(self, file: str) -> _PointInserter:
+        """What changes the tree of a file with this name."""
+        return _PointInserter(file, self)
 
 
 class _PointInserter(ast.NodeTransformer):
     """Puts a call before each statement of a function."""
 
-    def __init__(self, file: str, points: CodePoints, wanted: frozenset[str] | None) -> None:
+    def __init__(self, file: str, points: CodePoints) -> None:
         self._file = file
         self._points = points
-        self._wanted = wanted
         self._shared: list[frozenset[str]] = []
         self._names: list[str] = []
 
@@ -106,9 +100,8 @@ class _PointInserter(ast.NodeTransformer):
                 made.append(self._inside(statement))
                 continue
             access, place = access_of(statement, self._shared[-1]), f"{self._file}:{statement.lineno}"
-            if (number := self._add(place, access)) is not None:
-                call = ast.Call(ast.Name(HOOK, ast.Load()), [ast.Constant(number)], [])
-                made.append(ast.copy_location(ast.Expr(ast.copy_location(call, statement)), statement))
+            call = ast.Call(ast.Name(HOOK, ast.Load()), [ast.Constant(self._add(place, access))], [])
+            made.append(ast.copy_location(ast.Expr(ast.copy_location(call, statement)), statement))
             made.append(self._inside(self._split(statement, f"{place}{WRITES}", access)))
         return made
 
@@ -126,9 +119,7 @@ class _PointInserter(ast.NodeTransformer):
         assert isinstance(visited, ast.stmt)
         return visited
 
-    def _add(self, place: str, access: DataAccess) -> int | None:
-        if self._wanted is not None and place not in self._wanted:
-            return None
+    def _add(self, place: str, access: DataAccess) -> int:
         self._points.places.append(place)
         self._points.accesses.append(access)
         return len(self._points.places) - 1
@@ -140,8 +131,6 @@ class _PointInserter(ast.NodeTransformer):
         if isinstance(statement, ast.AugAssign) and not _is_plain(statement.target):
             return statement
         number = self._add(place, DataAccess(writes=access.writes))
-        if number is None:
-            return statement
         arguments: list[ast.expr] = [ast.Constant(number), statement.value]
         if isinstance(statement, ast.AugAssign):
             # The hook does the operation: what is read is read before, and what is written is written after it.

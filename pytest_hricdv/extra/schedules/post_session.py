@@ -117,7 +117,7 @@ class _Hunt:
             ran = self.run(test)
             if ran is None:
                 continue
-            search.note(ran)
+            search.note(ran, candidate, test)
             # What a run violates that has a fault, as a deadlock, follows from that.
             new = sorted(ran.fails - candidate.usual.fails)
             for requirement in new[:1] if "" in new else new:

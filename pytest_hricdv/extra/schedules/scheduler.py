@@ -17,6 +17,7 @@ from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, Data
 from pytest_hricdv.generate.schedule import EACH_TIME, ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
+from pytest_hricdv.runtime.virtual.thread_pool import WORK
 from pytest_hricdv.testbench import Testbench
 
 MAX_STEPS = 200_000
@@ -93,8 +94,11 @@ class Scheduler:
     choices: list[NodeChoice] = field(default_factory=list)
     held_up: list[HoldRecord] = field(default_factory=list)
     _counts: dict[str, int] = field(default_factory=dict)
-    _nodes: dict[Node, int] = field(default_factory=dict)
-    _threads: dict[tuple[Node, object], int] = field(default_factory=dict)
+    _nodes: dict[tuple[Node, object], int] = field(default_factory=dict)
+    """Nodes, and calls of a pool's nodes -> their numbers."""
+    _threads: dict[tuple[Node, object, object], int] = field(default_factory=dict)
+    _ran: set[Node] = field(default_factory=set)
+    """Nodes that have executed a statement since they got control."""
     _waiting: list[Node] = field(default_factory=list)
     """Held up until another node has run."""
     _meanwhile: list[tuple[str, str]] = field(default_factory=list)
@@ -110,17 +114,17 @@ class Scheduler:
             return
         place = self.points.places[point]
         number = self._counts[place] = self._counts.get(place, 0) + 1
+        self._ran.add(node)
         if self._waiting:
             self._meanwhile.append((place, node.name))
         if self.notes and len(self.steps) < MAX_STEPS:
-            thread = self._threads.setdefault((node, _task()), len(self._threads))
-            self.steps.append(PointStep(point, number, thread, self._node_number(node), self.kernel.now_s))
+            call = node, node.own.get(WORK)
+            thread = self._threads.setdefault((*call, _task()), len(self._threads))
+            here = self._nodes.setdefault(call, len(self._nodes))
+            self.steps.append(PointStep(point, number, thread, here, self.kernel.now_s))
         decision = self._at.get((place, number)) or self._at.get((place, EACH_TIME))
         if decision is not None:
             self._hold(node, decision)
-
-    def _node_number(self, node: Node) -> int:
-        return self._nodes.setdefault(node, len(self._nodes))
 
     def write(self, point: int, value: object, read: object = None, operation: str = "") -> object:
         """The value that a statement is about to write, which has read what it needs."""
@@ -156,8 +160,9 @@ class Scheduler:
         return chosen if chosen < len(ready) else 0
 
     def end_holds(self, node: Node) -> None:
-        """A node has given control back: who waited for another one to run goes on."""
-        if self.code.has(node):
+        """A node has given control back: if it executed anything, who waited for another one to run goes on."""
+        if node in self._ran:
+            self._ran.discard(node)
             for waiting in [other for other in self._waiting if other is not node]:
                 self._waiting.remove(waiting)
                 self.kernel.wake(waiting)
@@ -196,12 +201,11 @@ def schedule_run(
         run: of the test.
         code: its nodes of the code under test.
         testbench: that it is of.
-        noting: gets what the run executes: then all points are instrumented.
+        noting: gets what the run executes.
     """
     points, decisions = CodePoints(), run.test.schedule
-    wanted = [decision.place for decision in decisions] if noting is None else None
     files = [
-        (file.path, file.path.read_text(encoding="utf-8"), points.instrument(name_of(file), wanted).visit)
+        (file.path, file.path.read_text(encoding="utf-8"), points.instrument(name_of(file)).visit)
         for file in module_files(testbench.code, Path())
         if not file.problem
     ]

@@ -179,9 +179,22 @@ class ScheduleSearch:
     tried: Counter[PlacePair] = field(default_factory=Counter)
     """Pairs whose first node was held up."""
     runs: int = 0
+    found_later: list[tuple[ScheduleCandidate, ConcreteTest, DataConflict]] = field(default_factory=list)
+    """Pairs that only runs with a schedule have, with the test that has it."""
 
-    def note(self, run: ScheduleRun) -> None:
-        """Pairs that a run executed."""
+    def note(
+        self, run: ScheduleRun, candidate: ScheduleCandidate | None = None, test: ConcreteTest | None = None
+    ) -> None:
+        """Pairs that a run executed; with a schedule, those that are new lead to further decisions.
+
+        Args:
+            run: of a test.
+            candidate: that the test was made of, if it has a schedule.
+            test: with this schedule.
+        """
+        if candidate is not None and test is not None and len(test.schedule) < MOST_DECISIONS:
+            later = {conflict.pair: conflict for conflict in run.conflicts if conflict.pair not in self.seen}
+            self.found_later += [(candidate, test, conflict) for conflict in later.values()]
         self.seen.update(conflict.pair for conflict in run.conflicts)
 
     def open_pairs(self) -> list[PlacePair]:
@@ -195,7 +208,7 @@ class ScheduleSearch:
         while able:
             rng = make_rng("schedules", self.seed, number)
             number += 1
-            made = self._at_random(rng, able) if rng.random() < AT_RANDOM else self._pair(rng, able)
+            made = self._at_random(rng, able) if rng.random() < AT_RANDOM else self._further() or self._pair(rng, able)
             yield made or self._at_random(rng, able)
 
     def _pair(
@@ -224,6 +237,15 @@ class ScheduleSearch:
         if rng.random() >= ONE:
             decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
         return candidate, replace(test, schedule=_sort_decisions(decisions))
+
+    def _further(self) -> tuple[ScheduleCandidate, ConcreteTest] | None:
+        """A schedule with one more decision, about a pair that came only with it; None where none is left."""
+        if not self.found_later:
+            return None
+        candidate, test, conflict = self.found_later.pop(0)
+        self.tried[conflict.pair] += 1
+        decision = ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s)
+        return candidate, replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
     def _needs_move(self, conflict: DataConflict) -> bool:
         """Whether the second one cannot come in between as the test is."""

@@ -48,6 +48,10 @@ class Future(real_futures.Future[Any]):
         )
 
 
+WORK = "work"
+"""What a node of a pool does now: the future of a call, in `Node.own`."""
+
+
 class ThreadPoolExecutor(real_futures.Executor):
     """As `concurrent.futures.ThreadPoolExecutor`."""
 
@@ -94,6 +98,8 @@ class ThreadPoolExecutor(real_futures.Executor):
                 if not self._work:
                     return
                 future, call = self._work.pop(0)
+            if (node := current_node()) is not None:
+                node.own[WORK] = future  # a pool gives each call to a thread that is free: which one says nothing
             if future.set_running_or_notify_cancel():
                 try:
                     result = call()

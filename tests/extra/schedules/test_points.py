@@ -98,9 +98,3 @@ def test_code_that_stops_at_points_does_the_same(numbers: list[int]) -> None:
     assert loaded(CodePoints(), reached)(numbers) == loaded(None, [])(numbers)
     assert reached.count("counter.py:9") == len(numbers)
     assert reached.count("counter.py:10=") == sum(number > 3 for number in numbers)
-
-
-def test_only_the_places_asked_for_get_a_point() -> None:
-    points = CodePoints()
-    points.instrument("counter.py", ["counter.py:10="]).visit(ast.parse(FUNCTIONS))
-    assert points.places == ["counter.py:10="]
