@@ -16,6 +16,7 @@ from collections.abc import Callable
 
 import pytest
 
+from pytest_hricdv._base.descriptors import keep_open
 from pytest_hricdv.runtime import Kernel, KernelError, NodeError
 from pytest_hricdv.runtime.virtual.outside import guard_run
 
@@ -289,3 +290,31 @@ def test_a_second_of_simulated_time_may_not_take_for_ever() -> None:
     with pytest.raises(KernelError, match=r"a second of simulated time takes more than 1 s of work, now at .*"):
         kernel.run(10.0)
     kernel.close()
+
+
+def test_a_number_that_the_session_had_before_is_the_codes_to_close() -> None:
+    stale = os.dup(1)
+    keep_open()
+    os.close(stale)
+    closed = []
+
+    def work() -> None:
+        number = os.dup(1)
+        closed.append(number)
+        os.close(number)
+
+    kernel = Kernel()
+    with guard_run(kernel):
+        kernel.spawn("node", work)
+        assert kernel.run(1.0) == "idle"
+    assert closed == [stale]
+
+
+def test_what_was_open_before_the_run_is_the_sessions() -> None:
+    kept = os.dup(1)
+    kernel = Kernel()
+    with guard_run(kernel):
+        kernel.spawn("node", lambda: os.close(kept))
+        with pytest.raises(NodeError, match=r"os\.close takes from the whole process"):
+            kernel.run(1.0)
+    os.close(kept)

@@ -14,19 +14,25 @@ if TYPE_CHECKING:
     from pytest_hricdv.testbench import Testbench
 
 
+_noted: list[Scheduler] | None = None
+
+
+def note_runs(noted: list[Scheduler]) -> None:
+    """From now on this process notes what runs execute, and how they are scheduled, in a list."""
+    global _noted
+    _noted = noted
+
+
 class ScheduleExecution(ExecutionFeature):
     """Orders the nodes of runs whose test has a schedule."""
 
-    noting: list[Scheduler] | None = None
-    """Where a process that searches for schedules has what its runs executed; None in others, which note nothing."""
-
     def surround(self, run: Run, code: CodeUnderTest, testbench: Testbench) -> AbstractContextManager[Any]:
-        """See `ExecutionFeature`. Without a schedule nothing is instrumented."""
-        if self.noting is None and not run.test.schedule:
+        """See `ExecutionFeature`. Without a schedule nothing is instrumented, unless runs are noted."""
+        if _noted is None and not run.test.schedule:
             return nullcontext()
         from pytest_hricdv.extra.schedules.scheduler import schedule_run  # of tests with a schedule only
 
-        return schedule_run(run, code, testbench, self.noting)
+        return schedule_run(run, code, testbench, _noted)
 
 
 EXECUTION = ScheduleExecution()

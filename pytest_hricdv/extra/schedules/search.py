@@ -20,7 +20,7 @@ import msgspec
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
-from pytest_hricdv.extra.schedules.execution import EXECUTION
+from pytest_hricdv.extra.schedules.execution import note_runs
 from pytest_hricdv.extra.schedules.pairs import DataConflict, conflicts, thin
 from pytest_hricdv.extra.schedules.scheduler import Scheduler, accesses
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
@@ -116,7 +116,7 @@ def runner(rerunner: TestRerunner) -> RunTest:
 
 def _run(rerunner: TestRerunner, test: ConcreteTest) -> ScheduleRun | None:
     noted: list[Scheduler] = []
-    EXECUTION.noting = noted
+    note_runs(noted)
     result = rerunner.run(name_test(test, "schedule"))
     if result is None or not noted:
         return None

@@ -22,9 +22,10 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial, wraps
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any, NoReturn
 
+from pytest_hricdv._base.descriptors import keep_open
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, TIME, real_wait
 from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
@@ -112,7 +113,7 @@ class _Guard:
     def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
         """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
         node = current_node()
-        if _PID() == self._pid and takes_away(name, args, self._depth):
+        if _PID() == self._pid and not _is_own(sys._getframe(2)) and takes_away(name, args, self._depth):
             raise ProhibitedError(
                 f"{place_of(sys._getframe(1))}: {name} takes from the whole process, pytest included, what the session "
                 "needs: let the code do so where it is started, which a test does not do, or in a process of its own"
@@ -210,6 +211,7 @@ class _Guard:
 def guard_run(kernel: Kernel) -> Iterator[None]:
     """While a run goes on, waiting in real time is refused in its nodes, whatever module they are in."""
     guard, undo = _Guard(kernel), list[Callable[[], object]]()
+    keep_open()  # what the session has closed since the last run may have been opened anew under the same number
 
     def put(owner: Any, name: str, value: object) -> None:
         undo.append(partial(setattr, owner, name, getattr(owner, name)))
@@ -291,6 +293,11 @@ def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[...,
         return guard.select(real, selector, timeout)
 
     return select
+
+
+def _is_own(frame: FrameType) -> bool:
+    """Whether a call comes from this plugin, which closes what is its own."""
+    return str(frame.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
 
 
 def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
