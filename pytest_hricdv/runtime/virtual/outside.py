@@ -113,7 +113,7 @@ class _Guard:
     def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
         """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
         node = current_node()
-        if _PID() == self._pid and not _is_own(sys._getframe(2)) and takes_away(name, args, self._depth):
+        if _PID() == self._pid and takes_away(name, args, self._depth):
             raise ProhibitedError(
                 f"{place_of(sys._getframe(1))}: {name} takes from the whole process, pytest included, what the session "
                 "needs: let the code do so where it is started, which a test does not do, or in a process of its own"
@@ -295,6 +295,9 @@ def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[...,
     return select
 
 
+_OF_DESCRIPTORS = frozenset({"os.close", "os.closerange", "os.dup2"})
+
+
 def _is_own(frame: FrameType) -> bool:
     """Whether a call comes from this plugin, which closes what is its own."""
     return str(frame.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
@@ -303,6 +306,8 @@ def _is_own(frame: FrameType) -> bool:
 def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def call_or_refuse(*args: Any, **keywords: Any) -> Any:
+        if name in _OF_DESCRIPTORS and _is_own(sys._getframe(1)):
+            return real(*args, **keywords)
         return guard.call_or_refuse(name, real, *args, **keywords)
 
     return call_or_refuse
