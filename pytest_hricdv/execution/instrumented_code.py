@@ -33,8 +33,7 @@ def instrument(files: Iterable[tuple[Path, str, Change]], hooks: Mapping[str, Ca
     changed: list[tuple[FunctionType, CodeType]] = []
     finders = []
     vars(builtins).update(hooks)
-    gc.unfreeze()  # what was frozen for forks is not among the collector's objects
-    functions = [function for function in gc.get_objects() if type(function) is FunctionType]
+    functions = _functions()
     for path, text, change in files:
         try:
             tree = ast.fix_missing_locations(change(ast.parse(text)))
@@ -51,6 +50,18 @@ def instrument(files: Iterable[tuple[Path, str, Change]], hooks: Mapping[str, Ca
             function.__code__ = code
         sys.meta_path[:] = [finder for finder in sys.meta_path if finder not in finders]
         # A module that was imported meanwhile goes on to call the hooks.
+
+
+def _functions() -> list[FunctionType]:
+    """All that there are: what was frozen for forks is not among the collector's objects, so it is thawed meanwhile."""
+    is_frozen = gc.get_freeze_count() > 0
+    if is_frozen:
+        gc.unfreeze()
+    try:
+        return [function for function in gc.get_objects() if type(function) is FunctionType]
+    finally:
+        if is_frozen:
+            gc.freeze()
 
 
 def _replace(made: CodeType, functions: Iterable[FunctionType]) -> Iterator[tuple[FunctionType, CodeType]]:
