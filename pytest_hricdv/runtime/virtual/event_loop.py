@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import concurrent.futures
 import re
-import selectors
 import sys
 from collections import deque
 from collections.abc import Callable, Coroutine, Iterator, Sequence
@@ -21,18 +20,15 @@ from typing import Any, TypeVar, TypeVarTuple
 from greenlet import GreenletExit
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv.runtime.blocking_calls import ASYNCIO, HAS_TERMINALS
+from pytest_hricdv.runtime.blocking_calls import ASYNCIO
 from pytest_hricdv.runtime.kernel import US_PER_S, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import error_line
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
-from pytest_hricdv.runtime.virtual.locks import WaitQueue
 from pytest_hricdv.runtime.virtual.real_time import node_to_wait
+from pytest_hricdv.runtime.virtual.selector import WHAT, VirtualSelector
 from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
-
-if HAS_TERMINALS:
-    from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_of
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -42,51 +38,19 @@ Ts = TypeVarTuple("Ts")
 
 _NEW_EVENT_LOOP = asyncio.new_event_loop
 _LOOP = "event loop"
-_WHAT = "the event loop of asyncio"
 _NUMBERED = re.compile(r"Task-\d+")
 _WAIT = getattr(getattr(asyncio.tasks, "_wait", None), "__code__", None)
 """What `asyncio.wait` waits in."""
-
-
-class _Selector(selectors.SelectSelector):
-    """Waits for time to pass, for `wake`, and for keys at the terminal of its node.
-
-    It looks at no socket: nothing outside of the run may have an effect.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._waiting = WaitQueue(ASYNCIO, _WHAT)
-
-    def select(self, timeout: float | None = None) -> list[Any]:
-        terminal = self._terminal()
-        if (timeout is not None and timeout <= 0) or (terminal is not None and terminal.is_readable):
-            node_to_wait(ASYNCIO, _WHAT).kernel.count_poll()
-        elif terminal is None:
-            self._waiting.wait(timeout)
-        else:
-            with terminal.notify(self.wake):
-                self._waiting.wait(timeout)
-        is_ready = terminal is not None and terminal.is_readable
-        return [(self.get_map()[terminal.fd], selectors.EVENT_READ)] if terminal is not None and is_ready else []
-
-    def _terminal(self) -> Terminal | None:
-        """The terminal of the running node, if somebody has asked for its keys (`loop.add_reader`)."""
-        node = current_node()
-        terminal = terminal_of(node) if node is not None and HAS_TERMINALS else None
-        return terminal if terminal is not None and terminal.fd in self.get_map() else None
-
-    def wake(self) -> None:
-        self._waiting.wake()
 
 
 class VirtualEventLoop(asyncio.SelectorEventLoop):
     """An event loop whose time is that of the run."""
 
     def __init__(self) -> None:
-        self._virtual_selector = _Selector()
+        self._virtual_selector = VirtualSelector()
         self._pool: ThreadPoolExecutor | None = None
         self._failed: list[asyncio.Future[Any]] = []
+        self._heeded: set[int] = set()
         super().__init__(self._virtual_selector)
         self._ready: deque[asyncio.Handle]  # of asyncio's loops: what is called at this instant
 
@@ -119,7 +83,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
 
     def run_forever(self) -> None:
         """As of asyncio's loops."""
-        node = node_to_wait(ASYNCIO, _WHAT)
+        node = node_to_wait(ASYNCIO, WHAT)
         node.leaving.append(leave_loop)
         try:
             super().run_forever()
@@ -142,6 +106,23 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             asyncio.tasks._unregister_task(task)
         # What they cancelled in closing would go on in a closed coroutine, and asyncio would log its error.
         self._ready.clear()
+
+    def _make_self_pipe(self) -> None:
+        """Nothing: a wait ends by `wake`, and garbage would close the pipe before its loop, with a warning."""
+
+    def _close_self_pipe(self) -> None:
+        """Likewise."""
+
+    def add_signal_handler(self, sig: int, callback: Callable[[*Ts], object], *args: *Ts) -> None:
+        """Accepted, and never called: no signal comes in a run, and those of the process belong to the session."""
+        self._check_signal(sig)  # type: ignore[attr-defined]
+        self._heeded.add(sig)
+
+    def remove_signal_handler(self, sig: int) -> bool:
+        """Whether there was one."""
+        was_heeded = sig in self._heeded
+        self._heeded.discard(sig)
+        return was_heeded
 
     def create_task(self, *arguments: Any, **options: Any) -> asyncio.Task[Any]:
         """As of asyncio's loops."""
@@ -257,7 +238,7 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     """As of asyncio."""
     if current_node() is None:
         return _NEW_EVENT_LOOP()
-    node_to_wait(ASYNCIO, _WHAT)
+    node_to_wait(ASYNCIO, WHAT)
     return VirtualEventLoop()
 
 

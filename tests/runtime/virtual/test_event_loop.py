@@ -6,6 +6,8 @@ import asyncio
 import contextlib
 import gc
 import inspect
+import os
+import signal
 from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any
 
@@ -173,6 +175,27 @@ def test_what_a_run_leaves_open_says_nothing(capfd: pytest.CaptureFixture[str]) 
     gc.collect()
     assert ended.count("cleaned up") >= 1
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_loop_takes_nothing_from_the_process() -> None:
+    def state() -> tuple[object, ...]:
+        waking = signal.set_wakeup_fd(-1)
+        signal.set_wakeup_fd(waking)
+        return signal.getsignal(signal.SIGTERM), waking, len(os.listdir("/dev/fd"))
+
+    seen: list[object] = []
+    before = state()
+
+    def body(kernel: Kernel) -> None:
+        loop = VIRTUAL.new_event_loop()
+        loop.add_signal_handler(signal.SIGTERM, loop.stop)
+        seen.append(state())
+        with pytest.raises(ValueError, match="invalid signal number"):
+            loop.add_signal_handler(10_000, loop.stop)
+        seen.append((loop.remove_signal_handler(signal.SIGTERM), loop.remove_signal_handler(signal.SIGTERM)))
+
+    run(body)
+    assert seen == [before, (True, False)]
 
 
 @pytest.mark.parametrize("waits_in", ["sleep", "queue"])
