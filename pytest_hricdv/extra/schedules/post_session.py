@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.extra.schedules.budgets import measure_budgets
 from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
-from pytest_hricdv.extra.schedules.records import BudgetRecord, RaceRecord, ScheduleResult, ScheduleSearchEnd
+from pytest_hricdv.extra.schedules.records import (
+    NO_FORK,
+    OTHERWISE,
+    BudgetRecord,
+    RaceRecord,
+    ScheduleResult,
+    ScheduleSearchEnd,
+)
 from pytest_hricdv.extra.schedules.scheduler import read_starts
 from pytest_hricdv.extra.schedules.search import RunTest, ScheduleCandidate, ScheduleRun, ScheduleSearch, runner
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -37,6 +45,10 @@ def search_schedules(
         What a report says of it, and the problems that fail the session.
     """
     session.say("")
+    if not hasattr(os, "fork"):
+        return ScheduleResult(runs=0, tests=0, slowest_s=SLOWEST_S, end_reason="no fork"), [
+            f"--hri-schedules: {NO_FORK}"
+        ]
     session.say(f"hricdv: running tests with {plural(runs, 'schedule')} ...")
     return _Hunt(session, runner(session.rerunner), runs).hunt(results)
 
@@ -44,9 +56,14 @@ def search_schedules(
 def measure_session_budgets(session: FeatureSession, results: Sequence[TestResult], tests: int) -> list[BudgetRecord]:
     """How slow each function and loop of the code may be, over so many of the tests that passed."""
     session.say("")
+    if not hasattr(os, "fork"):
+        session.problems.append(f"--hri-budgets: {NO_FORK}")
+        return []
     session.say(f"hricdv: measuring time budgets with {plural(tests, 'test')} ...")
     run = runner(session.rerunner)
-    candidates = _candidates(session, run, results, tests)
+    candidates, left_out = _candidates(session, run, results, tests)
+    if left_out:
+        session.warnings.append(f"time budgets: {plural(left_out, 'test')} left out: {OTHERWISE}")
     starts = read_starts(session.rerunner.settings.testbench.code)
     made: list[BudgetRecord] = []
     try:
@@ -58,20 +75,24 @@ def measure_session_budgets(session: FeatureSession, results: Sequence[TestResul
 
 def _candidates(
     session: FeatureSession, run: RunTest, results: Sequence[TestResult], most: int
-) -> list[ScheduleCandidate]:
-    """Tests that pass, with their usual runs; at most so many, evenly from the shortest to the longest."""
+) -> tuple[list[ScheduleCandidate], int]:
+    """Tests that pass, with their usual runs, at most so many, evenly from the shortest to the longest.
+
+    Returns:
+        These, and how many were left out, as they do not pass in a process of their own.
+    """
     chosen: Mapping[str, HriCase] = session.aggregation.chosen
     passed = sorted(
         (result for result in results if result.outcome == "passed" and result.nodeid in chosen),
         key=lambda result: (len(result.abstract), result.id, result.nodeid),
     )
-    made = []
-    for result in _spread(passed, most):
+    made, taken = [], _spread(passed, most)
+    for result in taken:
         case = chosen[result.nodeid]
         usual = run(case.concrete)
-        if usual is not None and not usual.faults:
+        if usual is not None and not usual.fails - {*session.options.known_violations}:
             made.append(ScheduleCandidate(result.nodeid, case.concrete, case.ranges, usual))
-    return made
+    return made, len(taken) - len(made)
 
 
 @dataclass
@@ -81,15 +102,18 @@ class _Hunt:
     budget: int
     races: list[tuple[frozenset[str], RaceRecord]] = field(default_factory=list)
     """With the places that each involves."""
+    lost: int = 0
 
     def hunt(self, results: Sequence[TestResult]) -> tuple[ScheduleResult, list[str]]:
         declared_s = self.session.rerunner.settings.testbench.timing.slowest_s
         search = ScheduleSearch(self.run, declared_s or SLOWEST_S, self.session.options.seed)
         candidates: list[ScheduleCandidate] = []
         ended: ScheduleSearchEnd = "done"
+        left_out = 0
         try:
             most = max(1, self.budget // RUNS_OF_A_TEST)
-            candidates += _candidates(self.session, self.run, results, most)
+            found, left_out = _candidates(self.session, self.run, results, most)
+            candidates += found
             for candidate in candidates:
                 search.note(candidate.usual)
             ended = self._search(search, candidates, is_declared=declared_s is not None)
@@ -99,6 +123,8 @@ class _Hunt:
         return ScheduleResult(
             runs=search.runs,
             tests=len(candidates),
+            left_out=left_out,
+            lost=self.lost,
             slowest_s=search.slowest_s,
             races=tuple(race for _, race in self.races),
             pairs=len({frozenset(pair) for pair in search.seen}),
@@ -116,6 +142,7 @@ class _Hunt:
             search.runs += 1
             ran = self.run(test)
             if ran is None:
+                self.lost += 1
                 continue
             search.note(ran, candidate, test)
             # What a run violates that has a fault, as a deadlock, follows from that.
@@ -126,8 +153,10 @@ class _Hunt:
         return "nothing to order"
 
     def _is_known(self, requirement: str, places: frozenset[str]) -> bool:
-        """Whether a race with this requirement at one of these places was found already."""
-        return any(race.requirement == requirement and before & places for before, race in self.races)
+        """Whether a race with this requirement at one of these places, or at none, was found already."""
+        return any(
+            race.requirement == requirement and (before & places or before == places) for before, race in self.races
+        )
 
     def _keep(
         self,
@@ -185,5 +214,5 @@ def _spread(results: Sequence[TestResult], most: int) -> list[TestResult]:
 
 
 def _problem(race: RaceRecord) -> str:
-    what = f"{race.requirement} is violated" if race.requirement else f"a run fails ({race.fault})"
-    return f"{what} by {race.test} under another schedule ({race.kind}): {race.words}"
+    what = f"{race.requirement} is violated" if race.requirement else race.fault
+    return f"{what}, by {race.test} under another schedule ({race.kind}): {race.words}"

@@ -9,8 +9,14 @@ from msgspec.structs import replace
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
-ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
-"""Why it ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
+ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted", "no fork"]
+"""Why it ended; nothing to order: in no test did two nodes, threads or callbacks of the code run; no fork: the system
+cannot fork processes, in which such runs take place."""
+
+
+NO_FORK = "nothing was run: schedules need a system that can fork processes"
+
+OTHERWISE = "they do not pass in a process of their own, as they did in the session"
 
 
 class RaceRecord(PlainRecord, frozen=True, kw_only=True):
@@ -70,11 +76,15 @@ class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
         pairs: of statements of different nodes on the same data that came right after each other in some run.
         both: of these, how many came in either order.
         open: pairs that came in one order only, `first before second`; the first of them.
+        left_out: tests whose run in a process of its own is not that of the session.
+        lost: runs with schedules that came to no end.
         end_reason: why it ended.
     """
 
     runs: Count
     tests: Count
+    left_out: Count = 0
+    lost: Count = 0
     slowest_s: NotNegative
     races: tuple[RaceRecord, ...] = ()
     pairs: Count = 0

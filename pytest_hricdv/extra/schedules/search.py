@@ -9,7 +9,6 @@ Randomized Scheduler with Probabilistic Guarantees of Finding Bugs, ASPLOS 2010)
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -95,8 +94,6 @@ def runner(rerunner: TestRerunner) -> RunTest:
     """Runs tests in forks, so that whatever a schedule leads to ends with its run."""
 
     def run(test: ConcreteTest) -> ScheduleRun | None:
-        if not hasattr(os, "fork"):
-            return None
         process = fork()
         if isinstance(process, InFork):
             message = b"null"

@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.schedules.records import BUDGETS, SCHEDULES, THREADS, BudgetRecord, RaceRecord, ScheduleResult
+from pytest_hricdv.extra.schedules.records import (
+    BUDGETS,
+    NO_FORK,
+    OTHERWISE,
+    SCHEDULES,
+    THREADS,
+    BudgetRecord,
+    RaceRecord,
+    ScheduleResult,
+)
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.formatting import Line, plural
 from pytest_hricdv.report.view import PageSection, View
@@ -37,7 +46,8 @@ class SchedulesView(View):
             yield Line(visible(f"  {race.words}"))
             if race.replay:
                 yield Line(visible(f"  {replay_command(race.replay, report.rerun_options.options)}"), "dim")
-        yield Line(visible(describe_effort(result)), "dim" if result.races else "ok")
+        is_whole = not (result.races or result.lost or result.left_out or result.end_reason == "no fork")
+        yield Line(visible(f"schedules: {describe_effort(result)}"), "ok" if is_whole else "warn")
 
     def section(self, report: Report) -> PageSection | None:
         """Races, the pairs that came in one order only, and time budgets."""
@@ -62,9 +72,7 @@ def _budget_lines(budgets: Sequence[BudgetRecord]) -> Iterator[Line]:
     """A line for each of the smallest, of those that break a requirement."""
     broken = [budget for budget in budgets if budget.test is not None]
     if budgets:
-        yield Line(
-            f"time budgets of {plural(len(budgets), 'function')} and loops, each time, until a requirement breaks:"
-        )
+        yield Line(f"time budgets of {plural(len(budgets), 'function')} and loops until a requirement breaks:")
     for budget in broken[:MAX_BUDGETS]:
         what = budget.requirement or "a fault"
         yield Line(visible(f"  {budget.budget_s:9.3f} s  {what:8} {budget.place} {budget.name} ({budget.test})"))
@@ -73,9 +81,10 @@ def _budget_lines(budgets: Sequence[BudgetRecord]) -> Iterator[Line]:
 
 
 def title(race: RaceRecord) -> str:
-    """`R2 fails in the wrong order of arm.py:32 ...`."""
-    what = f"{race.requirement} of {race.test}" if race.requirement else f"{race.test}"
-    fails = f"{what} fails" if race.requirement else f"{what} fails ({race.fault})"
+    """`R2 of rl-go-once-21db2ad5 fails in the wrong order`; of a fault, what it is."""
+    if not race.requirement:
+        return f"{race.test}: {race.fault}"
+    fails = f"{race.requirement} of {race.test} fails"
     if race.kind == "late":
         counted = "" if race.is_counted else "; listed only, as no Timing(slowest_s=...) is declared"
         return f"{fails} if the code is {race.least_s:.4g} s late{counted}"
@@ -83,12 +92,18 @@ def title(race: RaceRecord) -> str:
 
 
 def describe_effort(result: ScheduleResult) -> str:
-    """`schedules: 100 runs of 6 tests, 12 of 14 pairs in either order, nodes held up for 0.05 s at most`."""
+    """`100 runs of 6 tests, 12 of 14 pairs in either order, nodes held up for 0.05 s at most`, and what is missing."""
+    if result.end_reason == "no fork":
+        return NO_FORK
+    if result.left_out and not result.tests:
+        return f"nothing was run: {plural(result.left_out, 'test')} left out: {OTHERWISE}"
+    left_out = f"; {plural(result.left_out, 'test')} left out: {OTHERWISE}" if result.left_out else ""
     if result.end_reason == "nothing to order":
-        return "schedules: nothing to order: in no run did two threads, tasks or callbacks of the code take turns"
+        return f"nothing to order: in no run did two threads, tasks or callbacks of the code take turns{left_out}"
+    lost = f"; {plural(result.lost, 'run')} came to no end" if result.lost else ""
     ended = "; interrupted" if result.end_reason == "interrupted" else ""
     return (
-        f"schedules: {plural(result.runs, 'run')} of {plural(result.tests, 'test')}, {result.both} of "
+        f"{plural(result.runs, 'run')} of {plural(result.tests, 'test')}, {result.both} of "
         f"{plural(result.pairs, 'pair')} of statements in either order, nodes held up for {result.slowest_s:g} s at "
-        f"most{ended}"
+        f"most{lost}{left_out}{ended}"
     )
