@@ -16,7 +16,7 @@ from pytest_hricdv.extra.diagnosis.switching import SwitchSearch, make_switch_ru
 from pytest_hricdv.session.feature import FeatureSession
 
 SWITCHED_TESTS = 2
-"""In so many tests of a cause, where it has as many, a reversed decision lets the test pass: one may be by chance."""
+"""A reversed decision must let this many tests of a cause pass, if it has as many: one may pass by chance."""
 
 
 def switch_decisions(

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.diagnosis.switching import SWITCHED
 from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
 
 MAX_PLACES = 5
-"""So many of the most suspicious statements are shown."""
+"""The number of statements that a report lists, the most suspicious first."""
 
 MAX_SWITCHED = 2
 """If more decisions let tests pass, reversed, none of them says much: the function of the first was the faulty one for
@@ -94,7 +94,8 @@ def locate(
             score=round(suspect.score, 4),
             likely=number == 0
             and suspect.score >= LIKELY
-            and (len(switched) <= MAX_SWITCHED if switched else is_compared),
+            and len(switched) <= MAX_SWITCHED
+            and (is_compared or (suspect.file, suspect.line) in switched),
             experiment=SWITCHED if (suspect.file, suspect.line) in switched else "",
             text=_line(sources[suspect.file], suspect.line),
         )

@@ -10,8 +10,8 @@ normal way to run a suite: so it is a tenth of the session's time. It depends on
 would decide what a report says."""
 
 MIN_RUNS = 48
-"""So many runs they may take in a small session, too: half of them are enough to shrink a test of four actions and to
-try all changes of one thing, and the other half to switch some fifteen statements."""
+"""The budget of a small session. Half of it shrinks a test of four actions and tries all changes of one thing; the
+other half reverses some ten decisions in two tests."""
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class DiagnosisOptions:
     """How failures are diagnosed.
 
     Args:
-        runs: at most so many runs of experiments; None: one in twenty of the session's runs, and at least `MIN_RUNS`;
-            0: no diagnosis.
+        runs: the maximum number of experiments; 0 switches diagnosis off. None: a twentieth of the session's runs, at
+            least `MIN_RUNS`.
     """
 
     runs: int | None = None
