@@ -22,7 +22,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial, wraps
-from types import FrameType, ModuleType
+from types import ModuleType
 from typing import Any, NoReturn
 
 from pytest_hricdv._base.descriptors import keep_open
@@ -31,8 +31,8 @@ from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
-from pytest_hricdv.runtime.virtual.prohibition import WATCHDOGS, is_harmless, takes_away
-from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module
+from pytest_hricdv.runtime.virtual.prohibition import WATCHDOGS, closes_own, is_harmless, takes_away
+from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module, shows_virtual_time
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError, RealTimeError
 
 try:
@@ -246,7 +246,7 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
             for name, value in [*vars(module).items()]:
                 if id(value) in others:
                     put(module, name, others[id(value)])
-                elif id(value) in _CLOCKS and _shows_time(module, value):
+                elif id(value) in _CLOCKS and shows_virtual_time(module, value):
                     put(module, name, _CLOCKS[id(value)])
         for module, name in _READING:
             value = vars(module).get(name)
@@ -271,13 +271,6 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
                 terminal.hang_up()
 
 
-def _shows_time(module: ModuleType, clock: object) -> bool:
-    """Whether the clock of a module is virtual: classes only in a project's own modules, as others compare types."""
-    if is_library_of_python(module.__name__):
-        return module is time
-    return not isinstance(clock, type) or "-packages" not in str(vars(module).get("__file__"))
-
-
 def _keep_open(guard: _Guard, name: str, stream: Any) -> Iterator[Callable[[], object]]:
     """Refuse to close a stream and what it writes to; yields what allows it again."""
     parts: tuple[Any, Any] = stream, getattr(stream, "buffer", None)
@@ -295,18 +288,10 @@ def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[...,
     return select
 
 
-_OF_DESCRIPTORS = frozenset({"os.close", "os.closerange", "os.dup2"})
-
-
-def _is_own(frame: FrameType) -> bool:
-    """Whether a call comes from this plugin, which closes what is its own."""
-    return str(frame.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
-
-
 def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def call_or_refuse(*args: Any, **keywords: Any) -> Any:
-        if name in _OF_DESCRIPTORS and _is_own(sys._getframe(1)):
+        if closes_own(name, sys._getframe(1)):
             return real(*args, **keywords)
         return guard.call_or_refuse(name, real, *args, **keywords)
 

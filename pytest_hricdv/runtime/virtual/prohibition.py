@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import signal
+from types import FrameType
 from typing import Any
 
 from pytest_hricdv._base.descriptors import OWN, STANDARD
@@ -53,6 +54,12 @@ def takes_away(name: str, args: tuple[Any, ...], depth: int) -> bool:
             now_soft, now_hard = map(_amount, resource.getrlimit(what))
             return _amount(soft) < now_soft or _amount(hard) < now_hard
     return False
+
+
+def closes_own(name: str, caller: FrameType) -> bool:
+    """Whether this plugin closes or replaces a descriptor, which is its own."""
+    is_of_descriptors = name in ("os.close", "os.closerange", "os.dup2")
+    return is_of_descriptors and str(caller.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
 
 
 def is_harmless(name: str, args: tuple[Any, ...]) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 import weakref
 from collections.abc import Iterator, Sequence, Set
 from types import BuiltinFunctionType, FunctionType, ModuleType
@@ -116,3 +117,10 @@ def _names_in(module: ModuleType) -> Iterator[str]:
             name = type(value).__module__
         if isinstance(name, str):
             yield name
+
+
+def shows_virtual_time(module: ModuleType, clock: object) -> bool:
+    """Whether the clock of a module is virtual: classes only in a project's own modules, as others compare types."""
+    if is_library_of_python(module.__name__):
+        return module is time
+    return not isinstance(clock, type) or "-packages" not in str(vars(module).get("__file__"))
