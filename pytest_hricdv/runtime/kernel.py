@@ -157,6 +157,7 @@ class Kernel:
         self._ready: deque[Node] = deque()
         self._stop: str | None = None
         self._count_us = _COUNTED_US
+        self._instants = 0  # since steps were counted
         self._resumes = 0  # at the present instant
         self._max_resumes = max_resumes_at_one_instant
 
@@ -312,7 +313,8 @@ class Kernel:
             if self.now_us >= self._look_us:
                 self._look_us = self.now_us + self._look_period_us
                 self._look()
-            if self.now_us >= self._count_us:
+            self._instants += 1
+            if self.now_us >= self._count_us or self._instants > MAX_STEPS + 1:
                 self._count_steps()
             if self._stop is not None:
                 return self._stop
@@ -326,10 +328,14 @@ class Kernel:
                 self._make_runnable(node)
 
     def _count_steps(self) -> None:
-        """Raises NodeError for a node that waits for next to nothing, again and again."""
-        self._count_us = self.now_us + _COUNTED_US
+        """Raises NodeError for a node that waits for next to nothing, again and again; as soon as that is known."""
+        is_over, self._instants = self.now_us >= self._count_us, 0
+        if is_over:
+            self._count_us = self.now_us + _COUNTED_US
         for node in self._nodes:
-            waits, node.counted = (node.wait - node.counted) // 2, node.wait  # a wait has two numbers
+            waits = (node.wait - node.counted) // 2  # a wait has two numbers
+            if is_over:
+                node.counted = node.wait
             if waits > MAX_STEPS and not node.ended:
                 problem = (
                     f"at {self.now_s:.3f} s: more than {MAX_STEPS:,} steps of it within 0.02 s, at "

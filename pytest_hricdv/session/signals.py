@@ -1,6 +1,7 @@
 """Signals that end a session: SIGTERM ends it as Ctrl-C does, and neither cuts off the report that is being made.
 
-SIGHUP, which comes when a terminal is closed, is as SIGTERM. That ends a session within 5 s, whatever the code under
+SIGHUP, which comes when a terminal is closed, is as SIGTERM, and so are others that end Python unless somebody handles
+them, as those by which batch systems say that the time is up. That ends a session within 5 s, whatever the code under
 test does: a node that goes on is left where it is, and where even that does not help, as in code of the testbench that
 catches everything, what has been reached becomes a report without the process that is stuck, which then ends. So it is
 where the main thread is in code in C that does not return: Python calls no handler then, and a thread hears of the
@@ -12,11 +13,13 @@ from __future__ import annotations
 import _thread
 import math
 import os
+import re
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -42,7 +45,9 @@ ENDING_WITHIN_S = 10.0
 AGAIN_S = 1.0
 """A second signal so soon after the first (s) is no second wish: it would cut off what the first one started."""
 
-_ENDING = {signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
+_ENDING = {
+    getattr(signal, name, signal.SIGTERM) for name in ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGXCPU")
+}
 """Those that say that the session is to end."""
 
 _REPLACED = {signal.SIGINT: signal.default_int_handler, **dict.fromkeys(sorted(_ENDING), signal.SIG_DFL)}
@@ -86,7 +91,11 @@ class Signals:
         """From now on a signal raises. Without effect where that is so: the first one counts."""
         if self._before or threading.current_thread() is not threading.main_thread():
             return  # in another thread Python cannot set handlers
-        self._before = {number: handler for number, handler in _REPLACED.items() if signal.getsignal(number) is handler}
+        self._before = {
+            number: handler
+            for number, handler in _REPLACED.items()
+            if signal.getsignal(number) is handler and (handler is not signal.SIG_DFL or not _is_caught_in_c(number))
+        }
         for number in self._before:
             signal.signal(number, self._receive)
         if signal.SIGTERM in self._before:
@@ -204,6 +213,15 @@ class Signals:
             elif main.ident is not None and hasattr(signal, "pthread_kill"):
                 self._insists = True
                 signal.pthread_kill(main.ident, signal.SIGTERM)
+
+
+def _is_caught_in_c(number: int) -> bool:
+    """Whether somebody handles it without Python's knowing, as `faulthandler.register` does; only Linux says so."""
+    try:
+        caught = re.search(r"^SigCgt:\s*(\w+)", Path("/proc/self/status").read_text(encoding="utf-8"), re.MULTILINE)
+    except OSError:
+        return False
+    return caught is not None and bool(int(caught[1], 16) >> (number - 1) & 1)
 
 
 @contextmanager

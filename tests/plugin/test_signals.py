@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -60,7 +63,7 @@ def test_what_is_held_is_raised_once_it_is_released(handled: Signals) -> None:
         send()
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR1", "SIGXCPU"])
 def test_sigterm_is_raised_wherever_something_would_begin(handled: Signals, name: str) -> None:
     with handled.defer():
         send(getattr(signal, name))
@@ -112,3 +115,18 @@ def test_handlers_of_others_stay_and_come_back(handled: Signals) -> None:
     handled.begin()
     assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux says which signals are caught in C")
+def test_what_faulthandler_is_registered_for_stays_its_own(handled: Signals, tmp_path: Path) -> None:
+    handled.end()
+    with (tmp_path / "stacks").open("w+") as file:
+        faulthandler.register(signal.SIGUSR1, file=file)
+        try:
+            handled.begin()
+            send(signal.SIGUSR1)
+            assert not handled.terminated
+            file.seek(0)
+            assert __file__ in file.read()
+        finally:
+            faulthandler.unregister(signal.SIGUSR1)

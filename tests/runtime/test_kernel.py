@@ -293,3 +293,19 @@ def test_what_has_ended_is_not_kept() -> None:
     assert kernel.now_s == pytest.approx(rounds * 0.001)
     assert len(kernel._timeouts) < 1_500
     assert len(kernel.nodes) < 1_500
+
+
+def test_a_loop_that_hardly_sleeps_is_found_as_soon_as_it_is_one() -> None:
+    """A step of a robot may take milliseconds of computing: 20,000 of them would be a minute."""
+    kernel = Kernel()
+    steps: list[float] = []
+
+    def crawl() -> None:
+        while True:
+            steps.append(kernel.now_s)
+            kernel.sleep(1e-9)
+
+    kernel.spawn("robot", crawl)
+    with pytest.raises(NodeError, match=r"robot at 0\.005 s: more than 5,000 steps of it within 0\.02 s"):
+        kernel.run(1.0)
+    assert len(steps) < 5_010

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import sys
 from collections.abc import Callable
 from enum import IntEnum
 from pathlib import Path
@@ -249,4 +250,6 @@ def extension() -> ModuleType:
         raise AttributeError(f"{name} of rclpy's extension is not simulated yet")
 
     vars(made)["__getattr__"] = find_name
+    for name in [name for name in sys.modules if name.startswith(f"{__package__}.")]:
+        vars(sys.modules[name])["__tracebackhide__"] = True  # a failing test shows the frames of its author
     return made

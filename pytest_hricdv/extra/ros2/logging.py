@@ -138,8 +138,18 @@ def remove_sublogger(name: str, sublogger: str) -> None:
         listeners[full].pop()
 
 
-def write(severity: int, name: str, message: str, function: str, file: str, line: int) -> None:
-    """Log a message. What is logged outside of a run, as while a module is imported, is not kept."""
+def write(severity: int, name: str, message: object, function: str, file: str, line: int) -> None:
+    """Log a message. What is logged outside of a run, as while a module is imported, is not kept.
+
+    Raises:
+        TypeError: the message is no text: `rclpy` takes str, bytes and None only, for C's `const char *`.
+    """
+    if message is None:
+        message = "(null)"
+    elif isinstance(message, bytes):
+        message = message.decode(errors="replace")
+    elif not isinstance(message, str):
+        raise TypeError(f"rclpy_logging_rcutils_log(): a message of a log is a str, not {type(message).__name__}")
     node = node_that_runs()
     if node is None:
         return

@@ -136,6 +136,17 @@ def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
     assert (entry.time_s, entry.severity.text, entry.text, entry.line) == (0.5, "ERROR", "slipped", 8)
 
 
+def test_a_logger_takes_what_is_a_text_in_c() -> None:
+    def robot(kernel: Kernel) -> None:
+        for text in ("plain", b"b\xffytes", None):
+            logging.write(40, "arm", text, "grasp", "arm.py", 7)
+        with pytest.raises(TypeError, match="a message of a log is a str, not int"):
+            logging.write(10, "arm", 5, "grasp", "arm.py", 7)
+
+    kernel, _ = run(robot)
+    assert [entry.text for entry in logging.log_of(kernel).entries] == ["plain", "b\ufffdytes", "(null)"]
+
+
 @pytest.mark.parametrize(
     ("text", "value"),
     [
