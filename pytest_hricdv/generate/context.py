@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
@@ -43,6 +43,7 @@ class GenerationContext:
         learning: the parameters of Q-learning.
         start: the table or belief sets with which Q-learning begins.
         save: the file that the learned table is written to; no suite depends on it.
+        tell: is told how far it is.
         lengths: fewest and most actions of a pseudorandom test, of each actor where there are several.
 
     Raises:
@@ -58,6 +59,7 @@ class GenerationContext:
     learning: QLearning = field(default_factory=QLearning)
     start: WarmStart = COLD_START
     save: Path | None = field(default=None, compare=False)
+    tell: Callable[[str], None] = field(default=lambda text: None, compare=False)
     lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
 
     def __post_init__(self) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from random import Random
 from typing import Protocol
@@ -79,6 +79,7 @@ def learn(
     round_number: int = 0,
     suite: Mapping[Plan, int] | None = None,
     start: WarmStart = COLD_START,
+    tell: Callable[[str], None] = lambda text: None,
 ) -> LearningResult:
     """Learn which belief to add next.
 
@@ -90,6 +91,7 @@ def learn(
         round_number: from 0; each round has its own random stream.
         suite: how many tests of the suite so far execute each plan.
         start: the table or the belief sets to begin with.
+        tell: is told how far it is.
 
     Raises:
         GenerateError: the space has no belief to add.
@@ -106,6 +108,7 @@ def learn(
     converged_at: int | None = None
     last_new_plan_at = 0
     for iteration in range(parameters.iterations):
+        tell(f"iteration {iteration + 1} of {parameters.iterations}, {learner.runs} model runs")
         seen_before = len(learner.seen)
         deltas.append(learner.iterate(iteration))
         last_new_plan_at = iteration + 1 if len(learner.seen) > seen_before else last_new_plan_at

@@ -203,6 +203,7 @@ class ReinforcementLearning:
                 round_number=number,
                 suite=selector.executed,
                 start=context.start,
+                tell=context.tell,
             )
             chosen = {run.beliefs for run in selector.chosen}
             # Asked for as many more as were chosen before: the policy of this round may lead to those, too.

@@ -17,11 +17,12 @@ from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.registry import offers
-from pytest_hricdv.report import EXPORT_FORMATS, terminal
+from pytest_hricdv.report import EXPORT_FORMATS, terminal, totals
 from pytest_hricdv.report.carrying import FileCarrier
 from pytest_hricdv.report.exports import ExportTargets, write_exports
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.files import write, write_text
+from pytest_hricdv.report.formatting import Line
 from pytest_hricdv.report.view import commands_of_features
 from pytest_hricdv.results.baseline import (
     Baseline,
@@ -275,17 +276,14 @@ def _print_report(report: Report, checked: GateResult, folder: Path) -> int:
     """Says what a session says at its end."""
     columns = shutil.get_terminal_size().columns
     failing = FailingTests.of(report, columns)
-    for line in (
-        *(failing.lines(columns) if failing.causes is not None else ()),
-        *terminal.summary(report, folder, columns, brief=failing.causes is not None),
-        *terminal.findings(report),
-    ):
-        print(harmless_line(line.text))
     print(f"{report.reported}/{count_expected(report)} tests merged")
-    for text in checked.improved:
-        print(harmless_line(text))
-    failed = [*(f"{test.id}: {test.outcome}" for test in report.tests if test.fails), *checked.failed]
-    return _print_failures(failed)
+    failed = [f"{test.id}: {test.outcome}" for test in report.tests if test.fails and failing.causes is None]
+    notes = [Line(text) for text in checked.improved]
+    problems = [*failed, *checked.failed]
+    summary = terminal.summary(report, folder, columns, brief=True, notes=notes, problems=problems)
+    for line in (*failing.list_causes(columns), *summary):
+        print(harmless_line(line.text))
+    return FAILED if problems or totals.has_failed(report) else OK
 
 
 def _judge(report: Report, options: argparse.Namespace) -> tuple[Report, GateResult]:

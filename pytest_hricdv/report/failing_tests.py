@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.judge import ENGINE_SENSITIVE
-from pytest_hricdv.report.formatting import Line, pad, plural, width, wrap
+from pytest_hricdv.report.formatting import Line, listing, pad, plural, split_first, width, wrap
 from pytest_hricdv.report.view import FailureCause, FailureCauses, failure_causes
 from pytest_hricdv.report.violations import is_known, order_failures
 from pytest_hricdv.results.model import Report, TestResult
 
-MAX_ROWS = 40
-"""So many tests have a line, unless all are asked for. Chosen: two screens; pytest's own list has all."""
+MAX_CAUSES = 5
+"""So many causes are shown, and of tests without a cause so many, unless all are asked for: a screen."""
 
 _GAP = "  "
 
@@ -64,30 +64,55 @@ class FailingTests:
         return {nodeid: _join_labels(of_test) for nodeid, of_test in labels.items()}
 
     def lines(self, columns: int | None, *, all_rows: bool = False) -> Iterator[Line]:
-        """What tests fail for, each cause with a line for each of its tests.
+        """What tests fail for, the first causes with some of their tests.
 
         Args:
             columns: as many as a line may have; None for any number.
-            all_rows: not only the first `MAX_ROWS`.
+            all_rows: all causes, with a line for each of their tests.
         """
+        if all_rows and len(self.tests) > 1:
+            yield Line(self.headline, "title")
+        groups = self.groups
+        shown, more = split_first(groups, len(groups) if all_rows else MAX_CAUSES)
+        for cause, nodeids in shown:
+            yield from cause.lines if cause is not None else self._of_no_cause(nodeids)
+            if all_rows and len(self.tests) > 1:
+                yield from self.rows(nodeids, columns)
+            elif cause is not None and len(nodeids) > 1:
+                yield self._also(nodeids[1:], columns)
+        if more:
+            yield Line(f"and {more} more: -v shows all", "bad")
+        if all_rows:
+            yield from self._replays(columns)
+            if self.causes is not None and self.causes.remark:
+                yield from (Line(line, "dim") for line in _wrap_lines(self.causes.remark, columns))
+
+    def list_causes(self, columns: int) -> Iterator[Line]:
+        """How many causes, then each; nothing where nobody looked for them."""
         if self.causes is not None:
-            yield Line(visible(self.causes.headline), "title")
-        elif len(self.tests) > 1:
-            yield Line(f"{plural(len(self.tests), 'test')} failed", "title")
-        room = len(self.tests) if all_rows else MAX_ROWS
-        for cause, nodeids in self.groups:
-            if cause is not None:
-                yield from cause.lines
-            elif self.causes is not None:
-                yield Line(f"{plural(len(nodeids), 'more test')} failed", "bad")
-            if len(self.tests) > 1:
-                yield from self.rows(nodeids[:room], columns)
-                room = max(0, room - len(nodeids))
-        yield from self._replays(columns)
-        if not all_rows and len(self.tests) > MAX_ROWS:
-            yield Line(f"and {plural(len(self.tests) - MAX_ROWS, 'more test')}: -v lists all", "dim")
-        if self.causes is not None and self.causes.remark:
-            yield from (Line(line, "dim") for line in _wrap_lines(self.causes.remark, columns))
+            yield from (Line(self.headline, "title"), *self.lines(columns))
+
+    @property
+    def headline(self) -> str:
+        """`24 tests fail for 3 causes`."""
+        if self.causes is not None:
+            return visible(self.causes.headline)
+        return f"{plural(len(self.tests), 'test')} failed"
+
+    def _of_no_cause(self, nodeids: Sequence[str]) -> Iterator[Line]:
+        """How many, with a line for the first of them."""
+        if self.causes is not None:
+            yield Line(f"{plural(len(nodeids), 'more test')} failed", "bad")
+        first, more = split_first(nodeids, MAX_CAUSES)
+        for nodeid in first:
+            test = self.tests[nodeid]
+            yield Line(visible(f"  {test.id}  {' '.join(self._failure_names(test))}"))
+        if more:
+            yield Line(f"  and {more} more: -v lists all")
+
+    def _also(self, nodeids: Sequence[str], columns: int | None) -> Line:
+        names = [visible(self.tests[nodeid].id) for nodeid in nodeids]
+        return Line(f"  also   {', '.join(names) if columns is None else listing(names, columns - 9)}")
 
     def rows(self, nodeids: Sequence[str], columns: int | None = None) -> Iterator[Line]:
         """`id  R29 R21  replay`: nothing that tells tests apart is cut, and commands are whole or not there."""

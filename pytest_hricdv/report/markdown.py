@@ -14,7 +14,7 @@ from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.annotations import MAX_ANNOTATIONS
 from pytest_hricdv.report.explanation import instructions_of
-from pytest_hricdv.report.failing_tests import MAX_ROWS, FailingTests
+from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.formatting import capitalize, fit, percent, plural, seconds, share, split_first
 from pytest_hricdv.report.view import views
 from pytest_hricdv.report.violations import margin_text, margin_unit, order_failures, violation_line
@@ -23,6 +23,8 @@ from pytest_hricdv.results.model import Report, TestResult
 _MAX_SECTION_BYTES = 2**20 // 7
 """A seventh of GitHub's limit of 1 MiB, for six sections and their closing texts."""
 
+_MAX_ROWS = 40
+"""So many tests of a cause have a line."""
 
 _CUT = "&#8203;"
 
@@ -122,7 +124,7 @@ def _causes(report: Report) -> Iterator[str]:
         if len(nodeids) > 1:
             yield f"<details><summary>{plural(len(nodeids), 'test')}</summary>"
             yield ""
-            yield from _fence([line.text.strip() for line in failing.rows(nodeids[:MAX_ROWS])])
+            yield from _fence([line.text.strip() for line in failing.rows(nodeids[:_MAX_ROWS])])
             yield "</details>"
         yield ""
     yield _escape(failing.causes.remark)

@@ -18,46 +18,44 @@ from pytest_hricdv.report.formatting import (
 )
 from pytest_hricdv.results.model import Report, SuiteResult
 
+_WIDE = 100
+"""Columns from which there is room for triggers beside titles."""
 
-def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief: bool = False) -> Iterator[Line]:
-    """A suite's requirements: how many tests passed and failed each, what was not checked, and what is known.
 
-    Args:
-        brief: without those that no test failed, if they are many, and without what never decided.
-    """
+def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
+    """A suite's requirements: how many tests passed and failed each, what was not checked, and what is known."""
     rows = totals.requirement_rows(report, suite)
     if not rows:
         yield Line("  no requirements", "dim")
         return
-    good = [row for row in rows if not row.failed and (row.passed or row.allowed_untriggered)]
-    if brief and len(good) > 8:
-        yield from _table([row for row in rows if row not in good], columns)
-        yield Line(f"  {len(good)} others: no test failed them; -v lists all", "ok")
-    else:
-        yield from _table(rows, columns)
-    yield from _nc_lines([row for row in rows if not (brief and row.allowed_untriggered)], columns)
+    yield from requirement_table(rows, columns)
+    yield from _nc_lines(rows, columns)
     yield from _describe_pending(rows, columns)
     yield from _describe_xfails(rows, columns)
     yield from _describe_masked_messages(rows, columns)
-    if totals.is_whole(report, suite) and not brief:
+    if totals.is_whole(report, suite):
         yield from _vacuous_lines(rows, columns)
 
 
-def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def requirement_table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+    """A line of figures for each requirement, with its title where there is room; those that passed without colour."""
     margins = any(row.margin is not None for row in rows)
-    marks = 6 if any(row.is_tolerated for row in rows) else 0
+    known = 7 if any(row.is_tolerated for row in rows) else 0
+    triggers = 10 if columns >= _WIDE else 0
     units = max((width(row.unit) + 1 for row in rows if row.unit and row.margin is not None), default=0)
-    numbers = 7 + 8 + marks + 6 + 10 + (10 + units if margins else 0)
+    numbers = 7 + 7 + known + 6 + triggers + (10 + units if margins else 0)
     room = max(columns - numbers - 2, 4)
-    head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>10}"
+    head = f"{'Passed':>7}{'Failed':>7}{'known'[:known]:>{known}}{'NC':>6}{'triggers'[:triggers]:>{triggers}}"
+    head += "margin".rjust(10) if margins else ""
     yield Line(f"  {pad('requirement' if room > width('requirement') else '', room)}{head}".rstrip(), "dim")
     for group, members in totals.by_group(rows):
         if group:
             yield Line(f"  {visible(group)}", "dim")
         for row in members:
-            mark = " known" if row.is_tolerated else ""
+            failed, tolerated = (0, row.failed) if row.is_tolerated else (row.failed, 0)
             margin = "" if row.margin is None else f"{row.margin:.3g}"
-            figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
+            figures = f"{row.passed:>7}{failed:>7}{tolerated or '':>{known}}{row.nc:>6}"
+            figures += f"{str(row.triggers)[:triggers]:>{triggers}}{margin:>10}"
             unit = visible(f" {row.unit}" if margin else "")
             is_titled = room - width(visible(row.name)) > 16  # with less room, a title says nothing
             name = pad(visible(f"{row.name} {row.title}" if is_titled else row.name), room)
@@ -124,4 +122,4 @@ def _first_lines(label: str, texts: Sequence[str], columns: int) -> Iterator[Lin
 def _verdict_style(row: totals.RequirementRow) -> Style:
     if row.failed:
         return "warn" if row.is_tolerated else "bad"
-    return "ok" if row.passed else "dim"
+    return "plain" if row.passed else "dim"

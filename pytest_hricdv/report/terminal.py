@@ -1,16 +1,18 @@
 """What a run prints: the line in pytest's header, and the section at the end."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import behaviour_view, totals
+from pytest_hricdv.report.brief_summary import brief_lines
 from pytest_hricdv.report.explanation import describe_replay
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
     LABEL_COLUMNS,
     Line,
+    Style,
     fit_path,
     label_lines,
     listing,
@@ -30,7 +32,6 @@ from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
 
 # Chosen, so that the summary of a suite is about a screen of a terminal; the report has all.
 _MAX_GAPS = 8
-_MAX_BRIEF_GAPS = 3
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
 
 
@@ -55,28 +56,51 @@ def replay_header(testbench: str, files: int) -> str:
     return visible(f"hri: {testbench}, replay of {plural(files, 'test')}")
 
 
-def summary(report: Report, directory: Path, width: int = 80, *, brief: bool = False) -> tuple[Line, ...]:
-    """The report in lines of at most `width` columns.
+def summary(
+    report: Report,
+    directory: Path,
+    width: int = 80,
+    *,
+    brief: bool = False,
+    notes: Sequence[Line] = (),
+    problems: Sequence[str] = (),
+) -> tuple[Line, ...]:
+    """The report in lines of at most `width` columns, its verdict last.
 
-    The line with the report's path may be longer: a path that is cut cannot be opened.
+    Lines with a path or a command may be longer: one that is cut cannot be opened, and not be used.
 
     Args:
-        brief: of a session that failed, what that is about, without all that passed and is not covered.
+        brief: on a screen, whatever the size of the suites: counts, and the first of all that is counted.
+        notes: of the session.
+        problems: why the session fails beside its tests.
     """
-    lines = [*_vacuity_lines(report, width)]
+    if brief:
+        lines = [*_vacuity_lines(report, width), *brief_lines(report, width, len(notes) + len(problems))]
+    else:
+        lines = [*_vacuity_lines(report, width), *_body(report, width)]
+    failed = [Line(visible(f"FAILED {problem}"), "bad") for problem in problems]
+    ending = [
+        *_fit_lines(_totals(report, width, brief=brief), width),
+        *_verdict(report, directory, width, has_problems=bool(problems)),
+    ]
+    return (*_fit_lines(lines, width), *findings(report), *notes, *failed, *ending)
+
+
+def _fit_lines(lines: Iterable[Line], columns: int) -> Iterator[Line]:
+    for line in lines:
+        yield from (Line(text, line.style) for text in wrap_line(visible(line.text), columns))
+
+
+def _body(report: Report, width: int) -> Iterator[Line]:
     for suite in report.suites:
-        lines += [*_suite(report, suite, width, brief=brief), Line("")]
-    uncovered = [*_files(report, width), *(_gaps_counted(report, width) if brief else _gaps(report, width))]
-    lines += [*uncovered, Line("")] if uncovered else []
-    changed = list(behaviour_view.lines(report, width))
-    lines += [*changed, Line("")] if changed else []
-    for view in views():
-        shown = list(view.lines(report, width))
-        lines += [*shown, Line("")] if shown else []
-    lines += _totals(report, width)
-    fitted = [Line(text, line.style) for line in lines for text in wrap_line(visible(line.text), width)]
-    kept = [Line(visible(f"full report: {directory / report.full_report}"), "dim")] if report.full_report else []
-    return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"), *kept)
+        yield from (*_suite(report, suite, width), Line(""))
+    for part in (
+        [*_files(report, width), *_gaps(report, width)],
+        behaviour_view.lines(report, width),
+        *(view.lines(report, width) for view in views()),
+    ):
+        if shown := list(part):
+            yield from (*shown, Line(""))
 
 
 def findings(report: Report) -> Iterator[Line]:
@@ -99,14 +123,13 @@ def _vacuity_lines(report: Report, columns: int) -> Iterator[Line]:
         yield Line("")
 
 
-def _suite(report: Report, suite: SuiteResult, columns: int, *, brief: bool) -> Iterator[Line]:
+def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
     simulation = f", {suite.fidelity} simulation" if suite.fidelity else ""
     simulation += f" on {suite.engine}" if suite.engine else ""
     yield Line(f"suite {suite.name}, seed {suite.seed}: {totals.tests_text(report, suite)}{simulation}", "title")
-    yield from requirement_lines(report, suite, columns, brief=brief)
+    yield from requirement_lines(report, suite, columns)
     for figure in suite_figures(report, suite):
-        if figure.style != "dim" or not brief:
-            yield from label_lines(figure.label, figure.text, columns, figure.style)
+        yield from label_lines(figure.label, figure.text, columns, figure.style)
 
 
 def _files(report: Report, columns: int) -> Iterator[Line]:
@@ -139,31 +162,40 @@ def _gaps(report: Report, columns: int) -> Iterator[Line]:
         yield Line(f"  ... and {plural(len(gaps) - _MAX_GAPS, 'more place')}: see the report", "dim")
 
 
-def _gaps_counted(report: Report, columns: int) -> Iterator[Line]:
-    gaps = totals.gaps(report)
-    if len(gaps) > _MAX_BRIEF_GAPS:
-        yield Line(f"not covered: {plural(len(gaps), 'place')}; -v names them", "dim")
-    else:
-        yield from _gaps(report, columns)
-
-
-def _totals(report: Report, columns: int) -> Iterator[Line]:
-    counts = totals.outcomes(report)
-    bad = totals.has_failed(report)
-    counted = next(filter(None, (view.test_noun(report) for view in views())), "tests")
-    yield Line(f"{counted}: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
+def _totals(report: Report, columns: int, *, brief: bool) -> Iterator[Line]:
     lost = totals.loss(report)
     expected = f"{report.reported}/{report.selected} tests reported"
-    yield Line(f"{expected}: {lost}" if lost else expected, "bad" if lost else "ok")
+    if lost or not brief:
+        yield Line(f"{expected}: {lost}" if lost else expected, "bad" if lost else "plain")
     names, more = split_first(report.not_run_tests, 3)
     for name in names:
         yield Line(f"  not run: {fit_path(visible(name), columns - 11)}", "bad")
     if more:
         yield Line(f"  not run: and {more} more", "bad")
-    yield _duration(report)
-    yield from _slowest(report)
+    if not brief:
+        yield from (_duration(report), *_slowest(report))
     for view in views():
         yield from view.file_lines(report, columns)
+
+
+def _verdict(report: Report, directory: Path, columns: int, *, has_problems: bool) -> Iterator[Line]:
+    """`PASSED  120 passed, 14 known to fail    hri-report/index.html`."""
+    is_bad = totals.has_failed(report) or has_problems or bool(totals.loss(report))
+    passed = totals.outcomes(report)["passed"]
+    word = "FAILED" if is_bad else "PASSED" if passed else "NO TEST PASSED"
+    noun = next(filter(None, (view.test_noun(report) for view in views())), "")
+    selected, whole = (sum(getattr(suite, name) for suite in report.suites) for name in ("tests", "size"))
+    noun = noun or (f"{selected} of {plural(whole, 'test')}" if selected < whole else "")
+    text = f"{word}  {f'{noun}: ' if noun else ''}{totals.outcomes_text(report)}"
+    style: Style = "bad" if is_bad else "ok" if passed else "warn"
+    page = directory / PAGE_NAME
+    path = visible(str(page.relative_to(Path.cwd()) if page.is_relative_to(Path.cwd()) else page))
+    if report.full_report:
+        yield Line(visible(f"full report: {directory / report.full_report}"), "dim")
+    if width(text) + 4 + width(path) <= columns:
+        yield Line(f"{text}    {path}", style)
+    else:
+        yield from (Line(path, "dim"), *_fit_lines([Line(text, style)], columns))
 
 
 _TIME = re.compile(r"\b\d+(\.\d+)? s\b")

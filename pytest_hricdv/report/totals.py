@@ -2,9 +2,10 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from operator import attrgetter, itemgetter
+from typing import Literal
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.gaps import near_miss
@@ -27,6 +28,11 @@ _OUTCOME_WORDS: Mapping[TestOutcome, tuple[str, str]] = {
     "not-run": ("not run", "not run"),
 }
 """In the order in which they are listed: what one test is called, and a number of tests."""
+
+GapKind = Literal["lines", "branches", "plans", "bins"]
+
+GAP_NOUNS: Mapping[GapKind, str] = {"lines": "statement", "branches": "branch", "plans": "plan", "bins": "bin"}
+"""What is counted of each kind, code first."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +94,15 @@ class SessionDuration:
 
 @dataclass(frozen=True)
 class GapRow:
-    """What no test covers of one place: a source file, an agent's plans, a cross product."""
+    """What no test covers of one place: a source file, an agent's plans, a cross product.
+
+    `items` are ranges of lines, branches, plans, or groups of bins; `count` is how many lines, branches, plans or bins.
+    """
 
     place: str
-    kind: str
+    kind: GapKind
     items: tuple[str, ...]
+    count: int
 
 
 def outcomes(report: Report) -> dict[TestOutcome, int]:
@@ -196,6 +206,25 @@ def _nearest(report: Report, names: Iterable[str]) -> Iterator[str]:
     if misses:
         _, name, test, missing = min(misses, key=itemgetter(0))
         yield f"nearest was {name} in {test}, which lacked {' & '.join(missing)}"
+
+
+def join_rows(report: Report) -> list[RequirementRow]:
+    """One row for each requirement, over all suites."""
+    rows: dict[str, RequirementRow] = {}
+    suites = frozenset(suite.name for suite in report.suites)
+    for suite in report.suites:
+        for row in requirement_rows(report, suite):
+            above = rows.get(row.name)
+            if above is None:
+                rows[row.name] = replace(row, allowed_untriggered=find_exemption(report, row.name, suites))
+                continue
+            counts = {
+                name: getattr(above, name) + getattr(row, name)
+                for name in ("passed", "failed", "nc", "triggers", "pending", "outside")
+            }
+            margins = [margin for margin in (above.margin, row.margin) if margin is not None]
+            rows[row.name] = replace(above, **counts, margin=min(margins, default=None))
+    return [*rows.values()]
 
 
 def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow, ...]:
@@ -304,13 +333,15 @@ def _code_gaps(report: Report) -> Iterator[GapRow]:
             continue
         lines = [line for line in file.missing_lines if (file.file, line) not in waived]
         arcs = [arc for arc in file.missing_branches if not any((file.file, line) in waived for line in arc)]
-        yield GapRow(file.file, "lines", line_ranges(lines))
-        yield GapRow(file.file, "branches", branches(arcs))
+        yield GapRow(file.file, "lines", line_ranges(lines), len(lines))
+        yield GapRow(file.file, "branches", branches(arcs), len(arcs))
 
 
 def _suite_gaps(report: Report) -> Iterator[GapRow]:
     for suite in report.suites:
         where = f" ({suite.name})" if len(report.suites) > 1 else ""
         for agent in sorted(suite.plans):
-            yield GapRow(f"{agent}{where}", "plans", tuple(sorted(suite.plans[agent].missing, key=natural)))
-        yield GapRow(f"cross product{where}", "bins", tuple(holes_of_suite(report, suite)))
+            missing = suite.plans[agent].missing
+            yield GapRow(f"{agent}{where}", "plans", tuple(sorted(missing, key=natural)), len(missing))
+        bins = max(suite.cross.possible - suite.cross.hit, 0)
+        yield GapRow(f"cross product{where}", "bins", tuple(holes_of_suite(report, suite)), bins)

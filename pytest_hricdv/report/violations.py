@@ -66,7 +66,12 @@ def violation_line(violation: Violation, units: Mapping[str, str], unit: str = "
         units: signal -> unit, as far as known.
         unit: of the margin.
     """
-    text = f"triggered at {seconds(violation.trigger_s)}, violated at {seconds(violation.time_s)}"
+    return f"triggered at {seconds(violation.trigger_s)}, {describe_violation(violation, units, unit)}"
+
+
+def describe_violation(violation: Violation, units: Mapping[str, str], unit: str = "") -> str:
+    """The same without the trigger."""
+    text = f"violated at {seconds(violation.time_s)}"
     if violation.values:
         text += ": " + ", ".join(_value(name, violation, units) for name in sorted(violation.values, key=natural))
     if violation.text:

@@ -6,6 +6,7 @@ import glob
 import re
 import shutil
 import textwrap
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
@@ -40,6 +41,8 @@ DONE = "hricdv_done"
 ALONE = "hricdv_alone"
 """A key for a process started for certain tests: it runs them itself instead of starting more processes."""
 _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
+
+_LONG_S, _TELL_AGAIN_S = 2.0, 60.0
 
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:
@@ -109,7 +112,7 @@ class Collection:
             return replaying.suites(self.replays.values(), self.testbench)
         cache = getattr(self.config, "cache", None)
         root = self.config.invocation_params.dir
-        suites = select_suites(self.options, root, self.testbench, cache, self.say)
+        suites = select_suites(self.options, root, self.testbench, cache, self.say, self.wait)
         return [*suites, *self.generate_further(suites)]
 
     @cached_property
@@ -169,6 +172,22 @@ class Collection:
             if reporter.isatty and len(line) > columns:  # between words, which the terminal would break
                 line = textwrap.fill(line, columns, subsequent_indent="  ", break_long_words=False)
             reporter.write_line(line)
+
+    def wait(self, what: str) -> Callable[[str], None]:
+        """What is told how far something is; it is shown from two seconds on, in a log once a minute."""
+        began = told = time.monotonic()
+
+        def tell(how_far: str) -> None:
+            nonlocal told
+            now = time.monotonic()
+            if now - began < _LONG_S:
+                return
+            text = f"hricdv: {what}: {how_far}"
+            if not self.rewrite([text]) and (told == began or now - told >= _TELL_AGAIN_S):
+                told = now
+                self.say(text)
+
+        return tell
 
     def rewrite(self, texts: Iterable[str]) -> bool:
         """Report progress on a line that the next report takes; False where there is no terminal, or none is wanted.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -73,8 +73,12 @@ class FeatureSession:
         )
 
     def say(self, text: str) -> None:
-        """Report progress; an empty text ends pytest's line of dots."""
+        """Report progress."""
         self.context.collection.say(text)
+
+    def wait(self, what: str) -> Callable[[str], None]:
+        """What is told how far something is that may take long."""
+        return self.context.collection.wait(what)
 
 
 class Feature(FeatureOptions[Settings]):

@@ -78,6 +78,9 @@ def _options(options: Options) -> dict[str, str]:
     }
 
 
+_HEADER_OF_PYTEST = ("cachedir: ", "rootdir: ", "configfile: ", "testpaths: ", "plugins: ", "xdist: ")
+
+
 class Preparation:
     """Generates the suites, exports them, and checks all that a session needs, in the order of the time it takes."""
 
@@ -89,6 +92,7 @@ class Preparation:
         self.context = context
         self.options = collection.options
         self._gate_check = gate_check
+        self._has_own_header = False
 
     def pytest_report_header(self) -> list[str]:
         """One line with the number of tests, for which the suites are generated; for replays also what has changed."""
@@ -122,6 +126,7 @@ class Preparation:
             feature.check(self.context)
         running = runs_tests(self.collection.config)
         if running:
+            self._shorten_header()
             self._import_required()
         _ = self.collection.suites  # after the quick checks, because learning takes long
         self._gate_check.check_suites()
@@ -133,6 +138,25 @@ class Preparation:
             except ReportError as error:
                 raise usage_error(str(error)) from None
             self._begin_journal()
+
+    def _shorten_header(self) -> None:
+        """Leave pytest's own header to `-v`: what is left of it is written by `pytest_collection`."""
+        option = self.collection.config.option
+        self._has_own_header = self.collection.config.get_verbosity() == 0 and not option.no_header
+        option.no_header |= self._has_own_header
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection(self) -> None:
+        """Write the lines of plugins, which tell what is run, without those of pytest."""
+        config = self.collection.config
+        reporter = config.pluginmanager.get_plugin("terminalreporter")
+        if reporter is None or not self._has_own_header:
+            return
+        said = config.hook.pytest_report_header(config=config, start_path=config.invocation_params.dir)
+        for lines in reversed(said):
+            for line in [lines] if isinstance(lines, str) else lines:
+                if not line.startswith(_HEADER_OF_PYTEST):
+                    reporter.write_line(line)
 
     def _begin_journal(self) -> None:
         journaling = self.aggregation.journaling

@@ -86,9 +86,9 @@ class SessionReporter:
                 self._conclude(session, stopped=True)
             raise
 
-    @pytest.hookimpl(wrapper=True)
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
-        """Writes the report after the last test, or whatever ends the session before; failed gates fail the session."""
+        """Writes the report after the last test and `[100%]`, or what ends the session before; gates may fail it."""
         signals = self.session.signals
         signals.begin()
         try:

@@ -35,14 +35,20 @@ def _of_methods(suites: str) -> str:
 
 
 def select_suites(
-    options: Options, root: Path, testbench: Testbench, cache: Any | None, say: Callable[[str], None]
+    options: Options,
+    root: Path,
+    testbench: Testbench,
+    cache: Any | None,
+    say: Callable[[str], None],
+    wait: Callable[[str], Callable[[str], None]],
 ) -> list[GeneratedSuite]:
     """Generate, or take from the cache, every suite that was asked for.
 
     Args:
         root: the folder that paths of suites are relative to.
         cache: `config.cache`, or None where the cache plugin is off.
-        say: receives progress messages.
+        say: receives messages.
+        wait: what is told of something that may take long how far it is.
 
     Raises:
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
@@ -53,7 +59,7 @@ def select_suites(
         context = _context(options, testbench, learns=any(method.name == METHOD for method in methods))
         reading = replace(context, commands=tuple(testbench.commands.commands))  # methods draw no disturbances
         selected = [
-            _generate(method, reading if isinstance(method, Files) else context, cache, say) for method in methods
+            _generate(method, reading if isinstance(method, Files) else context, cache, wait) for method in methods
         ]
     except GenerateError as error:
         raise usage_error(f"--hri-suite: {error}") from None
@@ -109,7 +115,7 @@ def _context(options: Options, testbench: Testbench, *, learns: bool) -> Generat
 
 
 def _generate(
-    method: Method, context: GenerationContext, cache: Any | None, say: Callable[[str], None]
+    method: Method, context: GenerationContext, cache: Any | None, wait: Callable[[str], Callable[[str], None]]
 ) -> GeneratedSuite:
     if isinstance(method, Files):  # reading files is as quick as reading the cache
         return GeneratedSuite(method.generate(context), 0.0, cached=False)
@@ -121,7 +127,7 @@ def _generate(
             return GeneratedSuite(Suite.from_json(text), 0.0, cached=True)
         except GenerateError:
             pass  # written by another version, or cut off: generate again
-    say(f"hricdv: generating suite {method.name} (seed {context.seed}) ...")
+    context = replace(context, tell=wait(f"generating suite {method.name} (seed {context.seed})"))
     began = time.perf_counter()
     suite = method.generate(context)
     wall_s = time.perf_counter() - began

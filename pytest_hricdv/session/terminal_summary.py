@@ -19,7 +19,7 @@ import pytest
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import terminal, totals
 from pytest_hricdv.report.failing_tests import FailingTests
-from pytest_hricdv.report.formatting import Line, Style, plural, width, wrap
+from pytest_hricdv.report.formatting import Line, Style, fit, plural, width, wrap
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.reporting import SessionReporter
@@ -92,14 +92,6 @@ MARKUP: dict[Style, dict[str, bool]] = {
     "plain": {},
 }
 
-MAX_EXAMPLE_LINES = 30
-"""The first example is always shown, others while all together have at most this many lines: the output of a session
-with 24 failures then fits in 120 lines (tests/plugin/test_shown_failures.py)."""
-
-MAX_REPEATED = 10
-"""Of violations that are listed by cause above, pytest's short summary repeats examples only, if there are more than
-these (chosen: the last screen of a terminal shows causes then). With -rf, -v, or on a CI service it has all."""
-
 _HEAD = re.compile(r"\S+ Failed(:|$)")
 
 _KINDS = ("failed", "error")
@@ -145,37 +137,31 @@ class ShownFailures:
             return (yield)
         finally:
             self.list_all(terminalreporter)
-            left_out = len(self._failed) - len(terminalreporter.stats.get("failed", ()))
-            if left_out > 0:
+            if self._failed:
                 terminalreporter.stats["failed"] = self._failed  # for its counts
-                text = f"and {plural(left_out, 'more test')}, listed above by cause; -rf lists all here"
-                write_lines(terminalreporter, [Line(text, "dim")])
 
     def _show_causes(self, reporter: pytest.TerminalReporter, report: Report, *, is_verbose: bool) -> None:
         columns = _columns()
         failing = self._failing = FailingTests.of(report, columns)
         if failing.tests and (failing.causes is not None or len(failing.tests) > 1):
-            reporter.write_sep("=", "why tests fail" if failing.causes is not None else "failing tests")
+            reporter.write_sep("=", failing.headline)
             write_lines(reporter, failing.lines(columns, all_rows=is_verbose))
 
     def _leave_out(self, reporter: pytest.TerminalReporter) -> None:
-        """Of violations, leave all out but the examples."""
+        """Of violations, leave all out that a cause above is of, and of others all but the first."""
+        failing = self._failing
         reports = {report.nodeid: report for report in self._all.get("failed", ()) if self._is_violation(report)}
-        kept: set[str] = set()
-        lines = 0
-        for nodeid in self._failing.examples if self._failing is not None else ():
-            if nodeid in reports:
-                lines += len(reports[nodeid].longreprtext.splitlines())
-                if not kept or lines <= MAX_EXAMPLE_LINES:
-                    kept.add(nodeid)
-        for nodeid in kept:
+        if failing is None or not reports:
+            return
+        explained = {nodeid for cause, nodeids in failing.groups if cause is not None for nodeid in nodeids}
+        shown = [nodeid for nodeid in failing.examples if nodeid in reports and nodeid not in explained][:1]
+        for nodeid in shown:
             report = reports[nodeid]
             self._texts.append((report, report.longrepr))
             report.longrepr = _Example(report.longrepr)
-        if kept:
-            reporter.stats["failed"] = [
-                report for report in self._all["failed"] if report.nodeid in kept or report.nodeid not in reports
-            ]
+        reporter.stats["failed"] = [
+            report for report in self._all["failed"] if report.nodeid in shown or report.nodeid not in reports
+        ]
 
     def _leave_first_lines(self) -> None:
         """With --tb=line, pytest shows the text of a violation as well: it has no traceback to leave out."""
@@ -204,11 +190,10 @@ class ShownFailures:
                 label = f" ({labels[report.nodeid]})"
                 crash.message = f"{crash.message.removesuffix(label)}{label}"
         self._failed = self._all.get("failed", [])
-        violations = [report for report in self._failed if self._is_violation(report)]
-        if self._failing is not None and len(violations) > MAX_REPEATED and _may_be_short(reporter.config):
-            repeated = {*self._failing.examples}
-            shown = [report for report in self._failed if report not in violations or report.nodeid in repeated]
-            reporter.stats["failed"] = shown or self._failed
+        if _may_be_short(reporter.config):
+            reporter.stats["failed"] = [
+                report for report in self._failed if report.nodeid not in labels or not self._is_violation(report)
+            ]
         self._all = {}
 
 
@@ -228,17 +213,21 @@ class SummarySection:
         report, session = reporting.report, reporting.session
         if report is None and not session.problems:
             return
-        terminalreporter.write_sep("=", "human-robot interaction")
-        if report is not None:
-            columns, is_brief = shutil.get_terminal_size().columns, terminalreporter.verbosity <= 0
-            brief = is_brief and totals.has_failed(report)
-            write_lines(terminalreporter, terminal.summary(report, reporting.options.report, columns, brief=brief))
-            write_lines(terminalreporter, terminal.findings(report))
-        improved = report.gates.improved if report and report.gates else ()
+        is_brief = terminalreporter.verbosity <= 0
+        if not is_brief or report is None or totals.has_failed(report):
+            terminalreporter.write_sep("=", "human-robot interaction")
+        if report is None:
+            write_lines(terminalreporter, (Line(visible(f"FAILED {problem}"), "bad") for problem in session.problems))
+            return
         journal = reporting.aggregation.journaling.lines(had_header=terminalreporter.verbosity >= 0)
-        write_lines(terminalreporter, (Line(visible(text), "ok") for text in improved))
-        write_lines(terminalreporter, (Line(visible(text), "warn") for text in (*session.warnings, *journal)))
-        write_lines(terminalreporter, (Line(visible(f"FAILED {problem}"), "bad") for problem in session.problems))
+        columns, folder = shutil.get_terminal_size().columns, reporting.options.report
+        improved = report.gates.improved if report.gates else ()
+        notes = [
+            *(Line(fit(visible(text), columns) if is_brief else visible(text), "ok") for text in improved),
+            *(Line(visible(text), "warn") for text in (*session.warnings, *journal)),
+        ]
+        lines = terminal.summary(report, folder, columns, brief=is_brief, notes=notes, problems=session.problems)
+        write_lines(terminalreporter, lines)
 
 
 class _Example:

@@ -21,8 +21,9 @@ def test_ids_are_the_same_in_every_mode(lamps: pytest.Pytester) -> None:
     assert nodeids(lamps.runpytest_subprocess(*COLLECT, *MODES["on two workers"])) == listed
 
 
-def test_the_second_collection_comes_from_the_cache(lamps: pytest.Pytester) -> None:
-    learning = "hricdv: generating suite rl (seed 0) ..."
+def test_the_second_collection_comes_from_the_cache(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pytest_hricdv.session.collection._LONG_S", 0.0)
+    learning = "hricdv: generating suite rl (seed 0): iteration 1 of *, * model runs"
     lamps.runpytest_inprocess("--collect-only", "--hri-suite=rl").stdout.fnmatch_lines([learning])
     lamps.runpytest_inprocess("--collect-only", "--hri-suite=rl").stdout.no_fnmatch_line(learning)
     uncached = lamps.runpytest_inprocess("--collect-only", "--hri-suite=rl", "-p", "no:cacheprovider")

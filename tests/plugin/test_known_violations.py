@@ -51,7 +51,7 @@ def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to
     glare_in_the_cellar(lamps)
     assert lamps.runpytest_inprocess(SUITE).ret == 0  # this is what a condition is for
     known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
-    result = lamps.runpytest_inprocess(SUITE)
+    result = lamps.runpytest_inprocess(SUITE, "-v")
     assert result.ret == 1
     result.assert_outcomes(passed=2, xfailed=1, failed=1)
     result.stdout.fnmatch_lines(
@@ -61,7 +61,7 @@ def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to
             "  triggered at *: lamp_level = 95 % (margin -15 %); not known under this condition",
             "  R2 is known to fail: when !wish.cellar: the hall has no dimmer; 1 test",
             "  violated it outside of this condition",
-            "tests: 2 passed, 1 failed, 1 known to fail",
+            "*ED  2 passed, 1 failed, 1 known to fail *",
         ]
     )
     by_place = {name.split("-")[2]: outcome for name, outcome in outcomes(lamps.path).items() if "polite" in name}
@@ -79,7 +79,7 @@ def test_one_violation_elsewhere_is_enough_and_is_told_first(lamps: pytest.Pytes
     again = "        clock.sleep(SWITCHING_S)\n        lamp.set(95.0)\n        clock.sleep(0.1)\n        lamp.set(0)\n"
     change(lamps.path, "lamps/guide.py", "        clock.sleep(SWITCHING_S)\n", again)
     known(lamps, "R2 when lamp_level >= 99: the hall has no dimmer")
-    result = lamps.runpytest_inprocess(SUITE, "-k", "hall-polite")
+    result = lamps.runpytest_inprocess(SUITE, "-v", "-k", "hall-polite")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
         ["  *lamp_level = 95 % (margin -15 %); not known under this condition", "  *lamp_level = 100 % (margin -20 %)"]
@@ -97,7 +97,7 @@ def test_the_command_line_may_have_a_condition_and_a_reason_and_repeats_them(lam
     change(lamps.path, "pytest.ini", f"hri_known_violations =\n    {KNOWN}\n", "")
     glare_in_the_cellar(lamps)
     given = ("--hri-known=R2 when !wish.cellar: no dimmer, yet", "--hri-known=R1,R3")
-    result = lamps.runpytest_inprocess(SUITE, *given)
+    result = lamps.runpytest_inprocess(SUITE, "-v", *given)
     result.assert_outcomes(passed=2, xfailed=1, failed=1)
     result.stdout.fnmatch_lines(["  known only when !wish.cellar: no dimmer, yet"])
     result.stdout.fnmatch_lines(["*--hri-seed=0 '--hri-known=R2 when !wish.cellar: no dimmer, yet' --hri-known=R1,R3"])

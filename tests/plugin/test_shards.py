@@ -275,10 +275,8 @@ def test_a_merge_keeps_the_gates_of_the_ini_file(lamps: pytest.Pytester) -> None
 def test_a_merge_says_what_one_run_says(parts: list[str], finished: SessionRunner) -> None:
     whole = finished(RL).result.stdout.str().splitlines()
     merged = command("merge", *parts, "-o", "hri-report").stdout.splitlines()
-    section = whole[next(number for number, line in enumerate(whole) if line.startswith("suite rl, seed 0")) :]
-    varying = ("  Q-learning", "simulated ", "slowest: ", "report: ", "=")
-    lines = [line for line in section if line.strip() and not line.startswith(varying) and "distinct test" not in line]
-    assert len(lines) > 15
+    lines = whole[next(number for number, line in enumerate(whole) if line.startswith("requirements ")) : -1]
+    assert len(lines) >= 5
     assert [line for line in lines if line not in merged] == []
 
 

@@ -48,7 +48,7 @@ def test_all_kinds_of_keys(lamps: pytest.Pytester, name: str, options: tuple[str
     write_toml(lamps, name, NATIVE)
     result = lamps.runpytest_inprocess(*options)
     assert result.ret == 0
-    result.stdout.fnmatch_lines(["hri: lamps, suite* by-hand*bdi-random, seed 7*", "12/12 tests reported"])
+    result.stdout.fnmatch_lines(["hri: lamps, suite* by-hand*bdi-random, seed 7*", "PASSED  *"])
     assert (lamps.path / "made" / "report.json").is_file()
     assert (lamps.path / "summary.md").is_file()
 

@@ -117,7 +117,7 @@ def test_a_test_that_never_runs_its_case_fails(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=by-hand")
     result.assert_outcomes(failed=4)
     result.stdout.fnmatch_lines(
-        ["the test ended without a run: call hri_case.check(hri_case.run())", "tests: 4 in error"]
+        ["the test ended without a run: call hri_case.check(hri_case.run())", "FAILED  4 in error *"]
     )
 
 

@@ -189,7 +189,7 @@ def test_each_cause_is_annotated_once_at_its_place_in_the_code() -> None:
     (line,) = annotation_commands(sample.typed(report), places, lambda file: f"robot/{file}")
     title = "hri%3A cause 1 (3f2a91bc)%3A R1 in 1 test%2C first in the state release_all"
     assert line.startswith(f"::error file=robot/controller/states.py,line=58,title={title}::")
-    assert "%0Apasses when she steps in 2.1 s later%0A" in line
+    assert "%0Awhy    passes when she steps in 2.1 s later%0A" in line
     report["causes"][0]["locations"] = []
     assert "file=tests/hri/test_table_assembly.py,line=8" in annotation_lines(report, places)[0]
 
@@ -211,7 +211,7 @@ def test_the_summary_has_causes_before_requirements() -> None:
     text = markdown(report)
     assert text.index("### 3 tests fail for 1 cause") < text.index("### Suite rl")
     assert "**cause 1 (3f2a91bc): R1 in 3 tests, first in the state release\\_all**" in text
-    assert "```text\n  at controller/states.py:58 in discard (0.90): *y*\n" in text
+    assert "```text\n  where  controller/states.py:58 in discard (0.90): *y*\n" in text
     assert "<details><summary>3 tests</summary>" in text
 
 
@@ -221,7 +221,7 @@ def test_junit_has_causes_as_properties_of_the_suite() -> None:
     properties = dict(junit.junit_suite_properties(sample.typed(report)))
     assert properties["hri.causes"] == "1"
     assert properties["hri.cause.1"].startswith(
-        "cause 1 (3f2a91bc): R1 in 1 test, first in the state release_all; at co"
+        "cause 1 (3f2a91bc): R1 in 1 test, first in the state release_all; where  co"
     )
 
 

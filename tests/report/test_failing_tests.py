@@ -9,7 +9,7 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from pytest_hricdv.extra.diagnosis.records import CAUSES, Cause, SuspiciousPlace
-from pytest_hricdv.report.failing_tests import MAX_ROWS, FailingTests
+from pytest_hricdv.report.failing_tests import MAX_CAUSES, FailingTests
 from pytest_hricdv.report.formatting import width
 from pytest_hricdv.results.model import Report, TestResult
 from tests.report import sample, sample_tests
@@ -53,40 +53,46 @@ def texts(report: Report, columns: int | None, *, all_rows: bool = False) -> lis
     return [line.text for line in FailingTests.of(report, columns).lines(columns, all_rows=all_rows)]
 
 
-def test_causes_come_with_a_line_for_each_test() -> None:
-    lines = texts(report_of(*TESTS), None)
+def test_all_causes_come_with_a_line_for_each_test() -> None:
+    lines = texts(report_of(*TESTS), None, all_rows=True)
     assert lines[0] == "19 tests fail for 2 causes"
     assert lines[1] == "cause 1 (3f2a91bc): R2, R3 in 18 tests, first in the state releasing"
     second = lines.index("cause 2 (00000001): R1 in 1 test")
     rows = [line for line in lines if line.endswith(".json") and "pytest" not in line]
     assert len(rows) == 19
     assert f"  {TESTS[3].id}  R2 R3  {TESTS[3].replay}" in rows
-    assert lines[second + 3] == f"  {TESTS[0].id}  R1  {TESTS[0].replay}"
+    assert f"  {TESTS[0].id}  R1  {TESTS[0].replay}" in lines[second:]
 
 
 @pytest.mark.parametrize("columns", [40, 60, 80, 120, None])
-def test_a_cause_has_at_most_eight_lines_and_fits(columns: int | None) -> None:
-    failing_tests = FailingTests.of(report_of(*TESTS), columns)
-    assert failing_tests.causes is not None
-    assert all(len(cause.lines) <= 8 for cause in failing_tests.causes.causes)
-    lines = [line.text for line in failing_tests.lines(columns)]
+def test_a_cause_says_where_why_what_and_how_to_repeat_it_in_lines_that_fit(columns: int | None) -> None:
+    lines = texts(report_of(*TESTS), columns)
+    second = next(number for number, line in enumerate(lines) if line.startswith("cause 2"))
+    assert second <= 9
+    assert len(lines) - second <= 6
     assert all(width(line) <= (columns or 999) for line in lines if "--hri-replay" not in line)
-    for test in TESTS:  # what tells rows apart is there, whole
-        row = next(line for line in lines if line.startswith(f"  {test.id} "))
-        assert row.split()[1] == ("R1" if test is TESTS[0] else "R2")
-    command = f"  pytest --hri-replay={TESTS[1].replay}"
-    assert command in lines
+    labels = [line.split()[0] for line in lines[1:second] if line.startswith("  ") and line[2] != " "]
+    assert list(dict.fromkeys(labels)) == ["where", "why", "what", "seen", "again", "also"]
+    assert f"  again  pytest --hri-replay={TESTS[1].replay}" in lines
+
+
+def test_of_many_causes_five_are_shown() -> None:
+    tests = [failing(number, "R1") for number in range(8)]
+    causes = tuple(Cause(id=f"{n:08}", requirements=("R1",), tests=(test.id,)) for n, test in enumerate(tests))
+    lines = texts(CAUSES.put(report_of(*tests), causes), 80)
+    assert sum(line.startswith("cause ") for line in lines) == MAX_CAUSES
+    assert lines[-1] == "and 3 more: -v shows all"
 
 
 def test_names_that_do_not_fit_go_on_below() -> None:
     many = failing(30, *sample_tests.TITLES)
-    lines = texts(report_of(TESTS[0], many), 30)
+    lines = texts(report_of(TESTS[0], many), 30, all_rows=True)
     start = lines.index(f"  {many.id}  R1 R2 R3")
     assert lines[start + 1] == f"{'':{len(many.id) + 4}}R4"
 
 
 def test_where_replays_do_not_fit_it_is_said_how_they_are_named() -> None:
-    lines = texts(report_of(*TESTS), 60)
+    lines = texts(report_of(*TESTS), 60, all_rows=True)
     assert f"  {TESTS[0].id}  R1" in lines
     assert "replay each: --hri-replay=hri-report/failures/ID.json" in lines
 
@@ -98,26 +104,26 @@ def test_a_test_is_listed_at_its_first_cause_and_named_with_all() -> None:
     failing_tests = FailingTests.of(report)
     assert failing_tests.labels()[TESTS[1].nodeid] == "causes 1, 2"
     assert failing_tests.labels()[TESTS[0].nodeid] == "cause 2"
-    assert sum(line.text.startswith(f"  {TESTS[1].id} ") for line in failing_tests.lines(None)) == 1
+    assert sum(line.text.startswith(f"  {TESTS[1].id} ") for line in failing_tests.lines(None, all_rows=True)) == 1
     assert failing_tests.examples == [TESTS[1].nodeid, TESTS[0].nodeid]
 
 
-def test_thousands_of_tests_are_counted_unless_all_are_asked_for() -> None:
+def test_of_thousands_of_tests_some_are_named_unless_all_are_asked_for() -> None:
     tests = [failing(number, "R2") for number in range(100, 300)]
     report = report_of(*tests)
-    lines = texts(report, None)
-    assert lines[-1] == f"and {200 - MAX_ROWS} more tests: -v lists all"
-    assert sum(line.endswith(".json") and "pytest" not in line for line in lines) == MAX_ROWS
+    assert "  also   " in "".join(texts(report, 80))
+    assert any(line.endswith(" more") for line in texts(report, 80))
     assert sum(line.endswith(".json") and "pytest" not in line for line in texts(report, None, all_rows=True)) == 200
 
 
 def test_without_causes_there_are_the_tests() -> None:
     report = CAUSES.put(report_of(*TESTS), ())
-    assert texts(report, None)[0] == "19 tests failed"
-    assert texts(replace(report, tests=TESTS[:1]), None) == []
+    lines = texts(report, None)
+    assert lines[0] == f"  {TESTS[0].id}  R1"
+    assert lines[-1] == "  and 14 more: -v lists all"
 
 
 def test_known_violations_are_not_what_a_test_fails_for() -> None:
     report = replace(report_of(TESTS[0], failing(50, "R1", "R3")), known_violations={"R3": "no crush prevention"})
-    row = next(line for line in texts(report, None) if line.endswith(".json") and "pytest" not in line)
+    row = next(line for line in texts(report, None, all_rows=True) if line.endswith(".json") and "pytest" not in line)
     assert row.split()[1:-1] == ["R1"]

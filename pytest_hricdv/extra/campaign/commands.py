@@ -199,12 +199,10 @@ def report(options: argparse.Namespace) -> int:
     columns = shutil.get_terminal_size().columns
     failing = FailingTests.of(made, columns)
     for line in (
-        *(failing.lines(columns) if failing.causes is not None else ()),
-        *terminal.summary(made, options.output, columns),
+        *failing.list_causes(columns),
+        *terminal.summary(made, options.output, columns, problems=failed),
     ):
         print(harmless_line(line.text))
-    for text in failed:
-        print(harmless_line(f"FAILED {text}"))
     return FAILED_RUNS if failed else OK
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import cast
 
 import msgspec
@@ -23,10 +23,11 @@ from pytest_hricdv.extra.diagnosis.records import (
     Diagnosis,
     KindName,
 )
-from pytest_hricdv.extra.diagnosis.runs import remember_runs, runner
+from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, remember_runs, runner
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.extra.diagnosis.subject import Subject
 from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
+from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
@@ -51,9 +52,7 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
         return report
     budget = options.budget(len(subject.tests))
     failing = {failure.nodeid for failure in subject.failures}
-    limit = f"in at most {plural(budget, 'run')}"
-    session.say("")
-    session.say(f"hricdv: looking for the causes of {plural(len(failing), 'failing test')}, {limit} ...")
+    tell = session.wait(f"looking for the causes of {plural(len(failing), 'failing test')}")
     chosen = session.aggregation.chosen
     cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
     concrete = {name: case.concrete for name, case in cases.items()}
@@ -63,7 +62,7 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
         {test.id: test for test in concrete.values()},
         session.context.measurement,
     )
-    run = remember_runs(run, session.aggregation.journaling, NAME)
+    run = count_runs(remember_runs(run, session.aggregation.journaling, NAME), budget, tell)
     # The other half is for switches.
     experiments = Experiments(subject.groups, concrete, run, budget - budget // 2)
     spaces = {name: case.ranges for name, case in cases.items()}
@@ -81,6 +80,19 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
     causes, basis = _by_now(session, subject, experiments, decisions, groups)
     _keep(session, causes, basis)
     return DIAGNOSIS.put(CAUSES.put(report, causes), basis)
+
+
+def count_runs(run: Run, budget: int, tell: Callable[[str], None]) -> Run:
+    """Runs a test, and tells how many were run."""
+    runs = 0
+
+    def run_and_tell(test: ConcreteTest) -> RunSummary | None:
+        nonlocal runs
+        runs += 1
+        tell(f"run {runs} of at most {budget}")
+        return run(test)
+
+    return run_and_tell
 
 
 def _by_now(

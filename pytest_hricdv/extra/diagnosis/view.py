@@ -10,55 +10,98 @@ from msgspec import to_builtins
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, SuspiciousPlace
 from pytest_hricdv.report.explanation import replay_command
-from pytest_hricdv.report.formatting import Line, Style, and_more, fit, fit_path, plural, width, wrap
+from pytest_hricdv.report.formatting import Line, and_more, fit, plural, width, wrap
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
+from pytest_hricdv.report.violations import describe_violation, first_violation, order_failures, unit_of
 from pytest_hricdv.results.baseline_diff import NEW_CAUSE
 from pytest_hricdv.results.model import Report, TestResult
 
-MAX_LINES = 8
-"""Of a cause in the terminal."""
-
-_MAX_ACTIONS = 3
-MAX_PLACES = 2
 _MAX_REQUIREMENTS = 8
-_MAX_WRAPPED = 2
-"""Lines of a sentence; chosen: then all of a cause is in `MAX_LINES`."""
+_LABEL = 9
+"""Columns of `  where  ` and the other labels."""
 
 
 def cause_lines(
-    number: int,
-    cause: Cause,
-    options: Sequence[str],
-    columns: int | None,
-    status: str = "",
-    most_places: int = MAX_PLACES,
+    number: int, cause: Cause, report: Report, columns: int | None, status: str = "", *, is_first: bool = False
 ) -> tuple[Line, ...]:
-    """What it is, where, what decides, its shortest test, and the command that runs this again.
+    """What it is, where, why, what happened, and the command that runs it again.
 
     Args:
         number: of the cause, from 1.
-        options: of the session, as far as a replay needs them.
+        report: that has it.
         columns: of the terminal; None where lines may have any width.
-        most_places: so many statements are named.
         status: as `new`, compared with a baseline; empty where there is nothing to say.
+        is_first: with two lines where others have one.
     """
-    places = cause.likely_locations[:most_places]
+    most = 2 if is_first else 1
+    title = title_of(number, cause, status)
+    if (
+        columns
+        and len(cause.requirements) == 1
+        and (texts := report.requirements.get(cause.requirements[0]))
+        and texts.title
+    ):
+        title += f": {texts.title}"
     lines = [
-        *_sentence(title_of(number, cause, status), columns, "  "),
-        *(_place(place, columns) for place in places),
-        *([] if places or not cause.stood else [_describe_nodes(cause, columns)]),
+        Line(visible(title) if columns is None else fit(visible(title), columns), "warn" if cause.is_known else "bad")
     ]
-    style: Style = "warn" if cause.is_known else "bad"
-    shown = [Line(text, style if number == 0 else "plain") for number, text in enumerate(lines)]
+    places = [f"{place.file}:{place.line}{_statement(place)}" for place in cause.likely_locations[:most]]
+    stood = [] if places or not cause.stood else [f"{'; '.join(cause.stood)}, where the code was then"]
+    for text in (*places, *stood):
+        lines += _label_lines("where", text, columns, 1)
     if cause.deciding_change:
-        shown += [Line(text) for text in _sentence(f"  {cause.deciding_change}", columns, "    ")]
-    shown += [Line(_shortest(cause, columns))]
-    if command := replay_of(cause, options):
-        shown.append(Line(f"  {visible(command)}", "dim"))
-    while len(shown) > MAX_LINES:  # the second place, or the end of a sentence: all is on the page
-        del shown[2]
-    return tuple(shown)
+        lines += _label_lines("why", cause.deciding_change, columns, most)
+    for label, text in [*_story(cause, report, columns)][:most]:
+        lines += _label_lines(label, text, columns, 1)
+    if command := replay_of(cause, report.rerun_options.options):
+        lines.append(Line(f"  again  {visible(command)}", "dim"))
+    return tuple(lines)
+
+
+def _label_lines(label: str, text: str, columns: int | None, most: int) -> Iterator[Line]:
+    """A text behind its label in at most so many lines, the last of which is cut."""
+    shown = visible(text)
+    if columns is None:
+        yield Line(f"  {label:5}  {shown}")
+        return
+    first, *later = wrap(shown.split(" "), columns - _LABEL)
+    kept = [first, *later][:most]
+    if len(later) >= most:
+        kept[-1] = fit(f"{kept[-1]} {' '.join(later[most - 1 :])}", columns - _LABEL)
+    for number, line in enumerate(kept):
+        yield Line(f"  {'' if number else label:5}  {line}")
+
+
+def _statement(place: SuspiciousPlace) -> str:
+    """` in function (what shows it): the line`."""
+    return f" in {place.function} ({place.experiment or f'{place.score:.2f}'}): {place.text}"
+
+
+def _story(cause: Cause, report: Report, columns: int | None) -> Iterator[tuple[str, str]]:
+    """The last actions before the violation, or all that is left of them; then what was seen in the recorded run."""
+    name = cause.minimal_of or cause.tests[0]
+    test = next((test for test in report.tests if test.id == name), None)
+    failed = order_failures(test, () if report.strict else report.known_violations) if test else []
+    violation = first_violation(test.requirements[failed[0]]) if test and failed else None
+    actions, end = list(cause.minimal), " (shrunk)" if cause.is_shrunk else f" ({name})"
+    if test and violation and test.action_times_s and not cause.is_shrunk:
+        starts = [(time_s, number) for time_s, number in test.action_starts if time_s <= violation.time_s + 0.001]
+        actions = [f"{time_s:.1f} s {test.abstract[number]}" for time_s, number in starts]
+    room = None if columns is None else columns - _LABEL
+    yield "what", _tail(actions, room, end)
+    if violation is not None:
+        texts = report.requirements.get(failed[0])
+        unit = unit_of(texts.text, report.units or {}) if texts else ""
+        yield "seen", f"{failed[0]} {describe_violation(violation, report.units or {}, unit)}"
+
+
+def _tail(items: Sequence[str], columns: int | None, end: str) -> str:
+    """The items with an end, as far as there is room: then without the end, then without the first items."""
+    text = "; ".join(items)
+    texts = [text + end, text, *(f"... {'; '.join(items[start:])}" for start in range(1, len(items)))]
+    fitting = (text for text in texts if columns is None or width(visible(text)) <= columns)
+    return next(fitting, texts[-1]) if items else end.strip()
 
 
 def title_of(number: int, cause: Cause, status: str = "") -> str:
@@ -83,51 +126,6 @@ def replay_of(cause: Cause, options: Sequence[str]) -> str:
     return replay_command(cause.replay, options) if cause.replay else ""
 
 
-def _place(place: SuspiciousPlace, columns: int | None) -> str:
-    """`  at file:line in function: the line`; of what is too long, the statement is cut before the place."""
-    where, shown = visible(f"{place.file}:{place.line}"), place.experiment or f"{place.score:.2f}"
-    rest = visible(f" in {place.function} ({shown}): {place.text}")
-    if columns is None:
-        return f"  at {where}{rest}"
-    return fit(f"  at {fit_path(where, max(columns - 5, 8))}{rest}", columns)
-
-
-def _describe_nodes(cause: Cause, columns: int | None) -> str:
-    """`  the code was at file:line in function; ...`: what is certain where no statement is likely."""
-    text = visible(f"  the code was at {'; '.join(cause.stood)}")
-    return text if columns is None else fit(text, columns)
-
-
-def _shortest(cause: Cause, columns: int | None) -> str:
-    """The test, whose id is not cut, and its first actions, as far as there is room."""
-    kind = "what is left of" if cause.is_shrunk else "shortest test"
-    start = visible(f"  {kind} {cause.minimal_of or cause.tests[0]}")
-    for count in range(min(_MAX_ACTIONS, len(cause.minimal)), 0, -1):
-        left = len(cause.minimal) - count
-        text = f"{start}: {visible('; '.join(cause.minimal[:count]))}{f'; ... {left} more' if left else ''}"
-        if columns is None or width(text) <= columns:
-            return text
-    return start
-
-
-def _sentence(text: str, columns: int | None, indent: str) -> Iterator[str]:
-    """A sentence in at most `_MAX_WRAPPED` lines, the later ones indented."""
-    shown = visible(text)
-    if columns is None or width(shown) <= columns:
-        yield shown
-        return
-    begin = shown[: len(shown) - len(shown.lstrip())]
-    lines = wrap(shown.split(), columns - len(indent))
-    kept = lines[:_MAX_WRAPPED]
-    if len(lines) > len(kept):
-        kept[-1] = fit(f"{kept[-1]} {lines[len(kept)]}", columns - len(indent))
-    yield from (f"{indent if number else begin}{line}" for number, line in enumerate(kept))
-
-
-_MANY = 3
-"""Of so many causes, each has one statement in the terminal (chosen: all of them stay on a screen)."""
-
-
 class DiagnosisView(View):
     """Causes of failures."""
 
@@ -142,14 +140,14 @@ class DiagnosisView(View):
         nodeids: dict[str, list[str]] = {}
         for test in report.tests:
             nodeids.setdefault(test.id, []).append(test.nodeid)
-        options = report.rerun_options.options
         status = _status(report)
-        places = MAX_PLACES if len(causes) < _MANY else 1
         blocks = (
             FailureCause(
                 label=f"cause {number}",
                 title=title_of(number, cause, status.get(cause.id, "")),
-                lines=cause_lines(number, cause, options, columns, status.get(cause.id, ""), places),
+                lines=cause_lines(
+                    number, cause, report, columns, status.get(cause.id, ""), is_first=number == 1 or columns is None
+                ),
                 tests=tuple(nodeid for name in cause.tests for nodeid in nodeids.get(name, ())),
                 place=next(((place.file, place.line) for place in cause.likely_locations), None),
                 is_known=cause.is_known,
@@ -187,7 +185,7 @@ class DiagnosisView(View):
         if causes:
             yield "hri.causes", len(causes)
         for number, cause in enumerate(causes, 1):
-            lines = cause_lines(number, cause, report.rerun_options.options, None)
+            lines = cause_lines(number, cause, report, None, is_first=True)
             yield f"hri.cause.{number}", "; ".join(line.text.strip() for line in lines)
 
 

@@ -85,7 +85,6 @@ class MutationFeature(Feature[MutationOptions]):
         from pytest_hricdv.extra.mutation.mutating import MutationError, MutationRun  # they need mutmut
         from pytest_hricdv.extra.mutation.records import MUTATION
 
-        session.say("")
         aggregation = session.aggregation
         processes = aggregation.workers if aggregation.is_distributed else os.cpu_count() or 1
         mutating = MutationRun(

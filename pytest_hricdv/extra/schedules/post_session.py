@@ -44,7 +44,6 @@ def search_schedules(
     Returns:
         What a report says of it, and the problems that fail the session.
     """
-    session.say("")
     if not hasattr(os, "fork"):
         return ScheduleResult(runs=0, tests=0, slowest_s=SLOWEST_S, end_reason="no fork"), [
             f"--hri-schedules: {NO_FORK}"
@@ -55,7 +54,6 @@ def search_schedules(
 
 def measure_session_budgets(session: FeatureSession, results: Sequence[TestResult], tests: int) -> list[BudgetRecord]:
     """How slow each function and loop of the code may be, over so many of the tests that passed."""
-    session.say("")
     if not hasattr(os, "fork"):
         session.problems.append(f"--hri-budgets: {NO_FORK}")
         return []

@@ -74,7 +74,6 @@ class SearchFeature(Feature[SearchOptions]):
         from pytest_hricdv.extra.search.post_session import PostSession
         from pytest_hricdv.extra.search.records import SEARCH
 
-        session.say("")
         after = PostSession(session.rerunner, session.options, settings, session.aggregation.chosen, session.say)
         if settings.shrink:
             results = after.shrink(results)

@@ -61,7 +61,9 @@ def test_without_a_likely_location_it_says_where_the_code_was() -> None:
     report = CAUSES.put(REPORT, (cause,))
     shown = VIEW.causes(report, 100)
     assert shown is not None
-    assert "  the code was at a.py:9 in move; b.py:4 in watch" in [line.text for line in shown.causes[0].lines]
+    assert "  where  a.py:9 in move; b.py:4 in watch, where the code was then" in [
+        line.text for line in shown.causes[0].lines
+    ]
     assert 'the code was at <span class="mono">a.py:9 in move; b.py:4 in watch</span>' in render(report)
 
 
@@ -72,5 +74,5 @@ def test_a_location_says_which_experiment_has_shown_it() -> None:
     report = CAUSES.put(REPORT, (replace(CAUSE, locations=(place,)),))
     shown = VIEW.causes(report, 100)
     assert shown is not None
-    assert "  at a.py:3 in move (passes without this call): go()" in [line.text for line in shown.causes[0].lines]
+    assert "  where  a.py:3 in move (passes without this call): go()" in [line.text for line in shown.causes[0].lines]
     assert "passes without this call" in render(report)

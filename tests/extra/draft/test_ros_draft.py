@@ -187,7 +187,7 @@ def test_a_draft_for_a_node_is_green_at_once(workspace: Path) -> None:
     command = [sys.executable, "-m", "pytest", "-q", "--hri-audit=off", "--hri-tests=6"]
     done = subprocess.run(command, cwd=workspace / "draft", capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
-    assert "tests: 6 passed" in done.stdout
+    assert "PASSED  6 passed" in done.stdout
 
 
 PATROL = """

@@ -48,7 +48,7 @@ def test_the_launch_file_of_the_page_is_tested_without_building(package: Path) -
     (package / "conftest.py").write_text(changed.replace("Concretization, Model,", "Concretization, Launch, Model,"))
     status, printed = run("pytest", package)
     assert status == 0, printed
-    assert "tests: 6 passed" in printed
+    assert "PASSED  6 passed" in printed
 
 
 def _commands() -> list[list[str]]:

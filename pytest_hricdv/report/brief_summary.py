@@ -1,0 +1,118 @@
+"""The summary of a session on a screen, whatever its size: of each part a line with counts, then its first details."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.report import behaviour_view, totals
+from pytest_hricdv.report.formatting import Line, fit, fit_path, listing, plural, width
+from pytest_hricdv.report.requirement_lines import requirement_table
+from pytest_hricdv.report.view import views
+from pytest_hricdv.results.model import Report
+
+GREEN_LINES, RED_LINES = 6, 14
+"""So many lines have the parts of a session together, unless there are more parts. With pytest's own lines a session
+that passes has at most 15, and one that fails for one cause 35."""
+
+_LABEL = 14
+
+Part = list[Line]
+"""Its first line, which is always shown, and its details, the most important first."""
+
+
+def brief_lines(report: Report, columns: int, notes: int = 0) -> Iterator[Line]:
+    """Requirements, what is not covered, what changed, and what features say, in a few lines of so many columns.
+
+    Args:
+        notes: so many lines are shown beside.
+    """
+    parts = [_requirements(report, columns), _describe_gaps(report, columns), [*behaviour_view.lines(report, columns)]]
+    parts += [_of_view([*view.lines(report, columns)]) for view in views()]
+    parts = [part for part in parts if part]
+    is_red = totals.has_failed(report)
+    for part in _share_lines(parts, (RED_LINES - len(parts) if is_red else GREEN_LINES) - notes):
+        yield from (Line(fit(visible(line.text), columns), line.style) for line in part)
+        if is_red:
+            yield Line("")
+
+
+def _share_lines(parts: Sequence[Part], most: int) -> Iterator[Part]:
+    """The first lines of parts, one more of each in turn while all together are no more than `most`."""
+    shown = [1] * len(parts)
+    while True:
+        for number, part in enumerate(parts):
+            if sum(shown) >= most or shown == [len(part) for part in parts]:
+                yield from (part[:count] for part, count in zip(parts, shown, strict=True))
+                return
+            shown[number] += shown[number] < len(part)
+
+
+def _of_view(lines: Part) -> Part:
+    """The first line of a feature, and what it warns of."""
+    return [*lines[:1], *(line for line in lines[1:] if line.style in ("bad", "warn"))]
+
+
+def _requirements(report: Report, columns: int) -> Part:
+    rows = totals.join_rows(report)
+    if not rows:
+        return [Line(f"{'requirements':{_LABEL}}none", "warn")]
+    failed = [row for row in rows if row.failed and not row.is_tolerated]
+    known = [row for row in rows if row.is_tolerated]
+    unchecked = [row for row in rows if not row.passed + row.failed]
+    passed = len(rows) - len(failed) - len(known) - len(unchecked)
+    head = f"{'requirements':{_LABEL}}{passed} of {len(rows)} passed"
+    head += f", {len(unchecked)} never checked" if unchecked else ""
+    lines = [*requirement_table(failed, columns)] if failed else []
+    lines += [
+        Line(f"  {row.name} known to fail in {plural(row.failed, 'test')}: {row.xfail_note}", "warn") for row in known
+    ]
+    for row in sorted(unchecked, key=lambda row: bool(row.allowed_untriggered)):
+        why = "triggered, but never decided" if row.triggers else "no test triggered it"
+        text = f"allowed: {row.allowed_untriggered}" if row.allowed_untriggered else why
+        lines.append(Line(f"  {row.name} never checked, {text}", "dim" if row.allowed_untriggered else "warn"))
+    return [Line(head + _least_margins(rows, columns - width(head)), "bad" if failed else "plain"), *lines]
+
+
+def _least_margins(rows: Sequence[totals.RequirementRow], columns: int) -> str:
+    """`; least margins R4 0.01 rad/s, R9 0.983 s`: of each unit the least, as far as there is room."""
+    least: dict[str, str] = {}
+    passed = [row for row in rows if row.margin is not None and row.passed and not row.failed and row.unit]
+    for row in sorted(passed, key=lambda row: row.margin or 0.0):
+        least.setdefault(row.unit, f"{row.name} {row.margin:.3g} {row.unit}")
+    margins = [*least.values()]
+    texts = (f"; least margins {', '.join(margins[:count])}" for count in range(len(margins), 0, -1))
+    return next((text for text in texts if width(text) <= columns), "")
+
+
+def _describe_gaps(report: Report, columns: int) -> Part:
+    """How much is not covered, code first, and where."""
+    code, gaps = report.code_under_test, totals.gaps(report)
+    counts = {kind: sum(gap.count for gap in gaps if gap.kind == kind) for kind in totals.GAP_NOUNS}
+    listed = ", ".join(plural(count, totals.GAP_NOUNS[kind]) for kind, count in counts.items() if count)
+    lines = [Line(f"  never imported: {', '.join(code.never_imported)}", "warn")] if code.never_imported else []
+    lines += [Line(f"  {file} unmeasured: {why}", "warn") for file, why in sorted(code.unmeasured_files.items())]
+    if not code.measured:
+        lines.append(Line(f"  code unmeasured: {totals.explain_no_coverage(report)}", "warn"))
+    by_place: dict[str, list[str]] = {}
+    for gap in gaps:
+        is_code = gap.kind in ("lines", "branches")
+        items = [f"branch {item}" if gap.kind == "branches" else item for item in gap.items]
+        by_place.setdefault(gap.place if is_code else f"{gap.place} {gap.kind}", []).extend(items)
+    for place, items in by_place.items():
+        start = f"  {fit_path(visible(place), columns // 2)}  "
+        lines.append(Line(start + listing([visible(item) for item in items], columns - width(start))))
+    return [Line(f"{'not covered':{_LABEL}}{listed or _describe_whole(report)}"), *lines]
+
+
+def _describe_whole(report: Report) -> str:
+    """`nothing of 28 statements, 8 branches, 8 plans`, or that it is not known."""
+    counts: Counter[str] = Counter()
+    for suite in report.suites[:1]:  # all suites have the same
+        for noun, measured in (("statement", suite.code.statements), ("branch", suite.code.branches)):
+            counts[noun] += measured.reachable if measured else 0
+        counts["plan"] += sum(agent.total for agent in suite.plans.values())
+        counts["bin"] += suite.cross.possible
+    parts = [plural(count, noun) for noun, count in counts.items() if count]
+    return f"nothing of {', '.join(parts)}" if parts else "unknown: nothing was measured"
