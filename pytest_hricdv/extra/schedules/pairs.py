@@ -21,7 +21,11 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
         second: place of the other one.
         time_s: when the first one came (s of simulated time).
         gap_s: how much later the second one came (s).
+        previous: what the first one's thread executes before, and which execution of it that is: perhaps it takes a
+            lock that the second one needs.
+        next: likewise, what it executes next: the second one may come right after the first one.
         is_in_one_node: both are tasks of one loop: neither goes on while the other one is held up.
+        awaited: what another node executes before the first one's task goes on, and which execution of it that is.
     """
 
     first: str
@@ -29,12 +33,20 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
     second: str
     time_s: NotNegative
     gap_s: NotNegative
+    previous: tuple[str, Count] | None = None
+    next: tuple[str, Count] | None = None
     is_in_one_node: bool = False
+    awaited: tuple[str, Count] | None = None
 
     @property
     def pair(self) -> tuple[str, str]:
         """Both places, in this order."""
         return self.first, self.second
+
+    @property
+    def second_s(self) -> float:
+        """When the second one came (s)."""
+        return self.time_s + self.gap_s
 
 
 def conflicts(
@@ -47,26 +59,62 @@ def conflicts(
         places: of points, by their numbers.
         accesses: place -> what its statement reads and writes.
     """
-    last: dict[str, list[PointStep]] = {}
-    for step in steps:
+    neighbours = _neighbours(steps)
+
+    def execution(index: int | None) -> tuple[str, int] | None:
+        return None if index is None else (places[steps[index].point], steps[index].number)
+
+    last: dict[str, list[int]] = {}
+    for index, step in enumerate(steps):
         place = places[step.point]
         access = accesses[place]
-        found: dict[tuple[str, int], PointStep] = {}
+        found: dict[tuple[str, int], int] = {}
         for name in access.reads | access.writes:
-            for before in last.get(name, ()):
+            for earlier in last.get(name, ()):
+                before = steps[earlier]
                 other = accesses[places[before.point]]
                 if before.thread != step.thread and (name in access.writes or name in other.writes):
-                    found[places[before.point], before.number] = before
-            last[name] = [*(entry for entry in last.get(name, ()) if entry.thread != step.thread), step]
-        for before in found.values():
+                    found[places[before.point], before.number] = earlier
+            others = [earlier for earlier in last.get(name, ()) if steps[earlier].thread != step.thread]
+            last[name] = [*others, index]
+        for earlier in found.values():
+            before, is_in_one_node = steps[earlier], steps[earlier].node == step.node
+            previous, following = neighbours[earlier]
             yield DataConflict(
                 first=places[before.point],
                 number=before.number,
                 second=place,
                 time_s=round(before.time_s, 6),
                 gap_s=round(step.time_s - before.time_s, 6),
-                is_in_one_node=before.node == step.node,
+                previous=execution(previous),
+                next=execution(following),
+                is_in_one_node=is_in_one_node,
+                awaited=_awaited(steps, places, earlier) if is_in_one_node else None,
             )
+
+
+def _neighbours(steps: Sequence[PointStep]) -> list[tuple[int | None, int | None]]:
+    """Of each step, the indices of the one before it and of the next one of its thread."""
+    before: list[int | None] = []
+    after: list[int | None] = [None] * len(steps)
+    last: dict[int, int] = {}
+    for index, step in enumerate(steps):
+        previous = last.get(step.thread)
+        before.append(previous)
+        if previous is not None:
+            after[previous] = index
+        last[step.thread] = index
+    return [*zip(before, after, strict=True)]
+
+
+def _awaited(steps: Sequence[PointStep], places: Sequence[str], first: int) -> tuple[str, int] | None:
+    """What another node executes before a task goes on; None where it is not the next one to execute anything."""
+    for step in steps[first + 1 :]:
+        if step.node != steps[first].node:
+            return places[step.point], step.number
+        if step.thread != steps[first].thread:
+            return None
+    return None
 
 
 def thin(found: Iterator[DataConflict]) -> tuple[DataConflict, ...]:

@@ -65,11 +65,17 @@ class _PointInserter(ast.NodeTransformer):
     def __init__(self, file: str, points: CodePoints) -> None:
         self._file = file
         self._points = points
+        self._fixed: frozenset[str] = frozenset()
         self._shared: list[frozenset[str]] = []
         self._names: list[str] = []
 
+    def visit_Module(self, node: ast.Module) -> ast.AST:
+        """What its names stand for once and for all is no data."""
+        self._fixed = _fixed_names(node)
+        return self.generic_visit(node)
+
     def _function(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> ast.AST:
-        self._shared.append(_own_names(node))
+        self._shared.append(_own_names(node) | self._fixed)
         self._names.append(node.name)
         self._begin(node.body, "")
         node.body = self._block(node.body)
@@ -154,6 +160,22 @@ def _reading(target: ast.expr) -> ast.expr:
         return ast.Attribute(target.value, target.attr, ast.Load())
     assert isinstance(target, ast.Name)
     return ast.Name(target.id, ast.Load())
+
+
+def _fixed_names(module: ast.Module) -> frozenset[str]:
+    """Names of imports, functions and classes of a module that nothing assigns to."""
+    imported = {
+        (alias.asname or alias.name).partition(".")[0]
+        for node in ast.walk(module)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+    kinds = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
+    defined = {node.name for node in module.body if isinstance(node, kinds)}
+    assigned = {
+        node.id for node in ast.walk(module) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store | ast.Del)
+    }
+    return frozenset((imported | defined) - assigned)
 
 
 def _own_names(function: ast.FunctionDef | ast.AsyncFunctionDef) -> frozenset[str]:

@@ -34,6 +34,12 @@ MOST_DECISIONS = 3
 ONE = 0.6
 """The share of runs with one decision only."""
 
+CAUSED = 0.75
+"""The share of moves of the action that the second of a pair came after; the others move any action."""
+
+HOLDS = 3
+"""So many places to hold a thread up are tried for a pair: see `ScheduleSearch._reverse`."""
+
 AT_RANDOM = 0.25
 """The share of runs whose decisions are drawn without looking at pairs: what static names miss may be there."""
 
@@ -61,6 +67,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         conflicts: some of each pair.
         executed: place -> how often.
         ready: of each choice between nodes, how many were ready.
+        actions: when they began (s), and their numbers from 1.
         held: what decisions did.
         record: SHA-256 of the record.
     """
@@ -71,6 +78,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     conflicts: tuple[DataConflict, ...] = ()
     executed: Mapping[str, Count] = {}
     ready: tuple[Count, ...] = ()
+    actions: tuple[tuple[NotNegative, Count], ...] = ()
     held: tuple[HeldNode, ...] = ()
     record: str = ""
 
@@ -122,14 +130,18 @@ def _run(rerunner: TestRerunner, test: ConcreteTest) -> ScheduleRun | None:
         for verdict in result.verdicts
         if verdict.verdict == "Failed" and rerunner.is_violated(verdict.requirement, verdict)
     ]
-    return _summary(noted[0], tuple(violated), result.errors, result.record.sha256)
+    return msgspec.structs.replace(
+        _summary(noted[0]),
+        violated=tuple(violated),
+        faults=result.errors,
+        actions=tuple(zip(result.action_times_s, result.begun, strict=True)),
+        record=result.record.sha256,
+    )
 
 
-def _summary(scheduler: Scheduler, violated: Names, faults: Names, record: str) -> ScheduleRun:
+def _summary(scheduler: Scheduler) -> ScheduleRun:
     places = scheduler.points.places
     return ScheduleRun(
-        violated=violated,
-        faults=faults,
         threads=len({step.thread for step in scheduler.steps}),
         conflicts=thin(conflicts(scheduler.steps, places, accesses(scheduler.points))),
         executed=dict(sorted(Counter(places[step.point] for step in scheduler.steps).items())),
@@ -144,7 +156,6 @@ def _summary(scheduler: Scheduler, violated: Names, faults: Names, record: str) 
             )
             for held in scheduler.held_up
         ),
-        record=record,
     )
 
 
@@ -173,6 +184,8 @@ class ScheduleSearch:
     seed: int
     seen: set[PlacePair] = field(default_factory=set)
     """Pairs in the order in which some run executed them."""
+    near: set[PlacePair] = field(default_factory=set)
+    """Those that some run executed so fast that a hold reverses them."""
     tried: Counter[PlacePair] = field(default_factory=Counter)
     """Pairs whose first node was held up."""
     runs: int = 0
@@ -182,7 +195,7 @@ class ScheduleSearch:
     def note(
         self, run: ScheduleRun, candidate: ScheduleCandidate | None = None, test: ConcreteTest | None = None
     ) -> None:
-        """Pairs that a run executed; with a schedule, those that are new lead to further decisions.
+        """Pairs that a run executed; with a schedule, those that are new or nearer lead to further decisions.
 
         Args:
             run: of a test.
@@ -190,9 +203,14 @@ class ScheduleSearch:
             test: with this schedule.
         """
         if candidate is not None and test is not None and len(test.schedule) < MOST_DECISIONS:
-            later = {conflict.pair: conflict for conflict in run.conflicts if conflict.pair not in self.seen}
-            self.found_later += [(candidate, test, conflict) for conflict in later.values()]
+            later = {
+                conflict.pair: conflict
+                for conflict in run.conflicts
+                if conflict.pair not in (self.near if self._is_near(conflict) else self.seen)
+            }
+            self.found_later += [(candidate, test, conflict) for conflict in later.values() for _ in range(HOLDS)]
         self.seen.update(conflict.pair for conflict in run.conflicts)
+        self.near.update(conflict.pair for conflict in run.conflicts if self._is_near(conflict))
 
     def open_pairs(self) -> list[PlacePair]:
         """Pairs that came in one order only."""
@@ -205,7 +223,9 @@ class ScheduleSearch:
         while able:
             rng = make_rng("schedules", self.seed, number)
             number += 1
-            made = self._at_random(rng, able) if rng.random() < AT_RANDOM else self._further() or self._pair(rng, able)
+            made = None
+            if rng.random() >= AT_RANDOM:
+                made = (self._further() if number % 2 else None) or self._pair(rng, able)
             yield made or self._at_random(rng, able)
 
     def _pair(
@@ -221,17 +241,14 @@ class ScheduleSearch:
             return None
         least = min(entry[:2] for entry in found)
         _, needs_move, place, conflict = rng.choice([entry for entry in found if entry[:2] == least])
-        self.tried[conflict.pair] += 1
         candidate = candidates[place]
         test: ConcreteTest | None = candidate.test
         if needs_move:
             test = self._move(rng, candidate, conflict)
+        decisions = self._reverse(conflict)
         if test is None:
             return None
-        decisions = []
-        if not conflict.is_in_one_node or rng.random() >= ONE:
-            decisions.append(ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s))
-        if rng.random() >= ONE:
+        if not decisions or rng.random() >= ONE:
             decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
         return candidate, replace(test, schedule=_sort_decisions(decisions))
 
@@ -240,19 +257,29 @@ class ScheduleSearch:
         if not self.found_later:
             return None
         candidate, test, conflict = self.found_later.pop(0)
+        return candidate, replace(test, schedule=_sort_decisions([*test.schedule, *self._reverse(conflict)]))
+
+    def _reverse(self, conflict: DataConflict) -> list[ScheduleDecision]:
+        """What lets the second one come before the first one; at the next times right after it, or earlier still."""
+        turn = self.tried[conflict.pair]
         self.tried[conflict.pair] += 1
-        decision = ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s)
-        return candidate, replace(test, schedule=_sort_decisions([*test.schedule, decision]))
+        first = conflict.first, conflict.number
+        holds = [conflict.awaited] if conflict.is_in_one_node else [first, conflict.next, conflict.previous]
+        held = holds[turn % len(holds)]
+        return [] if held is None else [ScheduleDecision("hold", *held, self.slowest_s)]
+
+    def _is_near(self, conflict: DataConflict) -> bool:
+        return conflict.gap_s <= self.slowest_s
 
     def _needs_move(self, conflict: DataConflict) -> bool:
         """Whether the second one cannot come in between as the test is."""
-        return conflict.is_in_one_node or conflict.gap_s > self.slowest_s
+        return conflict.is_in_one_node or not self._is_near(conflict)
 
     def _more(self, rng: Random, candidate: ScheduleCandidate, count: int) -> list[ScheduleDecision]:
         usual = candidate.usual
         if not usual.executed:
             return []
-        near = [conflict for conflict in usual.conflicts if conflict.gap_s <= self.slowest_s]
+        near = [conflict for conflict in usual.conflicts if self._is_near(conflict)]
         made = []
         for _ in range(count):
             if usual.ready and rng.random() < 0.3:
@@ -286,7 +313,9 @@ class ScheduleSearch:
         ]
         if not options:
             return None
-        place, name, changed = rng.choice(options)
+        last = max((number - 1 for time_s, number in candidate.usual.actions if time_s <= conflict.second_s), default=0)
+        caused = [entry for entry in options if entry[0] == last and entry[2] < test.actions[last].parameters[entry[1]]]
+        place, name, changed = rng.choice(caused if caused and rng.random() < CAUSED else options)
         action = test.actions[place]
         action = replace(action, parameters={**action.parameters, name: changed})
         return replace(test, actions=(*test.actions[:place], action, *test.actions[place + 1 :]))
