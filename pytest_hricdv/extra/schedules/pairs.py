@@ -52,7 +52,7 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
 def conflicts(
     steps: Sequence[PointStep], places: Sequence[str], accesses: Mapping[str, DataAccess]
 ) -> Iterator[DataConflict]:
-    """Of what a run executed, in this order.
+    """Of what a run executed, in this order; of each thread, what it executed last with the same data, at one instant.
 
     Args:
         steps: what it executed.
@@ -64,19 +64,19 @@ def conflicts(
     def execution(index: int | None) -> tuple[str, int] | None:
         return None if index is None else (places[steps[index].point], steps[index].number)
 
-    last: dict[str, list[int]] = {}
+    last: dict[str, dict[int, list[int]]] = {}
     for index, step in enumerate(steps):
         place = places[step.point]
         access = accesses[place]
         found: dict[tuple[str, int], int] = {}
         for name in access.reads | access.writes:
-            for earlier in last.get(name, ()):
+            of_name = last.setdefault(name, {})
+            for earlier in (earlier for thread in of_name if thread != step.thread for earlier in of_name[thread]):
                 before = steps[earlier]
-                other = accesses[places[before.point]]
-                if before.thread != step.thread and (name in access.writes or name in other.writes):
+                if name in access.writes or name in accesses[places[before.point]].writes:
                     found[places[before.point], before.number] = earlier
-            others = [earlier for earlier in last.get(name, ()) if steps[earlier].thread != step.thread]
-            last[name] = [*others, index]
+            at_once = (other for other in of_name.get(step.thread, ()) if steps[other].time_s == step.time_s)
+            of_name[step.thread] = [*(other for other in at_once if steps[other].point != step.point), index]
         for earlier in found.values():
             before, is_in_one_node = steps[earlier], steps[earlier].node == step.node
             previous, following = neighbours[earlier]

@@ -43,6 +43,27 @@ def test_tasks_of_one_loop_are_threads_in_one_node() -> None:
     assert conflict.is_in_one_node
 
 
+def test_of_a_thread_all_that_it_did_with_the_data_at_one_instant_counts() -> None:
+    steps = step("stop", 0, 1.0), step("act", 0, 1.0), step("act", 1, 1.2)
+    assert found(*steps) == [("stop", "act", 0.2), ("act", "act", 0.2)]
+    assert found(step("stop", 0, 0.9), *steps[1:]) == [("act", "act", 0.2)]
+
+
+def test_a_pair_knows_what_its_first_thread_executes_around_it() -> None:
+    steps = step("other", 0, 1.0), step("check", 0, 1.0), step("stop", 1, 1.1), step("act", 0, 1.2, number=4)
+    pair = next(conflicts(steps, PLACES, ACCESSES))
+    assert (pair.first, pair.second) == ("check", "stop")
+    assert (pair.previous, pair.next) == (("other", 1), ("act", 4))
+
+
+def test_what_a_task_awaits_is_what_another_node_executes_next() -> None:
+    checks, stops = step("check", 0, 1.0, node=0), step("stop", 1, 1.5, node=0)
+    (pair,) = conflicts([checks, step("other", 2, 1.0, number=3, node=7), stops], PLACES, ACCESSES)
+    assert pair.awaited == ("other", 3)
+    (pair,) = conflicts([checks, step("other", 3, 1.0, node=0), step("other", 2, 1.0, node=7), stops], PLACES, ACCESSES)
+    assert pair.awaited is None
+
+
 def test_of_many_a_few_are_kept_with_the_smallest_gaps() -> None:
     many = (
         DataConflict(first="a", number=number, second="b", time_s=float(number), gap_s=abs(number - 50) / 10)

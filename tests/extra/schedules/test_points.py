@@ -98,3 +98,27 @@ def test_code_that_stops_at_points_does_the_same(numbers: list[int]) -> None:
     assert loaded(CodePoints(), reached)(numbers) == loaded(None, [])(numbers)
     assert reached.count("counter.py:9") == len(numbers)
     assert reached.count("counter.py:10=") == sum(number > 3 for number in numbers)
+
+
+def test_what_a_name_stands_for_once_and_for_all_is_no_data() -> None:
+    text = """
+import asyncio
+from threading import Lock as L
+free = 1
+class Arm:
+    async def move(self):
+        await asyncio.sleep(free)
+        L().acquire()
+        help(self)
+def help(arm):
+    global free
+    free = 2
+"""
+    points = CodePoints()
+    points.instrument("arm.py").visit(ast.parse(text))
+    assert [sorted(access.reads | access.writes) for access in points.accesses] == [
+        [".sleep", "free"],
+        [".acquire"],
+        [],
+        ["free"],
+    ]
