@@ -15,7 +15,7 @@ import math
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import FrameType
 from typing import NoReturn
 
@@ -142,8 +142,8 @@ class Kernel:
         """Called with each node that is woken."""
         self.notice_wait: Callable[[Node, float | None], None] | None = None
         """Called with each node that begins to wait, and how long at most (s)."""
-        self.pick: Callable[[Sequence[Node]], int] | None = None
-        """Which of the nodes that are ready goes on; None for the first. Asked where there are several."""
+        self.pick: Callable[[int], int] | None = None
+        """Which of so many nodes or callbacks that are ready goes first; None for the first one. See `choose`."""
         self.notice_return: Callable[[Node], None] | None = None
         """Called with each node that has given control back."""
         self._look: Callable[[], None] = lambda: None
@@ -419,11 +419,16 @@ class Kernel:
             self._resume(node)
 
     def _next_ready(self) -> Node:
-        if self.pick is None or len(self._ready) == 1:
+        number = self.choose(len(self._ready))
+        if number == 0:
             return self._ready.popleft()
-        node = self._ready[self.pick(self._ready)]
-        self._ready.remove(node)
+        node = self._ready[number]
+        del self._ready[number]
         return node
+
+    def choose(self, count: int) -> int:
+        """Which of so many that are ready at one instant goes first, from 0."""
+        return 0 if self.pick is None or count < 2 else self.pick(count)
 
     def _resume(self, node: Node) -> None:
         if node.ended:

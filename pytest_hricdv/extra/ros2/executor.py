@@ -72,7 +72,7 @@ def _replacement(executors: Any, original: Callable[..., Any]) -> Callable[..., 
             if not self._context.ok():
                 raise executors.ExternalShutdownException
             # Asked again: the callback before this one may have taken the group, or cancelled the timer.
-            for entity, node, take in ready:
+            for entity, node, take in _in_order(ready):
                 if self.can_execute(entity) and _is_still(entity):
                     has_work = True
                     yield self._make_handler(entity, node, take), entity, node
@@ -84,6 +84,13 @@ def _replacement(executors: Any, original: Callable[..., Any]) -> Callable[..., 
             raise executors.ConditionReachedException
 
     return wait_for_ready_callbacks
+
+
+def _in_order(ready: list[Ready]) -> Iterator[Ready]:
+    """What is ready, as the schedule of the run has it."""
+    kernel = current_kernel("spin")
+    while ready:
+        yield ready.pop(kernel.choose(len(ready)))
 
 
 def _end_ns(timeout_sec: Any) -> int | None:

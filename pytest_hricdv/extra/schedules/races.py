@@ -130,9 +130,7 @@ def words(race: ScheduleRace) -> str:
         during = f" while {others} executes {_few([*between])}" if between else ""
         parts.append(f"{held.node} waits {before} for {held.for_s:.6g} s{during}")
     orders = [decision for decision in race.test.schedule if decision.kind == "order"]
-    parts += [
-        f"at choice {entry.number} node {int(entry.value) + 1} of those that are ready goes first" for entry in orders
-    ]
+    parts += [f"at choice {entry.number} number {int(entry.value) + 1} of what is ready goes first" for entry in orders]
     return "; ".join(parts)
 
 

@@ -47,8 +47,8 @@ class PointStep:
 
 
 @dataclass(frozen=True)
-class NodeChoice:
-    """Several nodes were ready: how many, and when (s of simulated time)."""
+class ReadyChoice:
+    """Several nodes, or callbacks of an executor, were ready: how many, and when (s of simulated time)."""
 
     ready: int
     time_s: float
@@ -91,7 +91,7 @@ class Scheduler:
     points: CodePoints
     notes: bool = False
     steps: list[PointStep] = field(default_factory=list)
-    choices: list[NodeChoice] = field(default_factory=list)
+    choices: list[ReadyChoice] = field(default_factory=list)
     held_up: list[HoldRecord] = field(default_factory=list)
     _counts: dict[str, int] = field(default_factory=dict)
     _nodes: dict[tuple[Node, object], int] = field(default_factory=dict)
@@ -153,11 +153,11 @@ class Scheduler:
             )
         )
 
-    def pick(self, ready: Sequence[Node]) -> int:
-        """Which of the nodes that are ready goes on."""
-        self.choices.append(NodeChoice(len(ready), self.kernel.now_s))
+    def pick(self, count: int) -> int:
+        """Which of so many nodes or callbacks that are ready goes first."""
+        self.choices.append(ReadyChoice(count, self.kernel.now_s))
         chosen = self._picks.get(len(self.choices), 0)
-        return chosen if chosen < len(ready) else 0
+        return chosen if chosen < count else 0
 
     def end_holds(self, node: Node) -> None:
         """A node has given control back: if it executed anything, who waited for another one to run goes on."""

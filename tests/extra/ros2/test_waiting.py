@@ -17,6 +17,7 @@ from pytest_hricdv.extra.ros2.clocks import (
     need_no_clock_topic,
     whole_ns,
 )
+from pytest_hricdv.extra.ros2.executor import _in_order
 from pytest_hricdv.extra.ros2.handles import InvalidHandle
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
 from pytest_hricdv.extra.ros2.world import WorldNode
@@ -175,3 +176,15 @@ def test_a_finalizer_may_use_a_handle_of_a_run_that_is_over_also_in_the_next_one
 def test_outside_of_a_run_nothing_waits() -> None:
     with pytest.raises(KernelError, match="only a node of a simulated run"):
         WaitSet()
+
+
+def test_callbacks_that_are_ready_are_called_as_the_schedule_has_it() -> None:
+    called: list[list[Any]] = []
+
+    def robot(kernel: Kernel) -> None:
+        for picks in (lambda count: 0, lambda count: count - 1):
+            kernel.pick = picks
+            called.append([entity for entity, _, _ in _in_order([(name, None, None) for name in "abc"])])
+
+    run(robot)
+    assert called == [["a", "b", "c"], ["c", "b", "a"]]

@@ -57,4 +57,4 @@ def test_what_fails_with_the_delay_alone_is_late_by_the_least_delay_that_does_it
 def test_an_order_of_nodes_that_are_ready_is_never_late() -> None:
     race = examined(lambda at: True, ScheduleDecision("order", "", 3, 1.0))
     assert race.kind == "wrong order"
-    assert words(race) == "at choice 3 node 2 of those that are ready goes first"
+    assert words(race) == "at choice 3 number 2 of what is ready goes first"
