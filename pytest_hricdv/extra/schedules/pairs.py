@@ -89,7 +89,7 @@ def conflicts(
                 previous=execution(previous),
                 next=execution(following),
                 is_in_one_node=is_in_one_node,
-                awaited=_awaited(steps, places, earlier) if is_in_one_node else None,
+                awaited=_find_awaited(steps, places, earlier) if is_in_one_node else None,
             )
 
 
@@ -107,7 +107,7 @@ def _neighbours(steps: Sequence[PointStep]) -> list[tuple[int | None, int | None
     return [*zip(before, after, strict=True)]
 
 
-def _awaited(steps: Sequence[PointStep], places: Sequence[str], first: int) -> tuple[str, int] | None:
+def _find_awaited(steps: Sequence[PointStep], places: Sequence[str], first: int) -> tuple[str, int] | None:
     """What another node executes before a task goes on; None where it is not the next one to execute anything."""
     for step in steps[first + 1 :]:
         if step.node != steps[first].node:

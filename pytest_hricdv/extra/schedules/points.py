@@ -71,7 +71,7 @@ class _PointInserter(ast.NodeTransformer):
 
     def visit_Module(self, node: ast.Module) -> ast.AST:
         """What its names stand for once and for all is no data."""
-        self._fixed = _fixed_names(node)
+        self._fixed = _constant_names(node)
         return self.generic_visit(node)
 
     def _function(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> ast.AST:
@@ -162,7 +162,7 @@ def _reading(target: ast.expr) -> ast.expr:
     return ast.Name(target.id, ast.Load())
 
 
-def _fixed_names(module: ast.Module) -> frozenset[str]:
+def _constant_names(module: ast.Module) -> frozenset[str]:
     """Names of imports, functions and classes of a module that nothing assigns to."""
     imported = {
         (alias.asname or alias.name).partition(".")[0]
