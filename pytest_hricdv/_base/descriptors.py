@@ -11,13 +11,32 @@ STANDARD = (0, 1, 2)
 OWN: set[int] = {*STANDARD}
 """Those that are the session's."""
 
+_LEFT: dict[int, tuple[int, int]] = {}
+"""Those that runs have opened and left open -> device and number of the file: code under test may close them later."""
+
 
 def keep_open() -> None:
-    """All that are open now are the session's; to be called before code under test is imported."""
+    """All that are open now are the session's, but for those that runs have left; called before a run."""
+    now = _open_files()
     OWN.clear()
-    OWN.update(STANDARD)
+    OWN.update(STANDARD, (number for number, file in now.items() if _LEFT.get(number) != file))
+
+
+def leave_open() -> None:
+    """What was opened since `keep_open` is not the session's; called after a run."""
+    now = _open_files()
+    _LEFT.clear()
+    _LEFT.update({number: file for number, file in now.items() if number not in OWN})
+
+
+def _open_files() -> dict[int, tuple[int, int]]:
+    found: dict[int, tuple[int, int]] = {}
     with suppress(OSError):  # Windows has no such folder
-        OWN.update(number for number in map(int, os.listdir("/dev/fd")) if _is_open(number))
+        for number in map(int, os.listdir("/dev/fd")):
+            with suppress(OSError):  # the folder's own, which is closed now
+                status = os.fstat(number)
+                found[number] = status.st_dev, status.st_ino
+    return found
 
 
 def _is_open(number: int) -> bool:

@@ -6,8 +6,9 @@ import _thread
 import ctypes
 import signal
 import threading
+import traceback
 from collections.abc import Callable, Iterator
-from itertools import islice
+from itertools import compress, islice
 from types import FrameType
 from typing import TypeVar, cast
 
@@ -25,6 +26,8 @@ TEXT_WITHIN_S = 1.0
 """So long somebody else's value may take to say its text (s of real time): a list of six million numbers does."""
 
 T = TypeVar("T")
+
+_OURS = __name__.partition(".")[0]
 
 # As they are now: the code under test may replace them, and in runs some are refused.
 _HANDLE, _START, _LOCK = signal.signal, _thread.start_new_thread, _thread.allocate_lock
@@ -201,8 +204,19 @@ def shorten(error: BaseException) -> BaseException:
         part.__suppress_context__ = hidden
         pending += [part.__cause__, part.__context__]
         pending += _members(part)
+        _hide_between(part)
         _shorten_one(part)
     return error
+
+
+def _hide_between(error: BaseException) -> None:
+    """Frames of this package that have called somebody else's code are not shown: they are not why it raised."""
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    is_ours = [str(frame.f_globals.get("__name__")).partition(".")[0] == _OURS for frame in frames]
+    while is_ours and is_ours[-1]:
+        is_ours.pop()
+    for frame in compress(frames, is_ours):
+        frame.f_locals["__tracebackhide__"] = True
 
 
 def _shorten_one(error: BaseException) -> None:

@@ -5,6 +5,7 @@ Registered in the controlling process only.
 
 from __future__ import annotations
 
+import _thread
 import atexit
 import contextlib
 import os
@@ -84,8 +85,25 @@ class EarlyEnd:
 
 _EXIT = os._exit  # as it is now
 
+AT_EXIT_WITHIN_S = 30.0
+"""How long what was registered with `atexit` may take (s, chosen): all results are out, and a service would wait."""
+
 
 def _keep_status(ours: int, pid: int) -> None:
     """Called first of all when Python ends: from then on `os._exit(0)` is no success of a session that failed."""
     if os.getpid() == pid and os._exit is _EXIT:
         os._exit = lambda status: _EXIT(status or ours)
+        with contextlib.suppress(RuntimeError):  # it is too late for a thread
+            _thread.start_new_thread(_end_unfinished, (ours,))
+
+
+def _end_unfinished(ours: int) -> None:
+    waiting = _thread.allocate_lock()
+    waiting.acquire()
+    waiting.acquire(timeout=AT_EXIT_WITHIN_S)
+    said = f"hricdv: what was registered with atexit takes more than {AT_EXIT_WITHIN_S:g} s: Python ends without it"
+    for stream, text in ((sys.stdout, ""), (sys.stderr, f"{said}\n")):
+        with contextlib.suppress(Exception):  # it may be closed, or anything
+            stream.write(text)
+            stream.flush()
+    _EXIT(ours)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import traceback
+from typing import Any
 
 import pytest
 
@@ -209,3 +210,14 @@ def test_groups_that_nobody_could_write_become_one() -> None:
         assert isinstance(flat, ExceptionGroup)
         assert [str(part) for part in flat.exceptions] == ["leaf"]
         assert "ValueError: leaf" in "".join(traceback.format_exception(flat))
+
+
+@pytest.mark.parametrize(("calls", "hidden"), [("value()", [False, True, False]), ("value + 1", [False, False])])
+def test_frames_between_those_of_others_are_hidden(calls: str, hidden: list[bool]) -> None:
+    ours: dict[str, Any] = {"__name__": "pytest_hricdv.somewhere"}
+    exec(f"def call(value): {calls}", ours)
+    with pytest.raises(ZeroDivisionError if "()" in calls else TypeError) as raised:
+        ours["call"](lambda: 1 / 0)
+    shorten(raised.value)
+    frames = [frame for frame, _ in traceback.walk_tb(raised.value.__traceback__)]
+    assert ["__tracebackhide__" in frame.f_locals for frame in frames] == hidden

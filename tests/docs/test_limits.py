@@ -304,6 +304,7 @@ NOT_OF_INPUT = {
 
 TIMES = {
     "coverage.import_process:TIMEOUT_S": "120 s",
+    "session.early_end:AT_EXIT_WITHIN_S": "30 s",
     "extra.cluster.cluster:WAIT_FOR_LOCAL_S": "30 s",
     "extra.cluster.cluster:WAIT_FOR_WORKERS_S": "60 s",
     "extra.cluster.connection:WAIT_FOR_SCHEDULER_S": "120 s",

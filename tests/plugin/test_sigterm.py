@@ -174,3 +174,17 @@ def test_processes_of_a_closing_loop_end_with_their_session(lamps: pytest.Pytest
         session.wait()
     for pid in (lamps.path / "begun").read_text(encoding="utf-8").split():
         wait_for_end(int(pid))
+
+
+def test_what_is_left_to_the_end_of_python_does_not_keep_it(tmp_path: Path) -> None:
+    ending = (
+        "import atexit, os, time\n"
+        "from pytest_hricdv.session import early_end as module\n"
+        "module.AT_EXIT_WITHIN_S = 0.1\n"
+        "atexit.register(time.sleep, 10_000.0)\n"
+        "atexit.register(module._keep_status, 3, os.getpid())\n"
+        "print('all results')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", ending], capture_output=True, text=True, check=False, timeout=600)
+    assert (done.returncode, done.stdout) == (3, "all results\n")
+    assert "takes more than 0.1 s: Python ends without it" in done.stderr

@@ -310,6 +310,29 @@ def test_a_number_that_the_session_had_before_is_the_codes_to_close() -> None:
     assert closed == [stale]
 
 
+def test_what_a_run_has_left_open_is_the_codes_to_close_in_a_later_one() -> None:
+    left: list[int] = []
+    for work in (lambda: left.append(os.dup(1)), lambda: os.close(left[0])):
+        kernel = Kernel()
+        with guard_run(kernel):
+            kernel.spawn("node", work)
+            assert kernel.run(1.0) == "idle"
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(left[0])
+
+
+def test_who_keeps_a_refusal_beyond_its_run_may_do_what_it_refuses() -> None:
+    kept: list[Callable[[int], None]] = []
+    kernel = Kernel()
+    own = os.dup(1)
+    with guard_run(kernel):
+        kernel.spawn("node", lambda: kept.append(os.close))  # as a default of a function of a module that it imports
+        kernel.run(1.0)
+    kept[0](own)
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(own)
+
+
 def test_what_was_open_before_the_run_is_the_sessions() -> None:
     kept = os.dup(1)
     kernel = Kernel()

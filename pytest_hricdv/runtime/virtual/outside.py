@@ -25,7 +25,7 @@ from functools import partial, wraps
 from types import ModuleType
 from typing import Any, NoReturn
 
-from pytest_hricdv._base.descriptors import keep_open
+from pytest_hricdv._base.descriptors import keep_open, leave_open
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, TIME, real_wait
 from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
@@ -266,6 +266,7 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
         guard.is_over = True
         for restore in reversed(undo):
             restore()
+        leave_open()
         if HAS_TERMINALS:
             for terminal in terminals_of(kernel).values():
                 terminal.hang_up()
@@ -291,7 +292,7 @@ def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[...,
 def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def call_or_refuse(*args: Any, **keywords: Any) -> Any:
-        if closes_own(name, sys._getframe(1)):
+        if guard.is_over or closes_own(name, sys._getframe(1)):  # who was imported meanwhile may have kept it
             return real(*args, **keywords)
         return guard.call_or_refuse(name, real, *args, **keywords)
 

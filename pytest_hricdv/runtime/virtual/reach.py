@@ -16,6 +16,9 @@ TOOLS = frozenset(
 )
 """Packages that run the tests: they need real time, and no node runs them."""
 
+_WITH_THREADS = frozenset({"logging.handlers"})
+"""Modules of Python's library that are always reached: threads that they start take part in the run."""
+
 _NAMED = (type, FunctionType, BuiltinFunctionType)
 
 
@@ -49,7 +52,7 @@ class Reach:
         self.packages = tuple(packages)
         self._roots = {package.partition(".")[0] for package in packages}
         self._installed: set[str] = set()
-        self._reached: set[str] = set()
+        self._reached: set[str] = {*_WITH_THREADS}
 
     def __contains__(self, module: object) -> bool:
         if not isinstance(module, str):

@@ -5,7 +5,10 @@ from __future__ import annotations
 import asyncio
 import concurrent.futures
 import functools
+import logging
+import logging.handlers
 import pickle
+import queue
 import sched
 import threading
 import time
@@ -360,4 +363,20 @@ def lock_of_an_object_of_the_module(say: Say) -> None:
         thread.start()
     for thread in threads:
         thread.join()
+    say(_now())
+
+
+@program
+def log_that_another_thread_writes(say: Say) -> None:
+    class Writer(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            time.sleep(0.5)
+            say((record.getMessage(), _now()))
+
+    records: queue.Queue[Any] = queue.Queue()
+    listener = logging.handlers.QueueListener(records, Writer())
+    listener.start()
+    for text in ("moves", "rests"):
+        logging.handlers.QueueHandler(records).handle(logging.makeLogRecord({"msg": text}))
+    listener.stop()
     say(_now())

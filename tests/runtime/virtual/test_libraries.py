@@ -38,6 +38,7 @@ SEEN: dict[str, list[object]] = {
     "values_of_each_thread": [(2, 0), (2, 1), (0, False)],
     "clocks_of_the_system": [61.0, ("00:01:01", 1, "Sat Jan  1 00:01:01 2000")],
     "lock_of_an_object_of_the_module": [0, 0, 0, 3.0],
+    "log_that_another_thread_writes": [("moves", 0.5), ("rests", 1.0), 1.0],
 }
 """What each program sees."""
 
