@@ -1,150 +1,84 @@
-"""Begin a project: write a testbench that runs, to be replaced part by part.
+"""Tests for robots that work with people: begin a project, work with models, reports and campaigns.
 
-    python -m pytest_hricdv init
-    pytest
+    hricdv init coffee && cd coffee    # a project that runs
+    pytest                             # its tests are run by pytest; see pytest --help for --hri-*
 
-It asks nothing, and overwrites nothing. When tests run: python -m pytest_hricdv suggest proposes requirements that all
-of their runs satisfied. Other commands, each with --help: python -m pytest_hricdv.bdi (run and lint models), .report
-(merge, check and export reports), .campaign (each test with many seeds).
+`python -m pytest_hricdv` is the same command.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from importlib import import_module
+from importlib.metadata import version
+from types import MappingProxyType
+from typing import NamedTuple
 
-from pytest_hricdv._base.message import InputError, visible
+from pytest_hricdv._base.command_line import CommandParser
 from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.registry import offers
-from pytest_hricdv.skeleton.skeleton import Skeleton, name_like
+from pytest_hricdv.skeleton.command import add_commands
 
-OK, USAGE = 0, 2
+
+class CommandGroup(NamedTuple):
+    """A command that another module has, which is imported when it is asked for.
+
+    Args:
+        purpose: for `--help`.
+        module: its `main` gets the arguments, and what the command is called.
+        first: arguments in front of those that were given.
+    """
+
+    purpose: str
+    module: str
+    first: tuple[str, ...] = ()
+
+
+GROUPS = MappingProxyType(
+    {
+        "lint": CommandGroup("find probable mistakes in models, without running them", "pytest_hricdv.bdi.__main__",
+                             ("lint",)),
+        "model": CommandGroup("run a model, trace why it acts, check a folder of models", "pytest_hricdv.bdi.__main__"),
+        "report": CommandGroup("merge, gate, export and rebuild reports", "pytest_hricdv.report.__main__"),
+        "campaign": CommandGroup("run each test with many seeds, on several machines", "pytest_hricdv.campaign"),
+    }
+)  # fmt: skip
+"""All commands but those of the skeleton and of features, which are parsed here."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Do what the command line says; returns the exit status."""
-    options = _parser().parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else [*arguments]
+    group = GROUPS.get(given[0]) if given else None
+    if group is not None:
+        called = "hricdv" if group.first else f"hricdv {given[0]}"
+        return int(import_module(group.module).main([*group.first, *given[1:]], called))
+    parser = _parser()
+    if not given:
+        parser.print_help()
+        return 0
+    options = parser.parse_args(given)
     return int(options.do(options))
 
 
-def _init(options: argparse.Namespace) -> int:
-    try:
-        if options.update:
-            return int(_drafts().update(options.folder))
-        asked = [name for name, value in (("--from", options.source), ("--ros2", options.ros2),
-                                          ("--launch", options.launch)) if value]  # fmt: skip
-        if len(asked) > 1:
-            raise InputError(
-                f"expected one of --from, --ros2 and --launch, and {' and '.join(asked)} came: --ros2 and --launch "
-                "read the code of their nodes, too"
-            )
-        if options.recording and not asked:
-            raise InputError(
-                "--recording: expected --from, --ros2 or --launch, too: its ranges are those of what the code receives"
-            )
-        if asked or options.ros2 is not None:
-            return _draft(options)
-        robot = options.robot or name_like(options.folder.resolve().name)
-        skeleton = Skeleton(robot, options.people or options.person)
-        for name in skeleton.write(options.folder):
-            print(visible(str(options.folder / name)))
-    except InputError as error:
-        print(visible(f"error: init: {error}"), file=sys.stderr)
-        return USAGE
-    where = "" if options.folder == Path() else f"cd {options.folder}; "
-    print()
-    print(visible(f"now:  {where}pytest"))
-    print(
-        visible(f"then: replace {robot}.py with your code, world.py with your simulator, and models/ with your people")
-    )
-    return OK
+def run() -> None:
+    """The console script."""
+    work_on_unread()
+    sys.exit(main())
 
 
-def _draft(options: argparse.Namespace) -> int:
-    asked = {"launch": options.launch, "ros2": options.ros2, "from": options.source}
-    given = {"folder": options.folder, "robot": options.robot or "", "person": options.person,
-             "runs": not options.no_run, "recordings": tuple(options.recording),
-             "budget_s": options.budget}  # fmt: skip
-    for line in _drafts().draft(asked, given):
-        print(visible(line), flush=True)
-    where = "" if options.folder == Path() else f"cd {options.folder}; "
-    print()
-    print(visible(f"now:  {where}pytest"))
-    print(visible("then: QUESTIONS.md has what the code does not say, the most useful first"))
-    return OK
-
-
-def _drafts() -> Any:
-    """The feature that drafts. Raises InputError where the installation has none."""
-    offered = offers("command", "INIT")
-    if not offered:
-        raise InputError("--from, --ros2, --launch and --update need the feature `draft`, which is not installed")
-    return offered[0]
-
-
-def _parser() -> argparse.ArgumentParser:
-    formatter = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(prog="python -m pytest_hricdv", description=__doc__, formatter_class=formatter)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    init = commands.add_parser(
-        "init",
-        help="write the skeleton of a project into a folder",
-        description="Write a testbench that runs: code under test, world, model of a person, requirements, host test.",
-    )
-    init.add_argument("folder", nargs="?", type=Path, default=Path(), help="where to (default: here)")
-    init.add_argument("--robot", metavar="NAME", help="name of the module under test (default: that of the folder)")
-    init.add_argument("--person", metavar="NAME", default="person", help="name of the person's agent (default: person)")
-    init.add_argument(
-        "--people", metavar="NAME,NAME", default="", help="names of several people's agents, who act side by side"
-    )
-    init.add_argument(
-        "--from",
-        dest="source",
-        metavar="PACKAGE[:FUNCTION]",
-        help="draft it from code: its messages, states and waits, as a project that runs (docs/draft.md)",
-    )
-    init.add_argument(
-        "--ros2",
-        metavar="'PACKAGE EXECUTABLE'",
-        help="draft it for a node of ROS 2, as of `ros2 run`, or for PATH.py[:FUNCTION] (docs/draft.md)",
-    )
-    init.add_argument(
-        "--launch",
-        metavar="'FILE [NAME:=VALUE ...]'",
-        help="draft it for the nodes that a launch file of ROS 2 starts, together as one system (docs/draft.md)",
-    )
-    init.add_argument(
-        "--recording",
-        metavar="FILE",
-        type=Path,
-        action="append",
-        default=[],
-        help="of a draft, take ranges of times and values from a recording of the real system: a bag of "
-        "ROS 2 or an MCAP file; several times for several (docs/draft.md)",
-    )
-    init.add_argument(
-        "--budget",
-        type=float,
-        default=60.0,
-        metavar="S",
-        help="of a draft, processor time for its first runs (default: %(default)g)",
-    )
-    init.add_argument("--no-run", action="store_true", help="of a draft, leave out the first runs: only read the code")
-    init.add_argument(
-        "--update",
-        action="store_true",
-        help="of a project that there is: tell what its code has that testbench and tests lack; exit 1 where there is "
-        "something",
-    )
-    init.set_defaults(do=_init)
+def _parser() -> CommandParser:
+    parser = CommandParser(prog="hricdv", description=__doc__)
+    parser.add_argument("--version", action="version", version=f"hricdv {version('pytest-hricdv')}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", title="commands, each with --help")
+    add_commands(commands)
     for add_command in offers("command", "add_command"):
-        add_command(commands, formatter)
+        add_command(commands)
+    for name, group in GROUPS.items():
+        commands.add_parser(name, help=group.purpose)
     return parser
 
 
 if __name__ == "__main__":
-    work_on_unread()
-    sys.exit(main())
+    run()

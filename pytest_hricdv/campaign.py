@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.campaign`: runs each test with many seeds; see `pytest_hricdv.extra.campaign`."""
+"""`hricdv campaign`: runs each test with many seeds; see `pytest_hricdv.extra.campaign`."""
 
 import sys
 

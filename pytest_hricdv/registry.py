@@ -10,8 +10,8 @@ module:
 - `merging`: `merge(reports, merged)` for its keys of a merged report, `rebuilt(report, kept)` for those of a report
   that is rebuilt from a journal, and `associate(report, is_of_all_runs=...)` for those of a campaign;
 - `view`: `VIEW`, what it shows in the terminal and on the page (`report.view.View`);
-- `commands`: `COMMANDS`, its commands of `python -m pytest_hricdv.report` (`report.view.ReportCommand`);
-- `command`: `INIT`, what `python -m pytest_hricdv init` does with code, and `add_command(commands, formatter)` for a
+- `commands`: `COMMANDS`, its commands of `hricdv report` (`report.view.ReportCommand`);
+- `command`: `INIT`, what `hricdv init` does with code, and `add_command(commands)` for a
   command of its own;
 - `remote`: `REMOTE`, workers on other machines (`session.remote.Remote`);
 - `bag_writer`: `write_bag(path, record)`, which writes the messages of a run as a bag and returns whether it has any;

@@ -1,4 +1,4 @@
-"""What a command does when who reads its output has gone: `python -m pytest_hricdv init hri --from robot | head -3`."""
+"""What a command does when who reads its output has gone: `hricdv init hri --from robot | head -3`."""
 
 from __future__ import annotations
 

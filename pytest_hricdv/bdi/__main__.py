@@ -1,4 +1,4 @@
-"""``python -m pytest_hricdv.bdi``: run, trace and lint BDI models from the command line."""
+"""``hricdv model``: run, trace and lint BDI models from the command line."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from pytest_hricdv._base.command_line import CommandParser
 from pytest_hricdv._base.message import visible
 from pytest_hricdv._base.output import end_with_reader
 from pytest_hricdv.bdi.language.errors import BdiError
@@ -15,11 +16,11 @@ from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
 
 _EXAMPLES = """\
 examples:
-  python -m pytest_hricdv.bdi run hello.mas2j
-  python -m pytest_hricdv.bdi run hello.mas2j --max-rounds 500 --seed 7
-  python -m pytest_hricdv.bdi trace hello.mas2j --percept ann:light(on)
-  python -m pytest_hricdv.bdi lint hello.mas2j
-  python -m pytest_hricdv.bdi corpus models
+  hricdv model run hello.mas2j
+  hricdv model run hello.mas2j --max-rounds 500 --seed 7
+  hricdv model trace hello.mas2j --percept ann:light(on)
+  hricdv lint hello.mas2j
+  hricdv model corpus models
 
 A project file names its agents; each has its AgentSpeak source beside it:
 
@@ -35,9 +36,9 @@ loaded or run.
 """
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, called: str = "hricdv model") -> int:
     """Execute a command line; returns the exit code."""
-    options = _parser().parse_args(arguments)
+    options = _parser(called).parse_args(arguments)
     try:
         return int(options.command(options))
     except BdiError as error:
@@ -135,12 +136,11 @@ def _print_end(options: argparse.Namespace, result: Result) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m pytest_hricdv.bdi",
+def _parser(called: str) -> CommandParser:
+    parser = CommandParser(
+        prog=called,
         description="Run multi-agent systems written in AgentSpeak with the semantics of Jason, but deterministically.",
         epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = _with_run_options(_command(commands, "run", "run a project and print the output of its agents"))
@@ -176,19 +176,16 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _command(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, summary: str
-) -> argparse.ArgumentParser:
+def _command(commands: argparse._SubParsersAction[CommandParser], name: str, summary: str) -> CommandParser:
     return commands.add_parser(
         name,
         help=summary,
         description=f"{summary[0].upper()}{summary[1:]}.",
         epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
 
 
-def _with_run_options(command: argparse.ArgumentParser) -> argparse.ArgumentParser:
+def _with_run_options(command: CommandParser) -> CommandParser:
     """Add the options of a command that runs a project."""
     command.add_argument("file", metavar="FILE.mas2j", help="the project file")
     command.add_argument(

@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.report merge|gate|rebuild|minimal|export|triage`: commands on reports that were written."""
+"""`hricdv report merge|gate|rebuild|minimal|export|triage`: commands on reports that were written."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 
 from msgspec import structs
 
+from pytest_hricdv._base.command_line import CommandParser
 from pytest_hricdv._base.message import harmless_line
 from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.generate import GenerateError, chosen_values
@@ -46,14 +47,14 @@ from pytest_hricdv.results.report_builder import rebuild
 OK, FAILED, USAGE = 0, 1, 2
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(arguments: Sequence[str] | None = None, called: str = "hricdv report") -> int:
     """Do what the command line says.
 
     Returns:
         The exit status: 0 where all is well, 1 where tests or a gate failed or results are missing, 2 where a report
         cannot be used.
     """
-    options = _parser().parse_args(arguments)
+    options = _parser(called).parse_args(arguments)
     try:
         return int(options.do(options))
     except (ReportError, MergeError, BaselineError) as error:
@@ -61,8 +62,8 @@ def main(arguments: Sequence[str]) -> int:
         return USAGE
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m pytest_hricdv.report", description=__doc__)
+def _parser(called: str) -> CommandParser:
+    parser = CommandParser(prog=called, description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     merging = commands.add_parser("merge", help="merge the reports of shards, suites or repeated runs")
     merging.add_argument("reports", nargs="+", type=Path, metavar="REPORT", help="a report folder or its report.json")

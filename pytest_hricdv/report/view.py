@@ -187,7 +187,7 @@ def failure_causes(report: Report, columns: int | None = None) -> FailureCauses 
 
 @dataclass(frozen=True)
 class ReportCommand:
-    """A command on reports, of `python -m pytest_hricdv.report`.
+    """A command on reports, of `hricdv report`.
 
     Args:
         name: of the command.

@@ -157,6 +157,6 @@ def _refuse_unfinished(file: Path) -> None:
     if not ended:
         raise ReportError(
             f"{file.parent}: the session that writes this report is still running, or its process died; then "
-            f"'python -m pytest_hricdv.report rebuild {file.parent}' makes the report of what had finished, and pytest "
+            f"'hricdv report rebuild {file.parent}' makes the report of what had finished, and pytest "
             "with --hri-resume runs the rest"
         )

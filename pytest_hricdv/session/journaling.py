@@ -261,7 +261,7 @@ def _interruption_note(earlier: Journal, moved: Path) -> str:
     results = plural(len(earlier.results), "result")
     return (
         f"{began}: its journal, with {results}, is now in {moved}, and --hri-resume would have gone on with it; "
-        f"'python -m pytest_hricdv.report rebuild {moved}' makes its report"
+        f"'hricdv report rebuild {moved}' makes its report"
     )
 
 

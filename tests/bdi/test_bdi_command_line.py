@@ -1,4 +1,4 @@
-"""``python -m pytest_hricdv.bdi run``."""
+"""``hricdv model run``."""
 
 from __future__ import annotations
 

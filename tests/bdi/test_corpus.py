@@ -1,4 +1,4 @@
-"""``python -m pytest_hricdv.bdi corpus``."""
+"""``hricdv model corpus``."""
 
 from __future__ import annotations
 

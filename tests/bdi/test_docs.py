@@ -16,14 +16,14 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.__main__ import main
 from pytest_hricdv.bdi import MultiAgentSystem
-from pytest_hricdv.bdi.__main__ import main
 from pytest_hricdv.bdi.actions.registry import ACTIONS, FUNCTIONS
 from pytest_hricdv.bdi.language.parser import parse_program
 
 DOCS = Path(__file__).parents[2] / "docs"
 _BLOCK = re.compile(r"^```(?P<kind>\w+)(?: (?P<name>\S+))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-_COMMAND = "$ python -m pytest_hricdv.bdi "
+_COMMAND = "$ hricdv "
 
 
 @dataclass(frozen=True)

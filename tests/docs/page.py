@@ -58,7 +58,7 @@ def commands(console: str) -> list[tuple[str, list[str]]]:
 def run(command: str, folder: Path) -> tuple[int, str]:
     """Run a command of a page as its reader would; returns its exit status and its output."""
     program, *arguments = shlex.split(command)
-    module = {"python": [], "pytest": ["-m", "pytest"]}[program]
+    module = {"python": [], "pytest": ["-m", "pytest"], "hricdv": ["-m", "pytest_hricdv"]}[program]
     environment = {name: value for name, value in os.environ.items() if name not in _ENVIRONMENT} | {"COLUMNS": "80"}
     done = subprocess.run(
         [sys.executable, *module, *arguments],

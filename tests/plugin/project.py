@@ -323,7 +323,7 @@ def make_long(folder: Path, messages: int, *, is_met: bool) -> None:
 
 
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """`python -m pytest_hricdv.report` in the current folder, without a process of its own."""
+    """`hricdv report` in the current folder, without a process of its own."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:

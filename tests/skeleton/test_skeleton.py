@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv init`: what it writes runs, and is as clean as it should be."""
+"""`hricdv init`: what it writes runs, and is as clean as it should be."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Campaigns: run the tests of suites with many seeds each, on one machine or many, and report all runs together.
 
-    python -m pytest_hricdv.campaign run --suite=rl --concretizations=41 --state=campaign.db
-    python -m pytest_hricdv.campaign report --state=campaign.db
+    hricdv campaign run --suite=rl --concretizations=41 --state=campaign.db
+    hricdv campaign report --state=campaign.db
 
 A campaign can be stopped at any time, even by kill -9 or a power failure; the same command resumes it. By default, it
 runs on this machine, with one worker for each core. With --cluster=tls://HOST:8786 it runs on the workers of a Dask
@@ -16,6 +16,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from pytest_hricdv._base.command_line import CommandParser
 from pytest_hricdv._base.message import quote, visible
 from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.campaign import audit, commands
@@ -28,9 +29,9 @@ from pytest_hricdv.session.remote import ClusterError
 STATE = Path("campaign.db")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, called: str = "hricdv campaign") -> int:
     """Do what the command line says; returns the exit status: see `pytest_hricdv.extra.campaign.commands`."""
-    options = _parser().parse_args(arguments)
+    options = _parser(called).parse_args(arguments)
     try:
         return int(options.do(options))
     except (CampaignError, ClusterError, ReportError) as error:
@@ -38,12 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return USAGE
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m pytest_hricdv.campaign",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def _parser(called: str) -> CommandParser:
+    parser = CommandParser(prog=called, description=__doc__)
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_run(subparsers.add_parser("run", help="begin a campaign, or go on with it"))
     status = subparsers.add_parser("status", help="how far a campaign is, and who has worked for it")

@@ -133,7 +133,7 @@ def _tell_end(state: Path, now: CampaignPlan, store: Store, progress: CampaignPr
     if counts.runs < now.runs or why:
         progress.say("the same command goes on with it")
         return UNFINISHED
-    progress.say(f"its report: python -m pytest_hricdv.campaign report --state={state}")
+    progress.say(f"its report: hricdv campaign report --state={state}")
     failed = sum(counts.outcomes.get(name, 0) for name in (*FAILING, LOST))
     return FAILED_RUNS if failed or counts.differing else OK
 

@@ -87,9 +87,7 @@ class Store:
     def open(cls, path: Path) -> Self:
         """The store in a file. Raises CampaignError where there is none."""
         if not path.is_file():
-            raise CampaignError(
-                f"{path}: no such campaign: 'python -m pytest_hricdv.campaign run --state={path}' begins one"
-            )
+            raise CampaignError(f"{path}: no such campaign: 'hricdv campaign run --state={path}' begins one")
         with error_location(path):
             store = cls(path, connect(path))
             schema = store._schema()

@@ -166,7 +166,7 @@ def notes(result: ClosingResult) -> Iterator[str]:
     if result.estimated_undetected is not None:
         yield kinds_left_text(result.estimated_undetected)
     if any(point.point[0] == "transition" for point in result.open):
-        yield "transitions that no plan leads to, beside the code: python -m pytest_hricdv init --update"
+        yield "transitions that no plan leads to, beside the code: hricdv update"
 
 
 def kinds_left_text(estimate: ViolationEstimate) -> str:

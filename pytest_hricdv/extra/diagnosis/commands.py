@@ -1,4 +1,4 @@
-"""Commands on reports: `python -m pytest_hricdv.report triage`."""
+"""Commands on reports: `hricdv report triage`."""
 
 from __future__ import annotations
 

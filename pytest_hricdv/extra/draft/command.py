@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv init --from PACKAGE[:FUNCTION]`, `--ros2 "PACKAGE EXECUTABLE"`: a testbench, from code."""
+"""`hricdv init --from PACKAGE[:FUNCTION]`, `--ros2 "PACKAGE EXECUTABLE"`: a testbench, from code."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ def _summary(model: CodeModel) -> Iterator[str]:
 
 
 class InitCommand:
-    """What `python -m pytest_hricdv init` does with code."""
+    """What `hricdv init` does with code."""
 
     def draft(self, asked: Mapping[str, str | None], options: Mapping[str, Any]) -> Iterator[str]:
         """Draft for "launch", "ros2" or "from", the first one that is not None. Raises DraftError where it cannot."""
@@ -214,4 +214,4 @@ class InitCommand:
 
 
 INIT = InitCommand()
-"""For `python -m pytest_hricdv`."""
+"""For `hricdv`."""

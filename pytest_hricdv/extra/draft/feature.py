@@ -60,7 +60,7 @@ class DriftFeature(Feature[DriftOptions]):
         Flag(
             "fail-on-drift",
             "fail when the code under test has a message, value, state, transition or parameter that testbench and "
-            "tests lack (see: python -m pytest_hricdv init --update)",
+            "tests lack (see: hricdv update)",
         ),
         Repeatable(
             "known-drift",
@@ -100,8 +100,7 @@ class DriftFeature(Feature[DriftOptions]):
             shown = "; ".join(f"{drift.text} ({drift.location or 'declared'})" for drift in result.new[:MAX_SHOWN])
             more = f"; and {len(result.new) - MAX_SHOWN} more" if len(result.new) > MAX_SHOWN else ""
             session.problems.append(
-                f"--hri-fail-on-drift: {shown}{more}. All of it: python -m pytest_hricdv init --update; what "
-                "may be so goes to hri_known_drift"
+                f"--hri-fail-on-drift: {shown}{more}. All of it: hricdv update; what may be so goes to hri_known_drift"
             )
         return report
 

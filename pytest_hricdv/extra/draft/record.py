@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv record --package PKG -- COMMAND`: a recording of what crosses the border of a package."""
+"""`hricdv record --package PKG -- COMMAND`: a recording of what crosses the border of a package."""
 
 from __future__ import annotations
 
@@ -46,15 +46,14 @@ start_by_environment()
 EPILOG = """\
 The command runs as it is, with all its processes of Python: a demo, unit tests, a launch file. Calls across the border
 of the package are kept in one file: how often, ranges, texts, keys, states, and times. Values whose names say that they
-are secrets are masked. Then: python -m pytest_hricdv init --from PKG --recording FILE
+are secrets are masked. Then: hricdv init --from PKG --recording FILE
 """
 
 
-def add_command(commands: Any, formatter: Any) -> None:
-    """Add `record` to the commands of `python -m pytest_hricdv`."""
+def add_command(commands: Any) -> None:
+    """Add `record` to the commands of `hricdv`."""
     parser = commands.add_parser(
         "record",
-        formatter_class=formatter,
         epilog=EPILOG,
         help="record how a program uses a package, for a draft of its testbench",
         description="Record what crosses the border of a package while a program runs.",
@@ -100,7 +99,7 @@ def record(package: str, program: Sequence[str], output: Path, timeout_s: float)
     write_atomically(output, seen.to_json())
     yield from _summary(seen)
     yield f"{output}: {output.stat().st_size:,} bytes; the program ended with status {status}"
-    yield f"then: python -m pytest_hricdv init hri --from {package} --recording {output}"
+    yield f"then: hricdv init hri --from {package} --recording {output}"
 
 
 def _run(program: list[str], folders: list[str], where: Path, timeout_s: float) -> int:

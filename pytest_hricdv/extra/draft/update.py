@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv init --update`: what the code has that model and testbench lack.
+"""`hricdv update`: what the code has that model and testbench lack.
 
 It compares in a process that configures pytest, so that the testbench is that of a session.
 """

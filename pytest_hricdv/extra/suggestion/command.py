@@ -1,7 +1,7 @@
-"""`python -m pytest_hricdv suggest`: a session of pytest that suggests requirements.
+"""`hricdv suggest`: a session of pytest that suggests requirements.
 
-    python -m pytest_hricdv suggest                      # of the suite in pytest.ini, or of --suite=rl
-    python -m pytest_hricdv suggest --most=20 --faults=50
+    hricdv suggest                      # of the suite in pytest.ini, or of --suite=rl
+    hricdv suggest --most=20 --faults=50
 
 It runs the suite, records its runs, mines what all of them satisfied, and tries to refute it with more tests. What
 remains is ranked by the seeded faults that violate it and that no requirement notices (this needs the extra `mutation`;
@@ -26,11 +26,9 @@ from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 PURPOSE = "suggest requirements that all runs of a suite satisfied, with what each rests on"
 
 
-def add_command(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser], formatter: type[argparse.HelpFormatter]
-) -> None:
-    """Add the command `suggest` to those of `python -m pytest_hricdv`."""
-    parser = commands.add_parser("suggest", help=PURPOSE, description=__doc__, formatter_class=formatter)
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command `suggest` to those of `hricdv`."""
+    parser = commands.add_parser("suggest", help=PURPOSE, description=__doc__)
     parser.set_defaults(do=do)
     add, default = parser.add_argument, SuggestionOptions()
     add(

@@ -30,7 +30,7 @@ def free_port() -> int:
         (["run", "--cluster=local:0"], "expected at least one worker"),
         (["run", "--audit=101"], "expected a share in per cent, from 0 to 100"),
         (["run", *SUITE, "--state=nowhere/a.db"], "there is no folder"),
-        (["status"], "campaign.db: no such campaign: 'python -m pytest_hricdv.campaign run --state="),
+        (["status"], "campaign.db: no such campaign: 'hricdv campaign run --state="),
         (["report", "--state=conftest.py"], "conftest.py: damaged, or no campaign (file is not a database)"),
         (["run", *SUITE, "--state=conftest.py"], "conftest.py: damaged, or no campaign (file is not a database)"),
         (["export", "--state=a.db"], "the following arguments are required: --parquet"),

@@ -32,7 +32,7 @@ def causes(folder: Path) -> list[dict[str, Any]]:
 
 
 def test_a_bug_of_a_node_is_a_cause_in_its_function(tmp_path: Path) -> None:
-    run("python -m pytest_hricdv init . --robot=cell", tmp_path)
+    run("hricdv init . --robot=cell", tmp_path)
     write_files(blocks("ros2.md"), tmp_path)
     node = tmp_path / "arm_control" / "arm_node.py"
     text = node.read_text(encoding="utf-8")

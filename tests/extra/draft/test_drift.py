@@ -172,7 +172,7 @@ def test_the_whole_report_counts_after_a_part_of_the_tests(tmp_path: Path) -> No
         )
         return ran.stdout + ran.stderr
 
-    update = ("pytest_hricdv", "init", "--update")
+    update = ("pytest_hricdv", "update")
     assert "no report in" in run(*update)
     session = ("pytest", "-q", "--hri-tests=3", "test_vacuum.py")
     run(*session, "-k", "relaxed")
@@ -194,7 +194,7 @@ def test_the_vacuum_robot_says_something_new(tmp_path: Path) -> None:
     text = text.replace("self._bus.publish(Docked())", says)
     code.write_text(text, encoding="utf-8")
 
-    command = [sys.executable, "-m", "pytest_hricdv", "init", str(tmp_path), "--update"]
+    command = [sys.executable, "-m", "pytest_hricdv", "update", str(tmp_path)]
     first = subprocess.run(command, capture_output=True, text=True, check=False)
     assert first.returncode == 1, first.stdout + first.stderr
     assert "the code publishes Stuck, which is none of the testbench's messages  [message stuck]" in first.stdout

@@ -135,7 +135,7 @@ def run(run):
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_package_of_the_examples_runs_unmodified(name: str, tmp_path: Path) -> None:
     system = SYSTEMS[name]
-    run("python -m pytest_hricdv init . --robot=cell", tmp_path)
+    run("hricdv init . --robot=cell", tmp_path)
     text = CONFTEST.format(
         packages=tuple(system.packages), declared=system.declared, nodes=system.nodes, prefix=_PREFIX
     )
@@ -155,7 +155,7 @@ def test_a_package_of_the_examples_runs_unmodified(name: str, tmp_path: Path) ->
 
 
 def test_a_person_of_the_model_calls_an_action_of_an_example(tmp_path: Path) -> None:
-    run("python -m pytest_hricdv init . --robot=cell", tmp_path)
+    run("hricdv init . --robot=cell", tmp_path)
     given, _, _ = CONFTEST.partition("def run(run):")
     packages = ("examples_rclpy_minimal_action_server",)
     (tmp_path / "conftest.py").write_text(given.format(packages=packages, declared=_ACTION) + _PERSON)

@@ -98,7 +98,7 @@ _WRITE = """    ended = run.go(limit_s=20.0)
 
 def _logged(folder: Path, text: str, functions: tuple[str, ...]) -> list[tuple[float, str]]:
     """What nodes logged in 20 s of simulated time, and when (s)."""
-    run("python -m pytest_hricdv init . --robot=cell", folder)
+    run("hricdv init . --robot=cell", folder)
     write_files([block for block in blocks("ros2.md") if block.name == "pytest.ini"], folder)
     (folder / "robot_nodes.py").write_text(text)
     conftest = CONFTEST.format(packages=("robot_nodes",), declared="", nodes=functions, prefix="robot_nodes:")

@@ -26,7 +26,7 @@ def test_the_page_leads_from_a_package_to_a_generated_test(tmp_path: Path) -> No
 @pytest.fixture
 def cell(tmp_path: Path) -> Path:
     """The project of docs/ros2.md; its sessions run each test once."""
-    run("python -m pytest_hricdv init . --robot=cell", tmp_path)
+    run("hricdv init . --robot=cell", tmp_path)
     write_files(blocks("ros2.md"), tmp_path)
     with (tmp_path / "pytest.ini").open("a", encoding="utf-8") as settings:
         settings.write("hri_audit = off\nhri_diagnose = 0\n")

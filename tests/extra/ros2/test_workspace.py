@@ -29,7 +29,7 @@ def package(tmp_path: Path) -> Path:
     """A workspace with the package, as the page has it."""
     folder = tmp_path / "src" / _PACKAGE
     folder.mkdir(parents=True)
-    run("python -m pytest_hricdv init . --robot=cell", folder)
+    run("hricdv init . --robot=cell", folder)
     write_files(blocks("ros2.md"), folder)
     for empty in (f"resource/{_PACKAGE}", f"{_PACKAGE}/__init__.py"):
         (folder / empty).parent.mkdir(exist_ok=True)

@@ -145,12 +145,12 @@ def read_observations(path: Path) -> Observations:
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
         if plain.get("format") != "hricdv-recording" or plain.get("version") != VERSION:
-            raise ValueError(f"expected version {VERSION} of a recording of `python -m pytest_hricdv record`")
+            raise ValueError(f"expected version {VERSION} of a recording of `hricdv record`")
         made = Observations(states={str(key): dict(pairs) for key, pairs in plain["states"].items()})
         for name in ("made", "methods", "calls"):
             setattr(made, name, {str(key): _site_from_json(site) for key, site in plain[name].items()})
     except (KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError(f"expected a recording of `python -m pytest_hricdv record`; it lacks {error}") from None
+        raise ValueError(f"expected a recording of `hricdv record`; it lacks {error}") from None
     return made
 
 

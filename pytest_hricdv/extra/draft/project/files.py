@@ -120,7 +120,7 @@ def readme(draft: Draft) -> str:
     lines = [
         f"# Tests of {draft.robot}, drafted",
         "",
-        f"`python -m pytest_hricdv init {_command_options(draft)}` read the code and wrote this folder. Nothing in",
+        f"`hricdv init {_command_options(draft)}` read the code and wrote this folder. Nothing in",
         "it is required of the robot yet; it runs, and each value has the location that it comes from.",
         "",
         "```sh",
