@@ -22,20 +22,18 @@ Part = list[Line]
 """Its first line, which is always shown, and its details, the most important first."""
 
 
-def brief_lines(report: Report, columns: int, notes: int = 0) -> Iterator[Line]:
+def brief_lines(report: Report, columns: int, notes: int = 0, *, is_red: bool = False) -> Iterator[Line]:
     """Requirements, what is not covered, what changed, and what features say, in a few lines of so many columns.
 
     Args:
         notes: so many lines are shown beside.
+        is_red: the session fails.
     """
     parts = [_requirements(report, columns), _describe_gaps(report, columns), [*behaviour_view.lines(report, columns)]]
     parts += [_of_view([*view.lines(report, columns)]) for view in views()]
     parts = [part for part in parts if part]
-    is_red = totals.has_failed(report)
-    for part in _share_lines(parts, (RED_LINES - len(parts) if is_red else GREEN_LINES) - notes):
+    for part in _share_lines(parts, (RED_LINES if is_red else GREEN_LINES) - notes):
         yield from (Line(fit(visible(line.text), columns), line.style) for line in part)
-        if is_red:
-            yield Line("")
 
 
 def _share_lines(parts: Sequence[Part], most: int) -> Iterator[Part]:

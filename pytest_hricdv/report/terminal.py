@@ -75,7 +75,9 @@ def summary(
         problems: why the session fails beside its tests.
     """
     if brief:
-        lines = [*_vacuity_lines(report, width), *brief_lines(report, width, len(notes) + len(problems))]
+        is_red = totals.has_failed(report) or bool(problems)
+        shown = brief_lines(report, width, len(notes) + len(problems), is_red=is_red)
+        lines = [*_vacuity_lines(report, width), *shown]
     else:
         lines = [*_vacuity_lines(report, width), *_body(report, width)]
     failed = [Line(visible(f"FAILED {problem}"), "bad") for problem in problems]

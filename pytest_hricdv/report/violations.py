@@ -66,12 +66,7 @@ def violation_line(violation: Violation, units: Mapping[str, str], unit: str = "
         units: signal -> unit, as far as known.
         unit: of the margin.
     """
-    return f"triggered at {seconds(violation.trigger_s)}, {describe_violation(violation, units, unit)}"
-
-
-def describe_violation(violation: Violation, units: Mapping[str, str], unit: str = "") -> str:
-    """The same without the trigger."""
-    text = f"violated at {seconds(violation.time_s)}"
+    text = f"triggered at {seconds(violation.trigger_s)}, violated at {seconds(violation.time_s)}"
     if violation.values:
         text += ": " + ", ".join(_value(name, violation, units) for name in sorted(violation.values, key=natural))
     if violation.text:
@@ -79,6 +74,14 @@ def describe_violation(violation: Violation, units: Mapping[str, str], unit: str
     if violation.margin is not None:
         text += f" (margin {margin_text(violation.margin, unit)}{_later(violation, violation.margin_s)})"
     return f"{text}; not known under this condition" if violation.outside else text
+
+
+def describe_violation(name: str, violation: Violation, units: Mapping[str, str], unit: str = "") -> str:
+    """The same in few words, the most important first: `R3 failed at 51.2 s by 0.02 m: hand_distance = 0.03 m`."""
+    text = f"{name} failed at {seconds(violation.time_s)}{_by(violation, unit)}"
+    values = ", ".join(_value(signal, violation, units) for signal in sorted(violation.values, key=natural))
+    said = ": ".join(filter(None, (text, values, violation.text)))
+    return f"{said}; not known under this condition" if violation.outside else said
 
 
 def _value(name: str, violation: Violation, units: Mapping[str, str]) -> str:

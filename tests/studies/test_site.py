@@ -54,7 +54,7 @@ def test_a_file_above_the_documentation_becomes_a_page() -> None:
     text = sphinx_source("project/readme", "whatever the page itself says", REPOSITORY)
     assert text.startswith("# pytest-hricdv\n")
     assert "](../tutorial.md)" in text
-    assert "](../pictures/report.png)" in text
+    assert "](../pictures/run.gif)" in text
     assert root_file("tutorial") == ""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from msgspec import to_builtins
+from msgspec.structs import replace
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, SuspiciousPlace
@@ -35,7 +36,7 @@ def cause_lines(
         is_first: with two lines where others have one.
     """
     most = 2 if is_first else 1
-    title = title_of(number, cause, status)
+    title = title_of(number, cause if columns is None else replace(cause, state=""), status)
     if (
         columns
         and len(cause.requirements) == 1
@@ -47,7 +48,8 @@ def cause_lines(
         Line(visible(title) if columns is None else fit(visible(title), columns), "warn" if cause.is_known else "bad")
     ]
     places = [f"{place.file}:{place.line}{_statement(place)}" for place in cause.likely_locations[:most]]
-    stood = [] if places or not cause.stood else [f"{'; '.join(cause.stood)}, where the code was then"]
+    then = f"in the state {cause.state}" if cause.state else "where the code was then"
+    stood = [] if places or not cause.stood else [f"{'; '.join(cause.stood)}, {then}"]
     for text in (*places, *stood):
         lines += _label_lines("where", text, columns, 1)
     if cause.deciding_change:
@@ -93,7 +95,7 @@ def _story(cause: Cause, report: Report, columns: int | None) -> Iterator[tuple[
     if violation is not None:
         texts = report.requirements.get(failed[0])
         unit = unit_of(texts.text, report.units or {}) if texts else ""
-        yield "seen", f"{failed[0]} {describe_violation(violation, report.units or {}, unit)}"
+        yield "seen", describe_violation(failed[0], violation, report.units or {}, unit)
 
 
 def _tail(items: Sequence[str], columns: int | None, end: str) -> str:
