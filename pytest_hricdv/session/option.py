@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar, cast, overload
 
 import pytest
 
@@ -44,16 +45,17 @@ Settings = TypeVar("Settings")
 
 @dataclass(frozen=True)
 class Value:
-    """An option `--hri-NAME` with one value; its ini key has the default."""
+    """An option `--hri-NAME` with one value; its ini key has the default. `shown`: in `pytest --help`."""
 
     name: str
     metavar: str
     help: str
     key: bool = True
+    shown: bool = True
 
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
-        group.addoption(f"--hri-{self.name}", metavar=self.metavar, help=self.help)
+        group.addoption(f"--hri-{self.name}", metavar=self.metavar, help=_shown_help(self))
         if self.ini:
             parser.addini(self.ini, f"default of --hri-{self.name}", default="")
 
@@ -70,10 +72,11 @@ class Flag:
     name: str
     help: str
     key: bool = True
+    shown: bool = True
 
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
-        group.addoption(f"--hri-{self.name}", action="store_true", default=None, help=self.help)
+        group.addoption(f"--hri-{self.name}", action="store_true", default=None, help=_shown_help(self))
         if self.ini:
             parser.addini(self.ini, f"default of --hri-{self.name}", "bool", default=False)
 
@@ -97,10 +100,11 @@ class Repeatable:
     help: str
     key_help: str
     key: str = ""
+    shown: bool = True
 
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
-        group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=f"{self.help}; repeatable")
+        group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=_shown_help(self))
         parser.addini(self.ini, self.key_help, "linelist")
 
     @property
@@ -109,11 +113,18 @@ class Repeatable:
         return self.key or _ini_name(self.name)
 
 
+def _shown_help(option: Option) -> str:
+    """What `pytest --help` says; the reference has all options."""
+    return option.help if option.shown else argparse.SUPPRESS
+
+
 def _ini_name(name: str) -> str:
     return f"hri_{name.replace('-', '_')}"
 
 
 Option = Value | Flag | Repeatable
+
+OptionGroup = Literal["tests", "verdict", "after", "files"]
 
 
 @dataclass(frozen=True)
@@ -188,6 +199,7 @@ class FeatureOptions(Generic[Settings]):
     Attributes:
         name: of the feature's folder.
         options: that it adds to pytest's.
+        group: of `pytest --help`, in which they are.
         kinds: of thresholds that it adds to `--hri-fail-under`.
         suites: names of suites that it generates, given the others.
         switched_off: option -> value, by destination, as in a process that only runs tests again for another feature.
@@ -195,6 +207,7 @@ class FeatureOptions(Generic[Settings]):
 
     name = ""
     options: Sequence[Option] = ()
+    group: OptionGroup = "after"
     kinds: tuple[str, ...] = ()
     suites: tuple[str, ...] = ()
     switched_off: Mapping[str, object] = {}

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
+import itertools
 import shlex
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from functools import cache
 from typing import Any
 
 import pytest
 
 from pytest_hricdv.report import EXPORT_FORMATS
 from pytest_hricdv.results.gates import KINDS
-from pytest_hricdv.session.option import Flag, Option, Repeatable, Value, feature_options, usage_error
+from pytest_hricdv.session.option import Flag, Option, OptionGroup, Repeatable, Value, feature_options, usage_error
 
 TESTS = (
     Value(
@@ -83,6 +87,7 @@ GATES = (
         "condition holds: they are reported, but do not fail the run",
         f"one a line, 'R3: reason', or {WHEN}: does not fail the run",
         key="hri_known_violations",
+        shown=False,
     ),
     Flag("strict", "fail on known violations, too"),
     Flag(
@@ -95,6 +100,7 @@ GATES = (
         "REQUIREMENT",
         "a requirement that no test need trigger, or 'REQUIREMENT in SUITE,...'",
         "one a line, 'R5: reason', or 'R5 in SUITE,... until 2027-01-31: reason': no test need trigger it",
+        shown=False,
     ),
     Flag(
         "fail-on-pending",
@@ -121,8 +127,7 @@ AFTER_THE_TESTS = (
     ),
 )
 
-OUTPUT = (
-    Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),
+RUNS = (
     Flag(
         "resume",
         "go on with the session that was killed or interrupted in the folder of --hri-report: tests with a result are "
@@ -134,25 +139,55 @@ OUTPUT = (
     Flag("isolate", "run each test in a process of its own, so that no test sees what another one has left"),
 )
 
+OUTPUT = (Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),)
 
-EXPORTS = tuple(Value(name, "FILE", description) for name, description in EXPORT_FORMATS.items())
+EXPORTS = tuple(Value(name, "FILE", description, shown=False) for name, description in EXPORT_FORMATS.items())
 
 
 TESTPATHS = "hri_testpaths"
 """The only key of the ini file that has no option beside it."""
 
 
+_GROUPS: Mapping[OptionGroup, tuple[str, tuple[Option, ...]]] = {
+    "tests": ("which tests, and how they run", (*TESTS, *LEARNING, *RUNS)),
+    "verdict": ("what fails the session", GATES),
+    "after": ("after the last test", AFTER_THE_TESTS),
+    "files": ("files", (*OUTPUT, *EXPORTS)),
+}
+"""Group -> its title, and the options of the core."""
+
+
 def all_options() -> tuple[Option, ...]:
-    """In the order in which --help shows them, with those of the features."""
-    of_features = (option for feature in feature_options() for option in feature.options)
-    return (*TESTS, *LEARNING, *GATES, *AFTER_THE_TESTS, *of_features, *OUTPUT, *EXPORTS)
+    """Those of the core and of the features, by group, in the order in which --help shows them."""
+    return tuple(option for group in _GROUPS for option in _options_of(group))
+
+
+def _options_of(group: OptionGroup) -> tuple[Option, ...]:
+    of_features = (option for feature in feature_options() if feature.group == group for option in feature.options)
+    return tuple(map(_in_help, (*_GROUPS[group][1], *of_features)))
+
+
+def _in_help(option: Option) -> Option:
+    """As --help shows it: with the names of the options that refine it, which are not shown, as `mutate-tests`."""
+    names = [other.name for other in _core_and_features()]
+    if any(option.name.startswith(f"{name}-") for name in names):
+        return dataclasses.replace(option, shown=False)
+    finer = [f"--hri-{name}" for name in names if name.startswith(f"{option.name}-")]
+    return dataclasses.replace(option, help=f"{option.help} (also {', '.join(finer)})") if finer else option
+
+
+@cache
+def _core_and_features() -> tuple[Option, ...]:
+    core = (option for _, options in _GROUPS.values() for option in options)
+    return (*core, *(option for feature in feature_options() for option in feature.options))
 
 
 def add_options(parser: pytest.Parser) -> None:
-    """Register the group `hri` and its ini keys."""
-    group = parser.getgroup("hri", "coverage-driven verification of human-robot interaction")
-    for option in all_options():
-        option.add(group, parser)
+    """Register the groups of options and their ini keys."""
+    for name, (title, _) in _GROUPS.items():
+        group = parser.getgroup(f"hri-{name}", f"hricdv: {title} (all options: docs/reference.md)")
+        for option in _options_of(name):
+            option.add(group, parser)
     parser.addini(
         TESTPATHS,
         "files and folders of the host tests, relative to the ini file; globs are allowed. With --hri-suite and no "
@@ -160,6 +195,25 @@ def add_options(parser: pytest.Parser) -> None:
         "paths",
         default=[],
     )
+
+
+def refuse_misspelt(config: pytest.Config, arguments: Sequence[str]) -> None:
+    """Refuse an option or a key of the ini file that is nearly one of this plugin.
+
+    Raises:
+        pytest.UsageError: it is; what is like none is left to pytest.
+    """
+    words = itertools.takewhile(lambda word: word != "--", arguments)
+    options, keys = all_options(), getattr(config, "_inicfg", None) or {}
+    for prefix, given, there, where in (
+        ("--hri-", (word.partition("=")[0] for word in words), [option.name for option in options], ""),
+        ("hri_", keys, [option.ini[4:] for option in options if option.ini] + [TESTPATHS[4:]], f"{config.inipath}: "),
+    ):
+        for name in given:
+            rest = name.removeprefix(prefix)
+            near = get_close_matches(rest, there, n=1) if name.startswith(prefix) and rest not in there else []
+            if near:
+                raise usage_error(f"{where}{name}: there is none; did you mean {prefix}{near[0]}?")
 
 
 _TRUTH = {

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.session.option_table import all_options
 from pytest_hricdv.testbench import Testbench
 from tests.docs.page import DOCS
 
@@ -19,13 +20,19 @@ FIXTURES = {"hri_case", "hri_run", "hri_state"}  # the last is what --hri-break-
 
 @pytest.fixture(scope="module")
 def there(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
-    """The plugin's options and ini keys, as pytest lists them."""
+    """The plugin's options and ini keys; of them, those that pytest lists."""
     command = [sys.executable, "-m", "pytest", "--help"]
     text = subprocess.run(command, cwd=tmp_path_factory.mktemp("empty"), capture_output=True, text=True, check=True)
     return {
-        "options": set(re.findall(r"^  (--hri-[a-z-]+)", text.stdout, re.MULTILINE)),
+        "options": {f"--hri-{option.name}" for option in all_options()},
+        "shown": set(re.findall(r"^  (--hri-[a-z-]+)", text.stdout, re.MULTILINE)),
         "keys": set(re.findall(r"^  (hri_[a-z_]+) \(", text.stdout, re.MULTILINE)),
     }
+
+
+def test_pytest_shows_at_most_forty_options_and_names_those_that_refine_them(there: dict[str, set[str]]) -> None:
+    assert 20 < len(there["shown"]) <= 40
+    assert there["shown"] < there["options"]
 
 
 def test_the_reference_has_every_option_and_key_and_its_key_beside_it(there: dict[str, set[str]]) -> None:

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from tests.plugin.project import in_each_mode
+from tests.plugin.project import change, in_each_mode
 
 HEAVY = ("lark", "jinja2", "coverage", "greenlet", "numpy", "pybullet", "pytest_hricdv.bdi", "pytest_hricdv.generate")
 
@@ -59,12 +59,26 @@ def test_options_are_checked_even_without_a_suite(lamps: pytest.Pytester) -> Non
 
 def test_help_lists_options_and_ini_keys_in_one_group(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--help")
-    for option in ("suite", "seed", "tests", "concretizations", "report", "fail-under", "known", "export"):
+    for option in ("suite", "seed", "tests", "concretizations", "report", "fail-under", "export"):
         result.stdout.fnmatch_lines([f"  --hri-{option}=*"])
-    result.stdout.fnmatch_lines(["coverage-driven verification of human-robot interaction:", "  hri_suite (string):*"])
+    result.stdout.fnmatch_lines(["hricdv: which tests, and how they run (*):", "  hri_suite (string):*"])
 
 
 def test_the_plugin_imports_without_pytest_running() -> None:
     code = "import pytest_hricdv.plugin, sys; print([n for n in sys.modules if n.startswith('pytest_hricdv.')])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "['pytest_hricdv.plugin']"
+
+
+def test_a_misspelt_option_suggests_the_right_one(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-siute=rl")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert "--hri-siute: there is none; did you mean --hri-suite?" in result.stderr.str()
+    assert "did you mean" not in lamps.runpytest_inprocess("--hri-xyzzy").stderr.str()
+
+
+def test_a_misspelt_key_suggests_the_right_one(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "hri_known_violations", "hri_known_violation")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert "pytest.ini: hri_known_violation: there is none; did you mean hri_known_violations?" in result.stderr.str()

@@ -44,12 +44,17 @@ class ClusterFeature(Feature[ClusterOptions]):
             "let the closing loop and --hri-search run tests on workers of Dask distributed: tls://HOST:8786, the "
             "address of a scheduler, or local:N, with N workers on this machine",
         ),
-        Flag("send-code", "send the project to the workers of --hri-cluster, which otherwise have it at the same path"),
+        Flag(
+            "send-code",
+            "send the project to the workers of --hri-cluster, which otherwise have it at the same path",
+            shown=False,
+        ),
         Repeatable(
             "send-hidden",
             "PATTERN",
             "with --hri-send-code, send hidden files with this name, as .robot.toml, too",
             "hidden files that --hri-send-code sends, too: a name or a pattern a line",
+            shown=False,
         ),
     )
 

@@ -56,6 +56,7 @@ class DriftFeature(Feature[DriftOptions]):
     """Compares the code under test with what the testbench declares of it, and with what the tests reached."""
 
     name = "draft"
+    group = "verdict"
     options = (
         Flag(
             "fail-on-drift",
@@ -67,6 +68,7 @@ class DriftFeature(Feature[DriftOptions]):
             "DRIFT",
             "drift that may be there, as 'parameter settle_s'",
             "one a line, 'parameter settle_s: reason': drift that may be there",
+            shown=False,
         ),
     )
 

@@ -151,6 +151,7 @@ class EnginesFeature(Feature[str]):
     """Runs tests on the requested engine, or on two; its setting is the name of one, `BOTH`, or empty."""
 
     name = "engines"
+    group = "tests"
     options = (
         Value(
             "engine",

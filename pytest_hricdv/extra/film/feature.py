@@ -34,6 +34,7 @@ class FilmFeature(Feature[bool]):
     """Films failing tests; its setting is whether it does."""
 
     name = "film"
+    group = "files"
     options = (Flag("film", "film the runs of failing tests"),)
 
     switched_off = MappingProxyType({"hri_film": False})

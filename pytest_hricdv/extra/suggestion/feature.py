@@ -24,6 +24,7 @@ class SuggestionFeature(Feature[SuggestionOptions]):
             "suggest",
             "after all tests, suggest requirements that all of their runs satisfied, those first that notice the most "
             "seeded faults which no requirement notices",
+            shown=False,  # `hricdv suggest` has it
         ),
         Value("suggest-most", "N", f"suggest at most N requirements (default {SuggestionOptions.most})"),
         Value(

@@ -32,6 +32,7 @@ class TracesFeature(Feature[Traced]):
     """Writes runs as MCAP files, into the folder of the report."""
 
     name = "traces"
+    group = "files"
     options = (
         Flag("mcap", "write the runs of failing tests as MCAP files, which Foxglove and other viewers open"),
         Flag("mcap-all", "write the runs of all tests as MCAP files"),

@@ -230,6 +230,7 @@ class TrendFeature(Feature[Path]):
     """Keeps a history of sessions."""
 
     name = "trend"
+    group = "files"
     options = (
         Value("history", "FILE", "add a line on this session to FILE (JSON lines), and report the trend over sessions"),
     )

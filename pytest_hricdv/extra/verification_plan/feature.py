@@ -34,6 +34,7 @@ class VerificationPlanFeature(Feature[Path]):
     """Reports which goals of a verification plan are met."""
 
     name = "verification_plan"
+    group = "verdict"
     options = (
         Value("plan", "FILE", "verification plan (TOML): report which of its goals are met, and what the others lack"),
     )
