@@ -15,6 +15,7 @@ from types import SimpleNamespace
 from typing import NamedTuple, cast
 
 import pytest
+import zstandard
 
 from pytest_hricdv._base.input_file import from_toml, read_bytes, unpack
 from pytest_hricdv.bdi.language import limits
@@ -34,11 +35,15 @@ from pytest_hricdv.monitor.build import always, on, signal
 from pytest_hricdv.monitor.dsl import TruthValue
 from pytest_hricdv.monitor.patterns.temporal import existence
 from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.recordings.bags import Decoder, read_messages
+from pytest_hricdv.recordings.containers import BagMessage, _unpack
+from pytest_hricdv.recordings.recording import read_recordings
 from pytest_hricdv.report.carrying import FileCarrier
 from pytest_hricdv.results import codec, journal
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.session.options import _shard
 from tests.bdi.models import system_of
+from tests.recordings.bags import write_mcap
 
 PACKAGE = Path(sys.modules["pytest_hricdv"].__path__[0])
 TABLE = (Path(__file__).parents[2] / "docs" / "reference.md").read_text(encoding="utf-8")
@@ -153,6 +158,23 @@ def report_of_size(size: int, folder: Path) -> object:
         if "too large" in str(error):
             raise
         return None  # zeros are no report
+
+
+def recorded(number: int, folder: Path) -> None:
+    file = write_mcap(folder / "run.mcap", [(float(n), "/said", {}) for n in range(number)])
+    (recording,) = read_recordings([file], lambda topic: True, lambda kind: None)
+    if recording.problems:
+        raise ValueError(recording.problems[0])
+
+
+def padded(number: int, folder: Path) -> None:
+    file = write_mcap(folder / "run.mcap", [(0.0, "/said", b" " * 999_900)] * number, packed=True)
+    assert len([*read_messages(file)]) == number
+
+
+def defined(number: int, _: Path) -> None:
+    text = "uint8 a  # ".ljust(number, "x")
+    Decoder(lambda kind: None).fields(BagMessage(0, "/a", "a_msgs/msg/A", "cdr", b"\x00\x01\x00\x00\x01", text))
 
 
 def carried(size: int, folder: Path) -> object:
@@ -278,6 +300,15 @@ LIMITS = (
         "146",
         step=2**10,
     ),
+    Limit("recordings.recording:MAX_VALUES", recorded, "run.mcap: has more than 9 messages", low=9),
+    Limit(
+        "recordings.containers:MAX_MESSAGE_BYTES",
+        lambda n, _: _unpack(SimpleNamespace(compression="zstd", data=zstandard.compress(bytes(n)))),
+        "a chunk unpacks to more than 1,000 bytes",
+        low=1000,
+    ),
+    Limit("recordings.containers:MAX_UNPACKING", padded, "run.mcap: unpacks to more than 2 times", low=2),
+    Limit("recordings.bags:MAX_DEFINITION", defined, "type a_msgs/msg/A: its definition has more than", low=1000),
     Limit("report.carrying:_MAX_BYTES", carried, "a.json: too large", low=1000),
     Limit("results.gates:MAX_SHARDS", lambda n, _: _shard(option_value(f"1/{n}")), "OF at most 9999"),
     Limit(
@@ -308,6 +339,7 @@ TIMES = {
     "extra.cluster.cluster:WAIT_FOR_LOCAL_S": "30 s",
     "extra.cluster.cluster:WAIT_FOR_WORKERS_S": "60 s",
     "extra.cluster.connection:WAIT_FOR_SCHEDULER_S": "120 s",
+    "recordings.bags:DEFINED_WITHIN_S": "10 s",
     "runtime.supervision:STUCK_AFTER_S": "8 s",
     "_base.error_text:TEXT_WITHIN_S": "1 s",
     "runtime.supervision:NODE_WAITS_S": "0.5 s",

@@ -25,8 +25,8 @@ from pytest_hricdv.extra.draft.observed import (
     key_of,
     observe,
 )
-from pytest_hricdv.extra.draft.recording import read_recordings
 from pytest_hricdv.extra.draft.ros.interfaces import interface_file
+from pytest_hricdv.recordings.recording import read_recordings
 
 MAX_LENGTH = 40
 """Longest text (characters) that counts as one of several choices, like the name of a state."""

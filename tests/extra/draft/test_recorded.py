@@ -16,7 +16,7 @@ from pytest_hricdv.extra.draft.first_runs import run
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.recorded import with_recordings
-from tests.extra.draft.bags import Entry, write_mcap
+from tests.recordings.bags import Entry, write_mcap
 
 BAR = '''
 from dataclasses import dataclass

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, is_dataclass
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv._base.input_file import write_ahead_log
+from pytest_hricdv._base.error_text import OvertimeError, call_within, error_text
+from pytest_hricdv._base.input_file import MAX_DEPTH, write_ahead_log
+from pytest_hricdv.recordings.containers import BagMessage, UnreadableError, read_mcap, read_sqlite
 
 Value = bool | float | str | tuple[float, ...]
 """Of a field; the numbers of an array."""
@@ -19,21 +21,11 @@ MAX_ELEMENTS = 1000
 
 SUFFIXES = (".mcap", ".db3")
 
+MAX_DEFINITION = 1_000_000
+"""Characters of the definition of a type, with all that it uses: a hundred times those of a long one."""
 
-class UnreadableError(ValueError):
-    """A message, or the rest of a file, cannot be read; the text says why."""
-
-
-@dataclass(frozen=True)
-class BagMessage:
-    """A message as it was written: when (ns), on which topic, its type, encoding and bytes, and the definition."""
-
-    time_ns: int
-    topic: str
-    type: str
-    encoding: str
-    data: bytes
-    definition: str
+DEFINED_WITHIN_S = 10.0
+"""So long reading the definition of a type may take (s of real time); a long one takes milliseconds."""
 
 
 def bag_files(path: Path) -> list[Path]:
@@ -46,50 +38,40 @@ def bag_files(path: Path) -> list[Path]:
         if path.suffix not in SUFFIXES:
             raise UnreadableError(f"{path.name}: the file is neither *.mcap nor *.db3")
         return [path]
-    files = sorted(path.glob("*.mcap"))
-    if not files and not any(path.glob("*.db3*")):
-        raise UnreadableError(f"{path.name}: neither metadata.yaml nor a file *.mcap or *.db3 is in this folder")
-    return files or [path]
+    for suffix in SUFFIXES:
+        if files := sorted(path.glob(f"*{suffix}"), key=_natural):
+            return files
+    if any(path.glob("*.db3*")):
+        raise UnreadableError(f"{path.name}: its files are compressed; unpack them, as with: zstd -d *.zstd")
+    raise UnreadableError(f"{path.name}: no file *.mcap or *.db3 is in this folder")
+
+
+def _natural(file: Path) -> list[tuple[int, str]]:
+    """As people sort names: `run_2` before `run_10`."""
+    return [(int(part[:18]), "") if part.isdigit() else (0, part) for part in re.split(r"([0-9]+)", file.name)]
 
 
 def read_messages(file: Path) -> Iterator[BagMessage]:
-    """The messages of a file, or of a folder of SQLite, as far as it can be read.
+    """The messages of a file, as far as it can be read.
 
     Raises:
         UnreadableError: the rest cannot be read.
     """
-    try:
-        yield from _of_mcap(file) if file.suffix == ".mcap" else _of_rosbag(file)
-    except UnreadableError:
-        raise
-    except Exception as error:  # each library has errors of its own
-        kind = "not an MCAP file that can be read" if file.suffix == ".mcap" else "not a database that can be read"
-        raise UnreadableError(f"{file.name}: {kind}, or cut off: {error_text(error)}") from None
-
-
-def _of_mcap(file: Path) -> Iterator[BagMessage]:
-    from mcap.reader import NonSeekingReader
-
-    with file.open("rb") as stream:
-        reader = NonSeekingReader(stream)  # needs no index, which a file that was cut off has not
-        for schema, channel, message in reader.iter_messages(log_time_order=False):
-            definition = schema.data.decode(errors="replace") if schema is not None else ""
-            kind = schema.name if schema is not None else ""
-            yield BagMessage(message.log_time, channel.topic, kind, channel.message_encoding, message.data, definition)
-
-
-def _of_rosbag(path: Path) -> Iterator[BagMessage]:
-    from rosbags.rosbag2 import Reader
-
-    if log := write_ahead_log(path):
+    if not file.is_file():  # opening a pipe would wait for ever
+        raise UnreadableError(f"{file.name}: there is no such file, or it is a folder, a pipe or a device")
+    if file.suffix != ".mcap" and (log := write_ahead_log(file)):
         raise UnreadableError(
             f"{log.name} has messages that are not in the database yet, as after an interrupted recording; merge them: "
             f"sqlite3 {log.name.removesuffix('-wal')} 'PRAGMA wal_checkpoint(TRUNCATE)'"
         )
-    with Reader(path) as reader:
-        for connection, time_ns, data in reader.messages():
-            definition = connection.msgdef.data if connection.msgdef is not None else ""
-            yield BagMessage(time_ns, connection.topic, connection.msgtype, "cdr", bytes(data), definition)
+    try:
+        yield from read_mcap(file) if file.suffix == ".mcap" else read_sqlite(file)
+    except UnreadableError as error:
+        text = str(error)
+        raise UnreadableError(text if text.startswith(file.name) else f"{file.name}: {text}") from None
+    except Exception as error:  # each library has errors of its own
+        kind = "not an MCAP file that can be read" if file.suffix == ".mcap" else "not a database that can be read"
+        raise UnreadableError(f"{file.name}: {kind}, or cut off: {error_text(error)}") from None
 
 
 class Decoder:
@@ -138,10 +120,16 @@ class Decoder:
             if file is None:
                 raise _type_error(kind)
             text = file.read_text(encoding="utf-8")
+        if len(text) > MAX_DEFINITION:
+            raise UnreadableError(f"type {kind}: its definition has more than {MAX_DEFINITION:,} characters")
         try:
-            types = get_types_from_msg(text, kind)
+            types = call_within(DEFINED_WITHIN_S, lambda: get_types_from_msg(text, kind))
             self._types.register({name: made for name, made in types.items() if name not in self._types.fielddefs})
-        except (TypesysError, KeyError) as error:
+        except OvertimeError:
+            raise UnreadableError(
+                f"type {kind}: reading its definition takes more than {DEFINED_WITHIN_S:g} s"
+            ) from None
+        except (TypesysError, KeyError, ValueError, RecursionError) as error:
             raise UnreadableError(f"type {kind}: {error_text(error)}") from None
         for _, (_, fields) in types.items() if not definition else ():
             for inner in (field for _, field in fields):
@@ -176,21 +164,30 @@ def _attributes(content: Any) -> Mapping[str, Any]:
     return {name: value for name, value in vars(content).items() if not name.startswith("__")}
 
 
-def _flat(content: Mapping[str, Any], above: str) -> Iterator[tuple[str, Value]]:
+def _flat(content: Mapping[str, Any], above: str, depth: int = 0) -> Iterator[tuple[str, Value]]:
+    if depth > MAX_DEPTH:
+        raise UnreadableError(f"nested too deeply; expected a depth of at most {MAX_DEPTH}")
     for name, value in content.items():
         path = f"{above}{name}"
         if is_dataclass(value):
-            yield from _flat(_attributes(value), f"{path}.")
+            yield from _flat(_attributes(value), f"{path}.", depth + 1)
         elif isinstance(value, Mapping):
-            yield from _flat(value, f"{path}.")
+            yield from _flat(value, f"{path}.", depth + 1)
         elif isinstance(value, bool | str):
             yield path, value
         elif isinstance(value, int | float):
-            yield path, float(value)
+            yield path, _number(value)
         elif hasattr(value, "tolist") or isinstance(value, list):
             elements = _sample(value.tolist() if hasattr(value, "tolist") else value)
             if elements and all(type(element) in (int, float) for element in elements):
-                yield path, tuple(map(float, elements))
+                yield path, tuple(map(_number, elements))
+
+
+def _number(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise UnreadableError("a number of more than 308 digits") from None
 
 
 def _sample(values: list[Any]) -> list[Any]:
@@ -198,4 +195,5 @@ def _sample(values: list[Any]) -> list[Any]:
     step = -(-len(values) // MAX_ELEMENTS)
     if step <= 1 or not isinstance(values[0], int | float):
         return values[:MAX_ELEMENTS]
-    return [min(values), max(values), *values[::step]]
+    numbers = [value for value in values if isinstance(value, int | float)]
+    return [min(numbers), max(numbers), *numbers[::step]]

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.extra.draft.observed import Observation, observe
-from pytest_hricdv.extra.draft.recording import Recording, read_recordings
-from tests.extra.draft.bags import BEGAN_NS, STRING, Entry, clock, text, tray, write_mcap, write_sqlite
+from pytest_hricdv.recordings.recording import Recording, read_recordings
+from tests.recordings.bags import BEGAN_NS, STRING, Entry, clock, text, tray, write_mcap, write_sqlite
 
 SAID = {"/said": STRING}
 BEGAN_S = BEGAN_NS / 1e9
@@ -133,7 +133,11 @@ def with_bytes(folder: Path, name: str, data: bytes) -> Path:
 
 BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
     "empty MCAP": (lambda f: with_bytes(f, "run.mcap", b""), "run.mcap: not an MCAP file that can be read", 0),
-    "empty SQLite": (lambda f: with_bytes(f, "run.db3", b""), "run.db3: not a database that can be read", 0),
+    "empty SQLite": (
+        lambda f: with_bytes(f, "run.db3", b""),
+        "run.db3: no recording of ROS 2: without a table",
+        0,
+    ),
     "log that is not merged": (
         lambda f: (with_bytes(f, "run.db3-wal", b"frames"), with_bytes(f, "run.db3", b""))[1],
         "run.db3-wal has messages that are not in the database yet",
@@ -142,7 +146,7 @@ BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
     "cut off": (truncated, "run.mcap: not an MCAP file that can be read, or cut off", 900),
     "text": (lambda f: with_bytes(f, "run.mcap", b"time,topic\n0,said\n"), "run.mcap: not an MCAP file", 0),
     "table": (lambda f: with_bytes(f, "run.csv", b"time,topic\n"), "run.csv: the file is neither *.mcap nor *.db3", 0),
-    "folder of nothing": (lambda f: f, "neither metadata.yaml nor a file *.mcap or *.db3", 0),
+    "folder of nothing": (lambda f: f, "no file *.mcap or *.db3 is in this folder", 0),
     "no message": (lambda f: write_mcap(f / "run.mcap", []), "run.mcap: has no messages: nothing was observed", 0),
     "unknown type": (
         lambda f: write_mcap(f / "run.mcap", said([0.0, 1.0]), {"/said": "odd_msgs/msg/Odd"}),

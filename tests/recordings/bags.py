@@ -54,10 +54,14 @@ def write_mcap(
     entries: Sequence[Entry],
     types: Mapping[str, str] | None = None,
     encoding: str = "",
+    *,
+    packed: bool = False,
 ) -> Path:
     """Write an MCAP file; messages of JSON where no types are given."""
     with file.open("wb") as stream:
-        writer = McapWriter(stream, compression=CompressionType.NONE, chunk_size=200)
+        writer = McapWriter(
+            stream, compression=CompressionType.ZSTD if packed else CompressionType.NONE, chunk_size=200
+        )
         writer.start(profile="ros2" if types else "")
         channels = {}
         for topic in dict.fromkeys(topic for _, topic, _ in entries):

@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.bags import BagMessage, Decoder, UnreadableError, Value, bag_files, read_messages
+from pytest_hricdv.recordings.bags import Decoder, Value, bag_files, read_messages
+from pytest_hricdv.recordings.containers import BagMessage, UnreadableError
 
 CLOCK = "/clock"
 NS_PER_S = 1_000_000_000
@@ -29,7 +30,11 @@ MAX_QUARTILE_RATIO = 1.5
 """Of a periodic topic, the greatest quotient of the quartiles of the times between its messages: timers have 1.0."""
 
 
-@dataclass(frozen=True)
+MAX_VALUES = 3_000_000
+"""Messages and values of fields of a recording that are kept: they take 500 MB."""
+
+
+@dataclass(frozen=True, slots=True)
 class RecordedSample:
     """A message: when (s), on which topic, and its fields; these are empty where nobody asked for them."""
 
@@ -87,6 +92,8 @@ def _read(asked: Path, path: Path, wanted: Callable[[str], bool], file_of: Calla
         for file in bag_files(path):
             for message in read_messages(file):
                 reading.add(message)
+                if reading.kept > MAX_VALUES:
+                    raise UnreadableError(f"{file.name}: has more than {MAX_VALUES:,} messages and values")
     except UnreadableError as error:
         read = f"its first {reading.count} messages are used" if reading.count else "nothing of it is used"
         problems.append(f"{error}; {read}")
@@ -110,6 +117,8 @@ class _Reading:
         self._clock: list[tuple[float, float]] = []
         self._unreadable: dict[str, tuple[int, str]] = {}
         self._is_ros = False
+        self.kept = 0
+        """Messages and values of fields up to now."""
 
     @property
     def count(self) -> int:
@@ -124,6 +133,7 @@ class _Reading:
         if message.topic == CLOCK and message.encoding == "cdr" and len(message.data) >= 12:
             seconds, nanoseconds = struct.unpack_from("<iI", message.data, 4)
             self._clock.append((time_s, seconds + nanoseconds / NS_PER_S))
+            self.kept += 1
             return
         fields: Mapping[str, Value] = {}
         if self._wanted(message.topic):
@@ -133,6 +143,7 @@ class _Reading:
                 count, text = self._unreadable.get(message.topic, (0, str(error)))
                 self._unreadable[message.topic] = (count + 1, text)
         self._written.append(RecordedSample(time_s, message.topic, fields))
+        self.kept += 1 + sum(len(value) if isinstance(value, tuple) else 1 for value in fields.values())
 
     def problems(self) -> Iterator[str]:
         """What could not be read."""
