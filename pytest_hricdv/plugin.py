@@ -35,9 +35,9 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
     """
     from pytest_hricdv._base.descriptors import keep_open
     from pytest_hricdv.session import following  # it is light
-    from pytest_hricdv.session.option_table import adapt, refuse_misspelt
+    from pytest_hricdv.session.option_table import adapt, refuse_typos
 
-    refuse_misspelt(early_config, args)
+    refuse_typos(early_config, args)
     adapt(early_config)
     keep_open()
     if following.is_wanted(early_config, args):

@@ -70,8 +70,6 @@ class FailingTests:
             columns: as many as a line may have; None for any number.
             all_rows: all causes, with a line for each of their tests.
         """
-        if all_rows and len(self.tests) > 1:
-            yield Line(self.headline, "title")
         groups = self.groups
         shown, more = split_first(groups, len(groups) if all_rows else MAX_CAUSES)
         for cause, nodeids in shown:

@@ -46,10 +46,14 @@ class HoleCause:
 
 
 def hole_causes(report: Report) -> tuple[HoleCause, ...]:
-    """All of them, those with most points first."""
+    """All of them: code first, then requirements, plans and bins; of each, those with most points first."""
     gaps = [gap for gap in report.closure.gaps or () if not gap.reason.startswith(_WAIVED)]
-    causes = [*_code(report, gaps), *_bins(report, gaps), *_plans(report, gaps), *_requirements(report, gaps)]
-    return tuple(sorted(causes, key=lambda cause: (-cause.count, cause.kind, natural(cause.title))))
+    kinds = (_code(report, gaps), _requirements(report, gaps), _plans(report, gaps), _bins(report, gaps))
+    return tuple(
+        cause
+        for causes in kinds
+        for cause in sorted(causes, key=lambda cause: (-cause.count, cause.kind, natural(cause.title)))
+    )
 
 
 def _code(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:

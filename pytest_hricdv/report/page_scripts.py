@@ -37,6 +37,7 @@ _SCRIPTS = (
     "behaviour",
     "test",
     "pages",
+    "search",
     "main",
 )
 _STYLES = ("theme", "layout", "parts", "views")

@@ -43,6 +43,8 @@ def _code(kind: str, coverage: CodeCoverage | None, report: Report) -> SuiteFigu
         return SuiteFigure(kind, f"unmeasured: {totals.explain_no_coverage(report)}", "warn")
     of_total = f"{percent(coverage.percent)} ({coverage.covered} of {coverage.total})"
     waived = len(totals.waivers(report)) if kind == "statements" else 0
+    if coverage.reachable == coverage.total:
+        return SuiteFigure(kind, of_total)
     reachable = f"{coverage.reachable} reachable" + (f", {waived} waived" if waived else "")
     return SuiteFigure(kind, f"{of_total}, {percent(coverage.percent_reachable)} of {reachable}")
 

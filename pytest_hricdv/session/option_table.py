@@ -197,7 +197,7 @@ def add_options(parser: pytest.Parser) -> None:
     )
 
 
-def refuse_misspelt(config: pytest.Config, arguments: Sequence[str]) -> None:
+def refuse_typos(config: pytest.Config, arguments: Sequence[str]) -> None:
     """Refuse an option or a key of the ini file that is nearly one of this plugin.
 
     Raises:

@@ -59,7 +59,7 @@ def test_beside_the_users_own_measurement_both_are_right(lamps: pytest.Pytester,
 def test_without_branches_in_the_users_measurement_branches_are_unmeasured(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE)
     alone = ours(lamps.path)
-    result = lamps.runpytest_subprocess(SUITE, "--cov=lamps", "--cov-report=")
+    result = lamps.runpytest_subprocess("-v", SUITE, "--cov=lamps", "--cov-report=")
     joined = ours(lamps.path)
     assert joined["code"]["statements"] == alone["code"]["statements"]
     assert joined["code"]["branches"] is None
@@ -83,7 +83,7 @@ def test_contexts_of_the_users_own_stay_his(lamps: pytest.Pytester) -> None:
 
 
 def test_switched_off_it_is_unmeasured_and_never_zero_percent(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "--hri-no-cov")
+    result = lamps.runpytest_inprocess("-v", SUITE, "--hri-no-cov")
     written = report(lamps.path)
     assert written["suites"][0]["code"] == {"statements": None, "branches": None}
     assert written["code_under_test"]["measured"] is False
@@ -97,7 +97,7 @@ def test_switched_off_it_is_unmeasured_and_never_zero_percent(lamps: pytest.Pyte
 @pytest.mark.slow
 def test_a_measurement_that_looks_elsewhere_is_told_and_counts_nothing(lamps: pytest.Pytester) -> None:
     (lamps.path / "other.py").write_text("ONE = 1\n", encoding="utf-8")
-    result = lamps.runpytest_subprocess(SUITE, "--cov=other", "--cov-report=")
+    result = lamps.runpytest_subprocess("-v", SUITE, "--cov=other", "--cov-report=")
     assert report(lamps.path)["suites"][0]["code"]["statements"] is None
     assert report(lamps.path)["code_under_test"]["reason"].endswith("add --cov=lamps")
     result.stdout.fnmatch_lines(["  statements * unmeasured: the running measurement (--cov) does not*"])
@@ -140,7 +140,7 @@ def test_a_waived_line_counts_as_unreachable(lamps: pytest.Pytester) -> None:
     guide = lamps.path / "lamps" / "guide.py"
     text = guide.read_text(encoding="utf-8").replace('"by hand"', '"by hand"  # unreachable: done by the caretaker')
     guide.write_text(text, encoding="utf-8")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-fail-under=statements=100")
+    result = lamps.runpytest_inprocess("-v", SUITE, "--hri-fail-under=statements=100")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  statements * (40 of 41), 100.0 % of 40 reachable, 1 waived"])
 

@@ -69,7 +69,7 @@ def test_of_mine(hri_run):
 def test_check_fails_with_the_explanation_and_how_to_run_it_again(lamps: pytest.Pytester) -> None:
     (lamps.path / "test_mine.py").write_text(FAILING, encoding="utf-8")
     lamps.runpytest_inprocess("test_mine.py").assert_outcomes(xfailed=1)
-    result = lamps.runpytest_inprocess("test_mine.py", "--hri-strict")
+    result = lamps.runpytest_inprocess("-v", "test_mine.py", "--hri-strict")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
         [

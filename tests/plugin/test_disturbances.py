@@ -142,7 +142,7 @@ def test_a_disturbance_that_a_failure_needs_is_kept_and_simplified(disturbed: py
     change(disturbed.path, "conftest.py", "Uniform(1.0, 2.0", "Uniform(1.0, 1.4")
     lines = ["disturb lost_wish", *LINES[:3], "greet"]
     (disturbed.path / "mine.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    result = disturbed.runpytest_inprocess("--hri-suite=mine.txt", "--hri-strict", "--hri-shrink")
+    result = disturbed.runpytest_inprocess("-v", "--hri-suite=mine.txt", "--hri-strict", "--hri-shrink")
     (test,) = report(disturbed.path)["tests"]
     assert test["shrunk"]["R2"]["concrete"][0] == "disturb brownout: level 1.2 %"
     # It violates R2 at the very instant at which it begins, and is among what led to it.

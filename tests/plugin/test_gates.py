@@ -121,8 +121,8 @@ def test_what_need_not_be_triggered_is_allowed_by_name_in_some_suites_or_in_all(
 def test_a_part_of_a_requirement_that_never_decides_is_told_of_whole_suites(lamps: pytest.Pytester) -> None:
     """Nobody would notice that it is wrong."""
     change(lamps.path, "requirements.toml", "-> lamp_level <= 80", "-> lamp_level <= 80 | lamp_level > 500")
-    lamps.runpytest_inprocess(*SUITE, "-k", "curt").stdout.no_fnmatch_line("*vacuous *")
-    result = lamps.runpytest_inprocess(*SUITE)
+    lamps.runpytest_inprocess("-vv", *SUITE, "-k", "curt").stdout.no_fnmatch_line("*vacuous *")
+    result = lamps.runpytest_inprocess("-vv", *SUITE)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  vacuous               in R2, never affected the verdict: lamp_level > 500"])
     written = report(lamps.path)
@@ -205,7 +205,7 @@ def test_a_bin_that_cannot_be_fails_its_test_and_keeps_its_verdicts(
     lamps: pytest.Pytester, old: str, new: str, fault: str
 ) -> None:
     change(lamps.path, "conftest.py", old, new)
-    result = lamps.runpytest_inprocess(*SUITE, "-k", "cellar")
+    result = lamps.runpytest_inprocess("-vv", *SUITE, "-k", "cellar")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines([fault, "others:  * passed*", "run it again:"])
     (test,) = report(lamps.path)["tests"]

@@ -100,7 +100,7 @@ def test_breakpoints_stop_in_the_controller_and_measuring_says_that_it_stood_asi
         "stopped in serve: 100.0",
         "stopped in serve: 10.0",
     ]
-    result.stdout.fnmatch_lines(["  statements * unmeasured: a debugger holds the trace function"])
+    result.stdout.fnmatch_lines(["  code unmeasured: a debugger holds the trace function"])
     assert [test["outcome"] for test in report(lamps.path)["tests"]].count("error") == 0
 
 
@@ -133,7 +133,7 @@ def test_pytests_own_debugger_is_left_alone(lamps: pytest.Pytester, option: str)
     result = lamps.run(*command, stdin=b"b lamps/guide.py:19\nc\np level\nc\n")
     if option == "--trace":
         result.stdout.fnmatch_lines(["> *guide.py(19)serve()", "(Pdb) 100.0"])
-    result.stdout.fnmatch_lines([f"  statements * unmeasured: {option} was given: *"])
+    result.stdout.fnmatch_lines([f"  code unmeasured: {option} was given: *"])
 
 
 @pytest.mark.slow

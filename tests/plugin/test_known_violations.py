@@ -27,7 +27,7 @@ def glare_in_the_cellar(lamps: pytest.Pytester) -> None:
 @pytest.mark.slow
 def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(lamps: pytest.Pytester) -> None:
     known(lamps, "R2 when once[0:10](on(wish) & !wish.cellar) until 2999-12-31: the hall: no dimmer")
-    result = lamps.runpytest_inprocess(SUITE, "-rx")
+    result = lamps.runpytest_inprocess("-v", SUITE, "-rx")
     assert result.ret == 0
     result.assert_outcomes(passed=3, xfailed=1)
     condition = "when once[[]0:10[]](on(wish) & !wish.cellar): the hall: no dimmer"

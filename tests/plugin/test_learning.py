@@ -50,7 +50,7 @@ def test_constants_come_from_the_testbench_the_ini_file_and_the_command_line(lam
 
 @pytest.mark.slow
 def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(RL, "--hri-rl-reward=uncovered")
+    result = lamps.runpytest_inprocess("-v", RL, "--hri-rl-reward=uncovered")
     assert result.ret == 0
     written = report(lamps.path)
     json_schema.REPORT.validate(written)

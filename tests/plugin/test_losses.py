@@ -57,7 +57,7 @@ def test_an_exception_in_the_code_under_test_fails_its_test_only(
 
 def test_what_a_run_violated_before_its_fault_is_told_too(lamps: pytest.Pytester) -> None:
     change(lamps.path, "lamps/guide.py", "        bus.publish(Switched(level))", "        clock.sleep(-level)")
-    result = lamps.runpytest_inprocess(SUITE, "-k", "hall-polite")
+    result = lamps.runpytest_inprocess("-v", SUITE, "-k", "hall-polite")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
         ["E *R2 Failed: The lamp shall never glare", "E *the code under test raised KernelError: *"]
@@ -202,7 +202,7 @@ def test_a_crashed_worker_loses_its_test_only_and_the_report_says_so(lamps: pyte
 @pytest.mark.slow
 @in_each_mode
 def test_a_run_stopped_at_the_first_failure_leaves_its_report(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "-x", *options)
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=rl", "--hri-strict", "-x", *options)
     assert result.ret in (1, 2)
     written = report(lamps.path)
     assert written["selected"] == 34

@@ -14,7 +14,7 @@ def test_a_message_that_is_followed_at_the_same_instant_is_not_seen_and_that_is_
         "[R9]", 'title = "No lamp is at 10 %"',
         'formula = "always(on(switched) & switched.level == 10 -> lamp_level < 0)"', "", "[R1]",
     )))  # fmt: skip
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-allow-nc=R9 in by-hand")
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=by-hand", "--hri-allow-nc=R9 in by-hand")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  warning               R9 ignored * 'switched' messages: only the last message*"])
     assert report(lamps.path)["suites"][0]["requirements"]["R9"]["masked_messages"]["switched"] > 0

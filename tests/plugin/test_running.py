@@ -206,7 +206,7 @@ def test_the_fidelity_is_an_option_that_every_run_and_every_command_gets(
     two_fidelities(lamps)
     lamps.runpytest_inprocess("--hri-suite=by-hand", *options)
     assert {test["fidelity"] for test in report(lamps.path)["tests"]} == {"real"}
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-fidelity=plain", "--hri-strict", *options)
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=by-hand", "--hri-fidelity=plain", "--hri-strict", *options)
     assert {test["fidelity"] for test in report(lamps.path)["tests"]} == {"plain"}
     result.stdout.fnmatch_lines(
         [

@@ -19,7 +19,7 @@ def forget(lamps: pytest.Pytester) -> None:
 
 @pytest.mark.slow
 def test_a_known_violation_is_reported_and_does_not_fail_the_run(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "-rx")
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=rl", "-rx")
     assert result.ret == 0
     result.assert_outcomes(passed=32, xfailed=2)
     result.stdout.fnmatch_lines(
@@ -40,7 +40,7 @@ def test_a_known_violation_is_reported_and_does_not_fail_the_run(lamps: pytest.P
 def test_a_requirement_can_be_named_as_known_on_the_command_line(lamps: pytest.Pytester) -> None:
     forget(lamps)
     assert lamps.runpytest_inprocess("--hri-suite=rl").ret == 1
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-known=R2,R1")
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=rl", "--hri-known=R2,R1")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  R2 is known to fail: named with --hri-known"])
 
@@ -48,7 +48,7 @@ def test_a_requirement_can_be_named_as_known_on_the_command_line(lamps: pytest.P
 @pytest.mark.slow
 def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None:
     change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 1.5")
-    result = lamps.runpytest_inprocess("--hri-suite=rl", f"test_lamps.py::test_lamps[{BRIGHT}]")
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=rl", f"test_lamps.py::test_lamps[{BRIGHT}]")
     assert result.ret == 1
     result.stdout.fnmatch_lines(
         [
@@ -62,7 +62,7 @@ def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None
 
 @pytest.mark.slow
 def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-tests=12", "--hri-strict", "--tb=short")
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=rl", "--hri-tests=12", "--hri-strict", "--tb=short")
     assert result.ret == 1
     failed = [name for name, outcome in outcomes(lamps.path).items() if outcome == "failed"]
     assert failed
@@ -107,7 +107,7 @@ def test_the_page_has_the_command_with_the_options_of_the_run(lamps: pytest.Pyte
 def test_a_run_that_is_not_checked_by_its_test_is_checked_when_the_test_is_over(lamps: pytest.Pytester) -> None:
     change(lamps.path, "test_lamps.py", "hri_case.check(hri_case.run())", "hri_case.run()")
     lamps.runpytest_inprocess("--hri-suite=by-hand").assert_outcomes(passed=3, xfailed=1)
-    strict = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-strict")
+    strict = lamps.runpytest_inprocess("-v", "--hri-suite=by-hand", "--hri-strict")
     strict.assert_outcomes(passed=3, failed=1)
     strict.stdout.fnmatch_lines(["R2 Failed: The lamp shall never glare"])
 

@@ -170,3 +170,26 @@ def test_mutants_are_chosen_by_their_state_in_the_address_and_a_fault_is_told_in
     assert rows.count() == 0
     assert "q=no+such+text" in page.url
     watched.assert_quiet()
+
+
+def test_a_slash_searches_everything(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(with_parts(), tmp_path)
+    page.keyboard.press("/")
+    box = page.locator("dialog.search")
+    for words, kind, address in (
+        ("hand is too close", "requirement", "#requirement/R3"),
+        ("cross products", "view", "#cross"),
+        ("journal.py", "file", "#code/controller%2Fjournal.py"),
+    ):
+        box.locator("input").fill(words)
+        hit = box.locator(".hits a", has_text=kind).first
+        assert hit.get_attribute("href") == address
+    box.locator("input").fill("hand is too close")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("[id='requirement/R3']:not([hidden])")
+    assert not box.is_visible()
+    box_again = page.locator("button.find")
+    box_again.click()
+    box.locator("input").fill("xyzzy")
+    assert "0 found" in box.inner_text()
+    watched.assert_quiet()

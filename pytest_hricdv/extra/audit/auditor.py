@@ -135,7 +135,9 @@ class Auditor:
         self, repeating: Repeater, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, Rerun]]
     ) -> None:
         """Run tests again; those that come otherwise are added."""
-        for test in tests:
+        tell = self._session.wait("running tests again, to see whether they come out the same")
+        for number, test in enumerate(tests, 1):
+            tell(f"{number} of {len(tests)}")
             repeat = repeating.run(RerunOrder((test.nodeid,)), self._hash_seed)
             if repeat.key != key_of(test):
                 differing[test.nodeid] = test, repeat

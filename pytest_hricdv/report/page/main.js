@@ -137,6 +137,7 @@ for (const button of document.querySelectorAll("[data-print]")) {
 startTips();
 startTheme();
 startSkipping();
+startSearch();
 measureHeader();
 watchPlaces();
 addEventListener("hashchange", show);

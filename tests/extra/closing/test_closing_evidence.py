@@ -14,7 +14,7 @@ SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
 @pytest.mark.slow
 @counted_up_to_313
 def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of_it(finished: SessionRunner) -> None:
-    session = finished(*SUITE)
+    session = finished(*SUITE, "-v")
     whole = report(session.path)
     REPORT.validate(whole)
     closing, tests = whole["closing"], {test["id"]: test for test in whole["tests"]}

@@ -51,7 +51,7 @@ def test_the_first_engine_is_used_unless_another_one_is_asked_for(lamps: pytest.
     lamps.runpytest_inprocess(BY_HAND)
     assert {test["engine"] for test in report(lamps.path)["tests"]} == {"bulb"}
     hashes = {test["record_sha256"] for test in report(lamps.path)["tests"]}
-    result = lamps.runpytest_inprocess(BY_HAND, "--hri-engine=led", "--hri-strict")
+    result = lamps.runpytest_inprocess("-v", BY_HAND, "--hri-engine=led", "--hri-strict")
     result.stdout.fnmatch_lines(
         [
             "hri: physics by led",
@@ -100,7 +100,7 @@ def test_engines_that_agree_change_nothing(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=-1e-9)
     lamps.runpytest_inprocess(BY_HAND)
     alone = report(lamps.path)
-    result = lamps.runpytest_inprocess(BY_HAND, "--hri-engine=both")
+    result = lamps.runpytest_inprocess("-v", BY_HAND, "--hri-engine=both")
     assert result.ret == 0
     result.stdout.fnmatch_lines(
         [

@@ -42,7 +42,7 @@ def test_a_run_that_conforms_passes_and_is_reported(compared: pytest.Pytester) -
 @pytest.mark.slow
 def test_a_run_that_deviates_fails_and_says_how(compared: pytest.Pytester) -> None:
     change(compared.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 0.6")
-    result = compared.runpytest_inprocess(SUITE)
+    result = compared.runpytest_inprocess("-v", SUITE)
     assert result.ret == 1
     result.stdout.fnmatch_lines(
         [

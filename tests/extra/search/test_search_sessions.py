@@ -41,7 +41,7 @@ def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(tight: p
             f"FAILED R3 is violated by a test that a search found: {found['id']}",
         ]
     )
-    again = tight.runpytest_inprocess(*shlex.split(command)[1:])
+    again = tight.runpytest_inprocess("-v", *shlex.split(command)[1:])
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(["R3 Failed: *", f"replay of {found['id']}: the same run, to the bit"])
 
