@@ -14,7 +14,7 @@ JUST_S = 1e-6
 """A delay that is shorter by this (s) than a hold does not change the order. As fine as virtual time is."""
 
 HALVINGS = 12
-"""Of a delay, until it is known to a five-thousandth."""
+"""Of a delay, until it is known to a five-thousandth of itself."""
 
 RaceKind = Literal["wrong order", "late"]
 
@@ -28,7 +28,8 @@ class ScheduleRace:
         requirement: that is violated; empty for a fault.
         test: with the fewest decisions.
         ran: its run.
-        kind: `wrong order` if it fails because of the order of two nodes, `late` if a delay alone does it.
+        kind: `wrong order` if it fails because of the order of two threads or tasks, `late` if a delay does it that
+            changes no order.
         least_s: the least delay that does it (s), where it is late.
         runs: that it took to find out.
     """
@@ -56,6 +57,7 @@ class RaceExamination:
     fails: Callable[[ScheduleRun], bool]
     is_moved: bool
     runs: int = 0
+    last: ScheduleRun | None = None
 
     def examine(
         self, candidate: ScheduleCandidate, requirement: str, test: ConcreteTest, ran: ScheduleRun
@@ -66,15 +68,15 @@ class RaceExamination:
         kind: RaceKind = "wrong order"
         least_s = sum(held.for_s for held in ran.held)
         if late is not None:
-            kind = "late"
-            test, ran, least_s = self._shortest(*late)
+            test, ran, least_s, before = self._shortest(*late)
+            kind = "wrong order" if before is not None and is_other_order(before, ran) else "late"
         return ScheduleRace(candidate, requirement, test, ran, kind, least_s, self.runs)
 
     def _tries(self, test: ConcreteTest) -> ScheduleRun | None:
         """The run, if it fails in the same way."""
         self.runs += 1
-        ran = self.run(test)
-        return ran if ran is not None and self.fails(ran) else None
+        self.last = self.run(test)
+        return self.last if self.last is not None and self.fails(self.last) else None
 
     def _least(self, test: ConcreteTest, ran: ScheduleRun) -> tuple[ConcreteTest, ScheduleRun]:
         """Without decisions that it does not need: those that come last are tried first."""
@@ -97,19 +99,31 @@ class RaceExamination:
         again = self._tries(delayed)
         return None if again is None else (delayed, again)
 
-    def _shortest(self, test: ConcreteTest, ran: ScheduleRun) -> tuple[ConcreteTest, ScheduleRun, float]:
-        """With the shortest delays that still make it fail, all in one proportion."""
-        whole = test.schedule
+    def _shortest(
+        self, test: ConcreteTest, ran: ScheduleRun
+    ) -> tuple[ConcreteTest, ScheduleRun, float, ScheduleRun | None]:
+        """With the shortest delays that still make it fail, all in one proportion; and the run that just passes."""
+        whole, just_passes = test.schedule, None
         passes, fails = 0.0, 1.0
         for _ in range(HALVINGS):
             middle = (passes + fails) / 2
             shorter = replace(test, schedule=tuple(replace(entry, value=entry.value * middle) for entry in whole))
             again = self._tries(shorter)
             if again is None:
-                passes = middle
+                passes, just_passes = middle, self.last
             else:
                 fails, test, ran = middle, shorter, again
-        return test, ran, sum(decision.value for decision in test.schedule)
+        return test, ran, sum(decision.value for decision in test.schedule), just_passes
+
+
+def is_other_order(before: ScheduleRun, ran: ScheduleRun) -> bool:
+    """Whether another thread goes on first where two runs part: not the same one with another statement.
+
+    A delay that only misses a deadline leaves the order as it is, or lets a thread take another branch. One that lets
+    two tasks of a loop change places is the least that does.
+    """
+    parted = next((pair for pair in zip(before.slices, ran.slices, strict=False) if pair[0] != pair[1]), None)
+    return parted is not None and parted[0][0] != parted[1][0]
 
 
 def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDecision:

@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import groupby, islice
 from random import Random
 
 import msgspec
@@ -43,6 +44,9 @@ HOLDS = 3
 AT_RANDOM = 0.25
 """The share of runs whose decisions are drawn without looking at pairs: what static names miss may be there."""
 
+MAX_SLICES = 20_000
+"""So many slices of a run are noted."""
+
 PlacePair = tuple[str, str]
 """The place of the statement that came first, and of the one that came next to the same data."""
 
@@ -69,6 +73,8 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         ready: of each choice between nodes, how many were ready.
         actions: when they began (s), and their numbers from 1.
         held: what decisions did.
+        slices: which thread executed something, one after the other, and how many statements at a time; the first
+            ones.
         record: SHA-256 of the record.
     """
 
@@ -80,6 +86,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     ready: tuple[Count, ...] = ()
     actions: tuple[tuple[NotNegative, Count], ...] = ()
     held: tuple[HeldNode, ...] = ()
+    slices: tuple[tuple[Count, Count], ...] = ()
     record: str = ""
 
     @property
@@ -155,6 +162,10 @@ def _summary(scheduler: Scheduler) -> ScheduleRun:
                 between=held.meanwhile,
             )
             for held in scheduler.held_up
+        ),
+        slices=tuple(
+            (thread, sum(1 for _ in steps))
+            for thread, steps in islice(groupby(step.thread for step in scheduler.steps), MAX_SLICES)
         ),
     )
 

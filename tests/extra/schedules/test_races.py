@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
+import pytest
+
+from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, is_other_order, words
 from pytest_hricdv.extra.schedules.search import HeldNode, ScheduleCandidate, ScheduleRun
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.schedule import ScheduleDecision
@@ -58,3 +60,17 @@ def test_an_order_of_nodes_that_are_ready_is_never_late() -> None:
     race = examined(lambda at: True, ScheduleDecision("order", "", 3, 1.0))
     assert race.kind == "wrong order"
     assert words(race) == "at choice 3 number 2 of what is ready goes first"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "is_other"),
+    [
+        ([(0, 3), (1, 2), (0, 1)], [(0, 3), (0, 1), (1, 2)], True),
+        ([(0, 3), (1, 2), (0, 1)], [(0, 3), (1, 4), (0, 1)], False),
+        ([(0, 3), (1, 2)], [(0, 3), (1, 2)], False),
+    ],
+)
+def test_a_delay_with_which_another_thread_goes_first_is_another_order(
+    before: list[tuple[int, int]], after: list[tuple[int, int]], is_other: bool
+) -> None:
+    assert is_other_order(ScheduleRun(slices=tuple(before)), ScheduleRun(slices=tuple(after))) is is_other
