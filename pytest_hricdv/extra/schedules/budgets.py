@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from pytest_hricdv.extra.schedules.records import BudgetRecord
-from pytest_hricdv.extra.schedules.search import RunTest, ScheduleCandidate
+from pytest_hricdv.extra.schedules.schedule_run import RunTest
+from pytest_hricdv.extra.schedules.search import ScheduleCandidate
 from pytest_hricdv.generate.schedule import EACH_TIME, ScheduleDecision
 
 LONGEST_S = 10.0

@@ -17,8 +17,9 @@ from pytest_hricdv.extra.schedules.records import (
     ScheduleResult,
     ScheduleSearchEnd,
 )
+from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, runner
 from pytest_hricdv.extra.schedules.scheduler import read_starts
-from pytest_hricdv.extra.schedules.search import RunTest, ScheduleCandidate, ScheduleRun, ScheduleSearch, runner
+from pytest_hricdv.extra.schedules.search import ScheduleCandidate, ScheduleSearch
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import TestResult

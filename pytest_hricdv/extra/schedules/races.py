@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from pytest_hricdv.extra.schedules.search import HeldNode, RunTest, ScheduleCandidate, ScheduleRun
+from pytest_hricdv.extra.schedules.schedule_run import HeldNode, RunTest, ScheduleRun, unpack_steps
+from pytest_hricdv.extra.schedules.search import ScheduleCandidate
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.schedule import ScheduleDecision
 
@@ -117,13 +118,20 @@ class RaceExamination:
 
 
 def is_other_order(before: ScheduleRun, ran: ScheduleRun) -> bool:
-    """Whether another thread goes on first where two runs part: not the same one with another statement.
+    """Whether two threads have changed places where two runs part: each executes there later what it did before.
 
     A delay that only misses a deadline leaves the order as it is, or lets a thread take another branch. One that lets
     two tasks of a loop change places is the least that does.
     """
-    parted = next((pair for pair in zip(before.slices, ran.slices, strict=False) if pair[0] != pair[1]), None)
-    return parted is not None and parted[0][0] != parted[1][0]
+    usual, other = unpack_steps(before.steps), unpack_steps(ran.steps)
+    for place, ((thread, point), (first, at)) in enumerate(zip(usual, other, strict=False)):
+        if (thread, point) != (first, at):
+            return thread != first and _next(other[place:], thread) == point and _next(usual[place:], first) == at
+    return False
+
+
+def _next(steps: Sequence[tuple[int, int]], wanted: int) -> int | None:
+    return next((point for thread, point in steps if thread == wanted), None)
 
 
 def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDecision:

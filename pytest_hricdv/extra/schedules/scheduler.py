@@ -114,6 +114,9 @@ class Scheduler:
             return
         place = self.points.places[point]
         number = self._counts[place] = self._counts.get(place, 0) + 1
+        decision = self._at.get((place, number)) or self._at.get((place, EACH_TIME))
+        if decision is not None:
+            self._hold(node, decision)
         self._ran.add(node)
         if self._waiting:
             self._meanwhile.append((place, node.name))
@@ -122,9 +125,6 @@ class Scheduler:
             thread = self._threads.setdefault((*call, _task()), len(self._threads))
             here = self._nodes.setdefault(call, len(self._nodes))
             self.steps.append(PointStep(point, number, thread, here, self.kernel.now_s))
-        decision = self._at.get((place, number)) or self._at.get((place, EACH_TIME))
-        if decision is not None:
-            self._hold(node, decision)
 
     def write(self, point: int, value: object, read: object = None, operation: str = "") -> object:
         """The value that a statement is about to write, which has read what it needs."""

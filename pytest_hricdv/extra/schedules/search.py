@@ -10,24 +10,16 @@ Randomized Scheduler with Probabilistic Guarantees of Finding Bugs, ASPLOS 2010)
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import groupby, islice
 from random import Random
 
-import msgspec
-
-from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
-from pytest_hricdv.execution.forked import ForkError, InFork, fork
-from pytest_hricdv.extra.schedules.execution import note_runs
-from pytest_hricdv.extra.schedules.pairs import DataConflict, conflicts, thin
-from pytest_hricdv.extra.schedules.scheduler import Scheduler, accesses
+from pytest_hricdv.extra.schedules.pairs import DataConflict
+from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.schedule import ScheduleDecision
-from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 MOST_DECISIONS = 3
 """In one run."""
@@ -39,135 +31,16 @@ CAUSED = 0.75
 """The share of moves of the action that the second of a pair came after; the others move any action."""
 
 HOLDS = 3
-"""So many places to hold a thread up are tried for a pair: see `ScheduleSearch._reverse`."""
+"""So many places to hold a thread up are tried for a pair."""
+
+MAX_REPEATS = 20
+"""After so many draws that were made before, one is made again."""
 
 AT_RANDOM = 0.25
 """The share of runs whose decisions are drawn without looking at pairs: what static names miss may be there."""
 
-MAX_SLICES = 20_000
-"""So many slices of a run are noted."""
-
 PlacePair = tuple[str, str]
 """The place of the statement that came first, and of the one that came next to the same data."""
-
-
-class HeldNode(PlainRecord, frozen=True, kw_only=True):
-    """What a decision did: the place, the node that waited there, when and for how long (s), and what came between."""
-
-    place: str
-    node: str
-    time_s: NotNegative
-    for_s: NotNegative
-    between: tuple[tuple[str, str], ...] = ()
-
-
-class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
-    """A run with a schedule, or one without that was noted.
-
-    Args:
-        violated: requirements.
-        faults: what else was wrong with it, a sentence each.
-        threads: how many threads of the code, or tasks of asyncio, executed anything.
-        conflicts: some of each pair.
-        executed: place -> how often.
-        ready: of each choice between nodes, how many were ready.
-        actions: when they began (s), and their numbers from 1.
-        held: what decisions did.
-        slices: which thread executed something, one after the other, and how many statements at a time; the first
-            ones.
-        record: SHA-256 of the record.
-    """
-
-    violated: Names = ()
-    faults: Names = ()
-    threads: Count = 0
-    conflicts: tuple[DataConflict, ...] = ()
-    executed: Mapping[str, Count] = {}
-    ready: tuple[Count, ...] = ()
-    actions: tuple[tuple[NotNegative, Count], ...] = ()
-    held: tuple[HeldNode, ...] = ()
-    slices: tuple[tuple[Count, Count], ...] = ()
-    record: str = ""
-
-    @property
-    def fails(self) -> frozenset[str]:
-        """Requirements, and an empty text for a fault."""
-        return frozenset(self.violated) | ({""} if self.faults else set())
-
-    @property
-    def involves(self) -> frozenset[str]:
-        """Places where nodes were held up, and those that came in between."""
-        places = [held.place for held in self.held] + [place for held in self.held for place, _ in held.between]
-        return frozenset(place.rstrip("=") for place in places)
-
-
-RunTest = Callable[[ConcreteTest], ScheduleRun | None]
-"""Runs a test; None where the run came to no end."""
-
-
-def runner(rerunner: TestRerunner) -> RunTest:
-    """Runs tests in forks, so that whatever a schedule leads to ends with its run."""
-
-    def run(test: ConcreteTest) -> ScheduleRun | None:
-        process = fork()
-        if isinstance(process, InFork):
-            message = b"null"
-            with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
-                message = msgspec.json.encode(_run(rerunner, test))
-            process.send_and_end(message)
-        try:
-            with rerunner.let_through():
-                return msgspec.json.decode(process.message(), type=ScheduleRun | None)
-        except ForkError:
-            return None
-        finally:
-            process.close()
-
-    return run
-
-
-def _run(rerunner: TestRerunner, test: ConcreteTest) -> ScheduleRun | None:
-    noted: list[Scheduler] = []
-    note_runs(noted)
-    result = rerunner.run(name_test(test, "schedule"))
-    if result is None or not noted:
-        return None
-    violated = [
-        verdict.requirement
-        for verdict in result.verdicts
-        if verdict.verdict == "Failed" and rerunner.is_violated(verdict.requirement, verdict)
-    ]
-    return msgspec.structs.replace(
-        _summary(noted[0]),
-        violated=tuple(violated),
-        faults=result.errors,
-        actions=tuple(zip(result.action_times_s, result.begun, strict=True)),
-        record=result.record.sha256,
-    )
-
-
-def _summary(scheduler: Scheduler) -> ScheduleRun:
-    places = scheduler.points.places
-    return ScheduleRun(
-        threads=len({step.thread for step in scheduler.steps}),
-        conflicts=thin(conflicts(scheduler.steps, places, accesses(scheduler.points))),
-        executed=dict(sorted(Counter(places[step.point] for step in scheduler.steps).items())),
-        ready=tuple(choice.ready for choice in scheduler.choices),
-        held=tuple(
-            HeldNode(
-                place=held.decision.place,
-                node=held.node,
-                time_s=round(held.time_s, 6),
-                for_s=round(held.for_s, 6),
-                between=held.meanwhile,
-            )
-            for held in scheduler.held_up
-        ),
-        slices=tuple(
-            (thread, sum(1 for _ in steps))
-            for thread, steps in islice(groupby(step.thread for step in scheduler.steps), MAX_SLICES)
-        ),
-    )
 
 
 @dataclass(frozen=True)
@@ -200,8 +73,12 @@ class ScheduleSearch:
     tried: Counter[PlacePair] = field(default_factory=Counter)
     """Pairs whose first node was held up."""
     runs: int = 0
-    found_later: list[tuple[ScheduleCandidate, ConcreteTest, DataConflict]] = field(default_factory=list)
-    """Pairs that only runs with a schedule have, with the test that has it."""
+    further: list[tuple[ScheduleCandidate, ConcreteTest]] = field(default_factory=list)
+    """Schedules with one more decision, about a pair that only a run with the others has."""
+    repeats: int = 0
+    """Draws since the last new one."""
+    drawn: set[tuple[str, tuple[ScheduleDecision, ...], str]] = field(default_factory=set)
+    """Tests with their schedules."""
 
     def note(
         self, run: ScheduleRun, candidate: ScheduleCandidate | None = None, test: ConcreteTest | None = None
@@ -214,12 +91,7 @@ class ScheduleSearch:
             test: with this schedule.
         """
         if candidate is not None and test is not None and len(test.schedule) < MOST_DECISIONS:
-            later = {
-                conflict.pair: conflict
-                for conflict in run.conflicts
-                if conflict.pair not in (self.near if self._is_near(conflict) else self.seen)
-            }
-            self.found_later += [(candidate, test, conflict) for conflict in later.values() for _ in range(HOLDS)]
+            self.further += [(candidate, further) for further in self._further(test, run)]
         self.seen.update(conflict.pair for conflict in run.conflicts)
         self.near.update(conflict.pair for conflict in run.conflicts if self._is_near(conflict))
 
@@ -236,8 +108,18 @@ class ScheduleSearch:
             number += 1
             made = None
             if rng.random() >= AT_RANDOM:
-                made = (self._further() if number % 2 else None) or self._pair(rng, able)
-            yield made or self._at_random(rng, able)
+                made = self.further.pop(0) if self.further and number % 2 else self._pair(rng, able)
+            made = made or self._at_random(rng, able)
+            if self._is_new(made[1]):
+                yield made
+
+    def _is_new(self, test: ConcreteTest) -> bool:
+        """Whether it was not drawn before; a few times it does not matter, or nothing might be left to draw."""
+        key = test.id, test.schedule, repr(test.actions)
+        is_new = key not in self.drawn or self.repeats >= MAX_REPEATS
+        self.drawn.add(key)
+        self.repeats = 0 if is_new else self.repeats + 1
+        return is_new
 
     def _pair(
         self, rng: Random, candidates: Sequence[ScheduleCandidate]
@@ -263,20 +145,23 @@ class ScheduleSearch:
             decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
         return candidate, replace(test, schedule=_sort_decisions(decisions))
 
-    def _further(self) -> tuple[ScheduleCandidate, ConcreteTest] | None:
-        """A schedule with one more decision, about a pair that came only with it; None where none is left."""
-        if not self.found_later:
-            return None
-        candidate, test, conflict = self.found_later.pop(0)
-        return candidate, replace(test, schedule=_sort_decisions([*test.schedule, *self._reverse(conflict)]))
+    def _further(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[ConcreteTest]:
+        """The test with one more decision, about each pair that is new or nearer: first those soon after a hold."""
+        begin_s = min((held.time_s for held in run.held), default=0.0)
+        later: dict[PlacePair, DataConflict] = {}
+        for conflict in sorted(run.conflicts, key=lambda conflict: abs(conflict.time_s - begin_s)):
+            if conflict.pair not in (self.near if self._is_near(conflict) else self.seen):
+                later.setdefault(conflict.pair, conflict)
+        for place in range(HOLDS):
+            for conflict in later.values():
+                if (held := _holds(conflict)[place]) is not None:
+                    decision = ScheduleDecision("hold", *held, self.slowest_s)
+                    yield replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
     def _reverse(self, conflict: DataConflict) -> list[ScheduleDecision]:
         """What lets the second one come before the first one; at the next times right after it, or earlier still."""
-        turn = self.tried[conflict.pair]
+        held = _holds(conflict)[self.tried[conflict.pair] % HOLDS]
         self.tried[conflict.pair] += 1
-        first = conflict.first, conflict.number
-        holds = [conflict.awaited] if conflict.is_in_one_node else [first, conflict.next, conflict.previous]
-        held = holds[turn % len(holds)]
         return [] if held is None else [ScheduleDecision("hold", *held, self.slowest_s)]
 
     def _is_near(self, conflict: DataConflict) -> bool:
@@ -330,6 +215,13 @@ class ScheduleSearch:
         action = test.actions[place]
         action = replace(action, parameters={**action.parameters, name: changed})
         return replace(test, actions=(*test.actions[:place], action, *test.actions[place + 1 :]))
+
+
+def _holds(conflict: DataConflict) -> tuple[tuple[str, int] | None, ...]:
+    """Where to hold a thread up for a pair, so many as `HOLDS`: before the first one, right after it, earlier still."""
+    if conflict.is_in_one_node:
+        return (conflict.awaited,) * HOLDS
+    return (conflict.first, conflict.number), conflict.next, conflict.previous
 
 
 def _may_be(sampler: Sampler | None, value: float) -> bool:

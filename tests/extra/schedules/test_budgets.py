@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.extra.schedules.budgets import LONGEST_S, PRECISION_S, measure_budgets
 from pytest_hricdv.extra.schedules.points import CodePoints
-from pytest_hricdv.extra.schedules.search import ScheduleCandidate, ScheduleRun
+from pytest_hricdv.extra.schedules.schedule_run import ScheduleRun
+from pytest_hricdv.extra.schedules.search import ScheduleCandidate
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.generate.schedule import EACH_TIME
 

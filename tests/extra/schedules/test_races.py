@@ -7,7 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, is_other_order, words
-from pytest_hricdv.extra.schedules.search import HeldNode, ScheduleCandidate, ScheduleRun
+from pytest_hricdv.extra.schedules.schedule_run import HeldNode, ScheduleRun, pack_steps
+from pytest_hricdv.extra.schedules.search import ScheduleCandidate
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.schedule import ScheduleDecision
 
@@ -65,12 +66,16 @@ def test_an_order_of_nodes_that_are_ready_is_never_late() -> None:
 @pytest.mark.parametrize(
     ("before", "after", "is_other"),
     [
-        ([(0, 3), (1, 2), (0, 1)], [(0, 3), (0, 1), (1, 2)], True),
-        ([(0, 3), (1, 2), (0, 1)], [(0, 3), (1, 4), (0, 1)], False),
-        ([(0, 3), (1, 2)], [(0, 3), (1, 2)], False),
+        ("a1 a2 b1 a3", "a1 b1 a2 a3", True),
+        ("a1 a2 a3 b1 b2", "a1 a2 b1 a3 b2", True),
+        ("a1 a2 b1", "a1 a4 b1", False),  # another branch
+        ("a1 a2 b1", "a1 b1 a4", False),
+        ("a1 a2 b1", "a1 a2 b1", False),
     ],
 )
-def test_a_delay_with_which_another_thread_goes_first_is_another_order(
-    before: list[tuple[int, int]], after: list[tuple[int, int]], is_other: bool
-) -> None:
-    assert is_other_order(ScheduleRun(slices=tuple(before)), ScheduleRun(slices=tuple(after))) is is_other
+def test_a_delay_with_which_threads_change_places_is_another_order(before: str, after: str, is_other: bool) -> None:
+    first, second = (
+        ScheduleRun(steps=pack_steps(("ab".index(step[0]), int(step[1])) for step in text.split()))
+        for text in (before, after)
+    )
+    assert is_other_order(first, second) is is_other
