@@ -46,6 +46,7 @@ FEATURES = MappingProxyType(
         "trend": ("feature",),
         "film": ("feature", "records"),
         "traces": ("feature", "records"),
+        "evidence": ("commands",),
         "oracle": ("execution",),
         "ros2": ("execution", "feature", "drafting", "bag_writer"),
     }

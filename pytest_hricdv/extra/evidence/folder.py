@@ -1,0 +1,166 @@
+"""A folder of evidence: written from a report, and verified later: its bytes, its rows, and a sample of its tests."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from pytest_hricdv._base.atomic_file import write_bytes
+from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_bytes, read_text
+from pytest_hricdv.extra.evidence import outputs
+from pytest_hricdv.extra.evidence.page import page
+from pytest_hricdv.extra.evidence.requirement_lists import MAX_BYTES, ListedRequirement, read_requirements
+from pytest_hricdv.extra.evidence.rows import EvidenceRow, gather_evidence
+from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
+from pytest_hricdv.results.model import Report, TestResult
+
+LIST = "listed"
+"""The name, without its ending, of the list of requirements that the evidence was written for."""
+
+TIMEOUT_S = 3600.0
+"""For tests that are run again. Chosen: a test takes seconds."""
+
+
+def write_evidence(source: Path, folder: Path, listed: Path | None = None) -> tuple[EvidenceRow, ...]:
+    """Write what a report shows for each requirement.
+
+    Args:
+        source: a report, or its folder.
+        folder: is created where it is missing.
+        listed: requirements of another tool.
+
+    Returns:
+        The rows.
+
+    Raises:
+        ReportError: the report or the list cannot be used, or the folder cannot be written.
+    """
+    report = load(source)
+    file = source / REPORT_NAME if source.is_dir() else source
+    copies = {REPORT_NAME: read_bytes(file, MAX_REPORT_BYTES)}
+    if listed is not None:
+        read_requirements(listed)
+        copies[f"{LIST}{listed.suffix.lower()}"] = read_bytes(listed, MAX_BYTES)
+    rows = _rows(report, listed)
+    if not rows:
+        raise ReportError(f"{file}: has no requirements, so there is nothing to show")
+    files = {**copies, **_derive(report, rows)}
+    files[outputs.STATEMENT] = outputs.statement(files, rows, outputs.facts_of(report)).encode()
+    try:
+        for name, data in files.items():
+            write_bytes(folder / name, data)
+    except OSError as error:
+        raise ReportError(f"{folder}: cannot be written: {error.strerror or error}") from None
+    return rows
+
+
+def _rows(report: Report, listed: Path | None) -> tuple[EvidenceRow, ...]:
+    entries: Sequence[ListedRequirement] = () if listed is None else read_requirements(listed)
+    return gather_evidence(report, entries)
+
+
+def _derive(report: Report, rows: Sequence[EvidenceRow]) -> dict[str, bytes]:
+    """What follows from the report: name -> content."""
+    facts = outputs.facts_of(report)
+    return {
+        name: text.encode()
+        for name, text in (
+            ("index.html", page(rows, facts)),
+            ("requirements.csv", outputs.requirements_csv(rows)),
+            ("checks.csv", outputs.checks_csv(rows)),
+            ("needs.json", outputs.needs_json(rows, facts)),
+            ("requirements.reqif", outputs.reqif(rows, facts)),
+        )
+    }
+
+
+def verify_evidence(folder: Path, project: Path, rerun: int) -> Iterator[str]:
+    """Check a folder of evidence; yields what is wrong, a sentence each.
+
+    Args:
+        folder: of the evidence.
+        project: where its tests are run again.
+        rerun: so many tests, evenly over the report.
+
+    Raises:
+        ReportError: there is no statement, or no report to check the files against.
+    """
+    hashes = _hashes(folder / outputs.STATEMENT)
+    found = {path.name: path for path in folder.iterdir() if path.is_file() and not path.name.startswith(".")}
+    for name in sorted(hashes.keys() | found.keys() - {outputs.STATEMENT}):
+        if name not in found:
+            yield f"{name}: is missing"
+        elif name not in hashes:
+            yield f"{name}: is not in {outputs.STATEMENT}"
+        elif outputs.sha256(read_bytes(found[name], MAX_REPORT_BYTES)) != hashes[name]:
+            yield f"{name}: was changed: its SHA-256 is not that of {outputs.STATEMENT}"
+    report = load(folder / REPORT_NAME)
+    rows = _rows(report, next((path for name, path in found.items() if name.rpartition(".")[0] == LIST), None))
+    for name, data in _derive(report, rows).items():
+        if name in found and read_bytes(found[name], MAX_REPORT_BYTES) != data:
+            yield f"{name}: does not say what {REPORT_NAME} says"
+    if rerun:
+        yield from _run_again(report, project, rerun)
+
+
+def _hashes(path: Path) -> Mapping[str, str]:
+    try:
+        data = from_json(read_text(path), dict[str, Any])
+        return {subject["name"]: subject["digest"]["sha256"] for subject in data["subject"]}
+    except FileNotFoundError:
+        raise ReportError(f"{path}: no such statement; `evidence` writes one") from None
+    except MalformedError as error:
+        raise ReportError(f"{path}{error}") from None
+    except (KeyError, TypeError):
+        raise ReportError(f"{path}: no in-toto statement: expected subjects with a name and a sha256") from None
+
+
+def _run_again(report: Report, project: Path, count: int) -> Iterator[str]:
+    """A sample of tests: each record has to be the same to the bit, and the code as it was."""
+    able = [test for test in report.tests if test.record_sha256 is not None]
+    chosen = [able[place * len(able) // min(count, len(able))] for place in range(min(count, len(able)))]
+    if not chosen:
+        yield "no test of the report has a record, so that none was run again"
+        return
+    with TemporaryDirectory() as temporary:
+        target = Path(temporary, "report")
+        problem = _run(report, chosen, project, target)
+        if problem:
+            yield problem
+            return
+        again = load(target)
+    if again.code_under_test.sha256 != report.code_under_test.sha256:
+        yield "the code under test is not the one of the evidence: its SHA-256 differs"
+    now = {test.nodeid: test.record_sha256 for test in again.tests}
+    for test in chosen:
+        if test.nodeid not in now:
+            yield f"{test.id}: did not run again"
+        elif now[test.nodeid] != test.record_sha256:
+            yield f"{test.id}: its run is another one now: the SHA-256 of its record differs"
+
+
+def _run(report: Report, chosen: Sequence[TestResult], project: Path, target: Path) -> str:
+    """Run tests in the project; returns what went wrong, or nothing."""
+    seeds = {suite.name: suite.seed for suite in report.suites}
+    options = [f"--hri-suite={report.rerun_options.suite}", *report.rerun_options.options]
+    options += [f"--hri-seed={seeds[chosen[0].suite]}", f"--hri-report={target}", "--hri-audit=off", "--hri-diagnose=0"]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *options]
+    try:
+        ended = subprocess.run(
+            [*command, *(test.nodeid for test in chosen)],
+            cwd=project,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=TIMEOUT_S,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"the tests could not be run again in {project}: {error}"
+    if not (target / REPORT_NAME).is_file():
+        last = ended.stdout.decode("utf-8", "replace").strip().splitlines()[-1:] or ["no output"]
+        return f"the tests could not be run again in {project}: pytest ended with {ended.returncode}: {last[0]}"
+    return ""

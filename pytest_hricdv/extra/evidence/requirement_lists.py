@@ -1,0 +1,149 @@
+"""Requirements of other tools, with their ids: from ReqIF, CSV, and `needs.json` of sphinx-needs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct
+
+from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
+from pytest_hricdv._base.record import PlainRecord
+from pytest_hricdv.results.codec import ReportError
+
+MAX_BYTES = 50_000_000
+"""Of a list; a specification with 10,000 requirements has some 10 MB as ReqIF."""
+
+MAX_REQUIREMENTS = 100_000
+
+
+class ListedRequirement(PlainRecord, frozen=True, kw_only=True):
+    """A requirement of a list: its id, and for people its title, text and source."""
+
+    id: str
+    title: str = ""
+    text: str = ""
+    source: str = ""
+
+
+def read_requirements(path: Path) -> tuple[ListedRequirement, ...]:
+    """The requirements of a file, in its order.
+
+    Args:
+        path: `.reqif` (needs the library `reqif`), `.csv` with a column `id`, or `.json` of sphinx-needs.
+
+    Raises:
+        ReportError: with the file and the place, where it is none of these, or two requirements have one id.
+    """
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise ReportError(f"{path}: not a list of requirements: expected {', '.join(_READERS)}")
+    try:
+        made = tuple(reader(read_text(path, MAX_BYTES)))
+    except FileNotFoundError:
+        raise ReportError(f"{path}: no such file") from None
+    except MalformedError as error:
+        raise ReportError(f"{path}{error}") from None
+    if len(made) > MAX_REQUIREMENTS:
+        raise ReportError(f"{path}: {len(made):,} requirements; expected at most {MAX_REQUIREMENTS:,}")
+    seen: set[str] = set()
+    for entry in made:
+        if not entry.id or entry.id in seen:
+            raise ReportError(f"{path}: {'twice the id ' + repr(entry.id) if entry.id else 'a requirement has no id'}")
+        seen.add(entry.id)
+    return made
+
+
+def _read_csv(text: str) -> Iterator[ListedRequirement]:
+    try:
+        reader = csv.DictReader(io.StringIO(text), strict=True)
+        columns = {(name or "").strip().lower(): name for name in reader.fieldnames or ()}
+        if "id" not in columns:
+            raise MalformedError(f":1: no column `id`; found {', '.join(columns) or 'nothing'}")
+        for row in reader:
+            values = {name: (row.get(column) or "").strip() for name, column in columns.items()}
+            yield ListedRequirement(**{name: values.get(name, "") for name in ("id", "title", "text", "source")})
+    except csv.Error as error:
+        raise MalformedError(f":{reader.line_num}: not CSV: {error}") from None
+
+
+class _Need(Struct):
+    title: str = ""
+    content: str = ""
+    source: str = ""
+
+
+class _NeedsVersion(Struct):
+    needs: dict[str, _Need]
+
+
+class _NeedsFile(Struct):
+    """What is read of `needs.json`."""
+
+    current_version: str
+    versions: dict[str, _NeedsVersion]
+
+
+def _read_needs(text: str) -> Iterator[ListedRequirement]:
+    file = from_json(text, _NeedsFile)
+    if file.current_version not in file.versions:
+        raise MalformedError(f": has no version {file.current_version!r}, which it says is the current one")
+    for name, need in file.versions[file.current_version].needs.items():
+        yield ListedRequirement(id=name, title=need.title, text=need.content, source=need.source)
+
+
+_ID, _NAME, _TEXT = (
+    ("ReqIF.ForeignID", "UID"),
+    ("ReqIF.Name", "ReqIF.ChapterName", "TITLE"),
+    ("ReqIF.Text", "STATEMENT"),
+)
+"""Attributes by their usual names: of the ReqIF implementation guide (prostep ivip), and of StrictDoc."""
+
+
+def _read_reqif(text: str) -> Iterator[ListedRequirement]:
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise MalformedError(": has a document type or entities, which no ReqIF file needs")
+    try:
+        from reqif.parser import ReqIFParser  # type: ignore[import-untyped,unused-ignore]
+    except ImportError:
+        raise MalformedError(": needs the library reqif: pip install 'pytest-hricdv[evidence]'") from None
+    try:
+        bundle = ReqIFParser.parse_from_string(text)
+    except Exception as error:  # whatever the library raises for a file that is none
+        raise MalformedError(f": not ReqIF: {error or type(error).__name__}") from None
+    content = bundle.core_content.req_if_content if bundle.core_content is not None else None
+    things = list(getattr(content, "spec_objects", None) or ())
+    types = {kind.identifier: kind for kind in getattr(content, "spec_types", None) or ()}
+    values = [_attributes(thing, types.get(thing.spec_object_type)) for thing in things]
+    ids = [_first(entry, _ID) or thing.identifier for entry, thing in zip(values, things, strict=True)]
+    if len({*ids}) < len(ids):  # ids for people may be filled in badly; those of ReqIF are unique
+        ids = [thing.identifier for thing in things]
+    for name, entry, thing in zip(ids, values, things, strict=True):
+        title = _first(entry, _NAME) or thing.long_name or ""
+        yield ListedRequirement(id=name, title=title, text=_first(entry, _TEXT))
+
+
+def _attributes(thing: Any, kind: Any) -> dict[str, str]:
+    """Name of each attribute of a requirement -> its value without markup."""
+    definitions = getattr(kind, "attribute_map", {})
+    made = {}
+    for attribute in thing.attributes:
+        name = getattr(definitions.get(attribute.definition_ref), "long_name", None) or attribute.definition_ref
+        value = attribute.value if isinstance(attribute.value, str) else " ".join(map(str, attribute.value))
+        made[name] = " ".join(re.sub(r"<[^>]*>", " ", value).split())
+    return made
+
+
+def _first(values: Mapping[str, str], wanted: tuple[str, ...]) -> str:
+    return next((values[name] for name in wanted if values.get(name)), "")
+
+
+_READERS: Mapping[str, Callable[[str], Iterator[ListedRequirement]]] = {
+    ".csv": _read_csv,
+    ".json": _read_needs,
+    ".reqif": _read_reqif,
+}

@@ -1,0 +1,224 @@
+"""Evidence: rows, files for other tools, and what `verify` finds."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.extra.evidence import outputs
+from pytest_hricdv.extra.evidence.folder import verify_evidence, write_evidence
+from pytest_hricdv.extra.evidence.requirement_lists import ListedRequirement, read_requirements
+from pytest_hricdv.extra.evidence.rows import EvidenceRow, gather_evidence, names
+from pytest_hricdv.report.__main__ import main
+from pytest_hricdv.report.files import write
+from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.model import Report
+from tests.report import sample
+from tests.report.sample_tests import requirement_results
+
+CHECKED = {"R1", "R2", "R3", "R4"}
+
+
+def made(*tests: dict[str, Any], **changes: Any) -> Report:
+    """A report whose tests have these verdicts."""
+    data = sample.data(tests=len(tests))
+    for test, verdicts in zip(data["tests"], tests, strict=True):
+        test["requirements"] = verdicts
+    for name, tally in data["suites"][0]["requirements"].items():
+        outcomes = [verdicts[name]["verdict"] for verdicts in tests]
+        tally |= {"passed": outcomes.count("Passed"), "failed": outcomes.count("Failed"), "nc": outcomes.count("NC")}
+    return sample.typed(data | changes)
+
+
+def rows(report: Report, *listed: ListedRequirement) -> dict[str, EvidenceRow]:
+    return {row.id: row for row in gather_evidence(report, listed)}
+
+
+def test_each_requirement_has_a_status_with_its_waiver() -> None:
+    report = made(
+        requirement_results("R3", "R2", unchecked=("R4",)),
+        requirement_results("R3", unchecked=("R4",)),
+        known_until={"R3": "2027-01-20"},
+        allowed_untriggered={"R4": {"reason": "needs a fast arm"}},
+    )
+    found = rows(report)
+    assert {name: found[name].status for name in sorted(CHECKED)} == {
+        "R1": "satisfied",
+        "R2": "violated",
+        "R3": "known violation",
+        "R4": "not checked",
+    }
+    assert (found["R3"].waiver, found["R3"].until) == ("no crush prevention", "2027-01-20")
+    assert found["R4"].waiver == "needs a fast arm"
+    assert [(check.verdict, check.seed) for check in found["R2"].checks] == [
+        ("Failed", report.tests[0].seed),
+        ("Passed", report.tests[1].seed),
+    ]
+    assert (found["R4"].checks, found["R4"].not_checked) == ((), 2)
+
+
+def test_a_known_violation_is_none_where_waivers_are_ignored_or_do_not_hold() -> None:
+    verdicts = requirement_results("R3")
+    assert rows(made(verdicts, strict=True))["R3"].status == "violated"
+    verdicts["R3"]["violations"][0]["outside"] = True
+    assert rows(made(verdicts, known_when={"R3": "moving"}))["R3"].status == "violated"
+
+
+def test_a_listed_requirement_is_as_good_as_the_worst_that_names_it() -> None:
+    report = made(requirement_results("R2"))
+    report = sample.typed(_with_sources(report, R1="SR-1, ISO 10218-2", R2="SR-1", R4="SR-12"))
+    listed = [ListedRequirement(id=name, title=f"Title of {name}") for name in ("SR-1", "SR-2", "R4")]
+    found = rows(report, *listed)
+    assert list(found)[:3] == ["SR-1", "SR-2", "R4"]
+    assert (found["SR-1"].status, found["SR-1"].checked_by) == ("violated", ("R1", "R2"))
+    assert (found["SR-2"].status, found["SR-2"].title) == ("no evidence", "Title of SR-2")
+    assert (found["R4"].status, found["R4"].checked_by) == ("satisfied", ("R4",))
+
+
+def _with_sources(report: Report, **sources: str) -> dict[str, Any]:
+    data: dict[str, Any] = msgspec.to_builtins(report)
+    for name, source in sources.items():
+        data["requirements"][name]["source"] = source
+    return data
+
+
+@given(st.from_regex(r"[A-Z]{1,3}-[0-9]{1,3}", fullmatch=True), st.from_regex(r"[0-9A-Za-z]", fullmatch=True))
+def test_an_id_is_found_as_a_word_only(name: str, letter: str) -> None:
+    assert names(f"as of {name}.", name)
+    assert names(f"{name}{letter}, {name}", name)
+    assert not any(names(text, name) for text in (f"{name}{letter}", f"{letter}{name}", f"{name}.1", f"A-{name}"))
+
+
+# Files
+
+
+HOSTILE = '=1+1 <b>&amp; "x", \x07 größe\n</table>'
+
+
+def test_every_file_says_the_same_to_the_tools_that_read_it(tmp_path: Path) -> None:
+    """ReqIF is read back by the library `reqif`; all ids come back."""
+    data = _with_sources(made(requirement_results("R2", unchecked=("R4",))), R1=HOSTILE)
+    data["requirements"]["R1"]["title"] = HOSTILE
+    write(sample.typed(data), tmp_path / "report")
+    found = {row.id: row for row in write_evidence(tmp_path / "report", tmp_path / "evidence")}
+    folder = tmp_path / "evidence"
+    with (folder / "requirements.csv").open(encoding="utf-8", newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert [(line["id"], line["status"]) for line in lines] == [(row.id, row.status) for row in found.values()]
+    assert lines[0]["title"].startswith("'=1+1")
+    pytest.importorskip("reqif")
+    for name in ("requirements.reqif", "needs.json", "requirements.csv"):
+        assert [entry.id for entry in read_requirements(folder / name)] == list(found), name
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    assert "<b>" not in page
+    assert "no crush prevention" not in page  # R3 was not violated
+
+
+def test_the_statement_names_each_file_and_each_requirement(tmp_path: Path) -> None:
+    write(made(requirement_results("R3", unchecked=("R4",))), tmp_path / "report")
+    write_evidence(tmp_path / "report", tmp_path / "evidence")
+    statement = json.loads((tmp_path / "evidence" / outputs.STATEMENT).read_text(encoding="utf-8"))
+    files = {path.name for path in (tmp_path / "evidence").iterdir()} - {outputs.STATEMENT}
+    assert {subject["name"] for subject in statement["subject"]} == files
+    predicate = statement["predicate"]
+    assert (predicate["result"], predicate["warnedTests"], predicate["failedTests"]) == ("FAILED", ["R3"], ["R4"])
+    attestation = pytest.importorskip("in_toto_attestation.v1.statement")
+    json_format = pytest.importorskip("google.protobuf.json_format")
+    attestation.Statement.copy_from_pb(json_format.ParseDict(statement, attestation.spb.Statement())).validate()
+
+
+def change_a_byte(folder: Path) -> None:
+    page = folder / "index.html"
+    page.write_bytes(page.read_bytes().replace(b"Evidence", b"evidence", 1))
+
+
+def remove_a_row(folder: Path) -> None:
+    """From a table, and from the hash of it: only the report still has it."""
+    table = folder / "requirements.csv"
+    table.write_text("".join(table.read_text(encoding="utf-8").splitlines(keepends=True)[:-1]), encoding="utf-8")
+    statement = json.loads((folder / outputs.STATEMENT).read_text(encoding="utf-8"))
+    for subject in statement["subject"]:
+        if subject["name"] == table.name:
+            subject["digest"]["sha256"] = outputs.sha256(table.read_bytes())
+    (folder / outputs.STATEMENT).write_text(json.dumps(statement), encoding="utf-8")
+
+
+def remove_a_file(folder: Path) -> None:
+    (folder / "checks.csv").unlink()
+
+
+def add_a_file(folder: Path) -> None:
+    (folder / "extra.csv").write_text("", encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (change_a_byte, "index.html: was changed"),
+        (remove_a_row, "requirements.csv: does not say what report.json says"),
+        (remove_a_file, "checks.csv: is missing"),
+        (add_a_file, "extra.csv: is not in statement.json"),
+    ],
+)
+def test_verify_finds_what_was_changed(
+    change: Callable[[Path], None], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(made(requirement_results()), tmp_path / "report")
+    assert main(["evidence", str(tmp_path / "report"), "-o", str(tmp_path / "evidence")]) == 0
+    assert main(["verify", str(tmp_path / "evidence"), "--rerun=0"]) == 0
+    change(tmp_path / "evidence")
+    capsys.readouterr()
+    assert main(["verify", str(tmp_path / "evidence"), "--rerun=0"]) == 1
+    assert f"FAILED {says}" in capsys.readouterr().out
+
+
+# Lists of other tools
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.csv", "name,title\nx,y\n", ":1: no column `id`; found name, title"),
+        ("a.csv", 'id\n"x', "not CSV"),
+        ("a.csv", "id\nx\nx\n", "twice the id 'x'"),
+        ("a.csv", "id,title\n,y\n", "a requirement has no id"),
+        ("a.json", "{}", "current_version"),
+        ("a.json", '{"current_version": [], "versions": {}}', "current_version"),
+        ("a.json", '{"current_version": "2", "versions": {}}', "no version '2'"),
+        ("a.json", "{", "not JSON"),
+        ("a.reqif", '<!DOCTYPE x [<!ENTITY a "b">]><REQ-IF/>', "has a document type"),
+        ("a.reqif", "<a>", "not ReqIF"),
+        ("a.doc", "", "expected .csv, .json, .reqif"),
+    ],
+)
+def test_a_list_that_is_none_gets_a_located_sentence(name: str, text: str, says: str, tmp_path: Path) -> None:
+    if name.endswith(".reqif") and "not ReqIF" in says:
+        pytest.importorskip("reqif")
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(ReportError, match=says) as error:
+        read_requirements(tmp_path / name)
+    assert str(error.value).startswith(str(tmp_path / name))
+
+
+# Against a project
+
+
+@pytest.mark.slow
+def test_verify_runs_tests_again_and_finds_a_changed_controller(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "-p", "no:xdist", "--hri-audit=off")
+    assert main(["evidence", "hri-report", "-o", "evidence"]) in (0, 1)
+    assert list(verify_evidence(Path("evidence"), lamps.path, 2)) == []
+    code = next(path for path in lamps.path.glob("lamps/*.py") if path.name != "__init__.py")
+    shutil.copyfile(code, "before.txt")
+    code.write_text(code.read_text(encoding="utf-8") + "\nCHANGED = True\n", encoding="utf-8")
+    problems = list(verify_evidence(Path("evidence"), lamps.path, 2))
+    assert problems[0] == "the code under test is not the one of the evidence: its SHA-256 differs"
