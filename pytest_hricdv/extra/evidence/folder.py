@@ -13,7 +13,7 @@ from pytest_hricdv._base.atomic_file import write_bytes
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_bytes, read_text
 from pytest_hricdv.extra.evidence import outputs
 from pytest_hricdv.extra.evidence.page import page
-from pytest_hricdv.extra.evidence.requirement_lists import MAX_BYTES, ListedRequirement, read_requirements
+from pytest_hricdv.extra.evidence.requirement_lists import ListedRequirement, read_requirements
 from pytest_hricdv.extra.evidence.rows import EvidenceRow, gather_evidence
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
 from pytest_hricdv.results.model import Report, TestResult
@@ -44,7 +44,7 @@ def write_evidence(source: Path, folder: Path, listed: Path | None = None) -> tu
     copies = {REPORT_NAME: read_bytes(file, MAX_REPORT_BYTES)}
     if listed is not None:
         read_requirements(listed)
-        copies[f"{LIST}{listed.suffix.lower()}"] = read_bytes(listed, MAX_BYTES)
+        copies[f"{LIST}{listed.suffix.lower()}"] = read_bytes(listed)
     rows = _rows(report, listed)
     if not rows:
         raise ReportError(f"{file}: has no requirements, so there is nothing to show")
