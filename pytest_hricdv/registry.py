@@ -47,6 +47,7 @@ FEATURES = MappingProxyType(
         "film": ("feature", "records"),
         "traces": ("feature", "records"),
         "evidence": ("commands",),
+        "logs": ("command",),
         "oracle": ("execution",),
         "ros2": ("execution", "feature", "drafting", "bag_writer"),
     }

@@ -53,6 +53,7 @@ class Recording:
         parts: its messages in the order of time; several parts where the clock jumped.
         problems: what is wrong with it, a sentence each.
         notes: what is to be known of it, likewise.
+        is_cut: whether not all of it could be read.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Recording:
     parts: tuple[tuple[RecordedSample, ...], ...] = ()
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    is_cut: bool = False
 
 
 def read_recordings(
@@ -99,11 +101,12 @@ def _read(asked: Path, path: Path, wanted: Callable[[str], bool], file_of: Calla
         problems.append(f"{error}; {read}")
     except OSError as error:
         problems.append(f"{path.absolute()}: cannot be read: {error.strerror}")
+    is_cut = bool(problems)
     problems += reading.problems()
     if not reading.count and not problems:
         problems.append(f"{name}: has no messages: nothing was observed")
     parts, jumps, notes = reading.parts()
-    return Recording(name, reading.types, parts, (*problems, *jumps), tuple(notes) if reading.count else ())
+    return Recording(name, reading.types, parts, (*problems, *jumps), tuple(notes) if reading.count else (), is_cut)
 
 
 class _Reading:

@@ -1,0 +1,199 @@
+"""Which topic and field of a log is which message and signal of the testbench: `map.toml`, or a draft of one."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+from msgspec import ValidationError, convert
+
+from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
+from pytest_hricdv._base.message import InputError
+from pytest_hricdv._base.record import PlainRecord
+from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.monitor.units import unit_of
+from pytest_hricdv.monitor.vocabulary import Vocabulary
+from pytest_hricdv.recordings.bags import Value
+from pytest_hricdv.recordings.recording import Recording
+
+Clock = Literal["log", "header"]
+"""Whose times count: when a message was recorded, or the stamp in its header."""
+
+
+class FieldSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where a value is in a message of the log, and how it becomes that of the testbench.
+
+    Attributes:
+        path: of the field, with dots.
+        unit: that it has in the log; it becomes the declared one.
+        scale: what it is multiplied by; with `offset` added.
+        equals: of a truth: the value for which it is true.
+    """
+
+    path: str
+    unit: str = ""
+    scale: float = 1.0
+    offset: float = 0.0
+    equals: str | float | bool | None = None
+
+
+class TopicSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A topic of the log, whose times count, and for how long (s) it may have no data."""
+
+    topic: str
+    time: Clock | None = None
+    gap_s: float | None = None
+
+
+class MessageSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A message of the testbench: its topic in the log, and its fields; those without a source have its path."""
+
+    fields: Mapping[str, str | FieldSource] = {}
+
+
+class SignalSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A signal of the testbench: a topic in the log, and which of its fields."""
+
+    value: str | FieldSource
+
+
+class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Topics and fields of a log as messages and signals of the testbench.
+
+    Attributes:
+        time: whose times count, where a message or signal does not say.
+        gap_s: no data for longer (s) is a gap, likewise; None: five times the period of a periodic topic.
+    """
+
+    time: Clock = "log"
+    gap_s: float | None = None
+    messages: Mapping[str, MessageSource] = {}
+    signals: Mapping[str, SignalSource] = {}
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it is that of a trace of this tool, whose time neither jumps nor has gaps; no file can say so."""
+        return self.gap_s == math.inf
+
+    @property
+    def sources(self) -> dict[str, TopicSource]:
+        """Message or signal -> its topic."""
+        return {**self.messages, **self.signals}
+
+
+def read_map(path: Path, vocabulary: Vocabulary) -> LogMap:
+    """The map of a file.
+
+    Raises:
+        InputError: there is none, it is no map, or it names what the testbench does not declare.
+    """
+    try:
+        made = convert(from_toml(read_text(path, MAX_TOML_BYTES)), LogMap)
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except MalformedError as error:
+        raise InputError(f"{path}{error}") from None
+    except ValidationError as error:
+        raise InputError(f"{path}: {error}") from None
+    for problem in _problems(made, vocabulary):
+        raise InputError(f"{path}: {problem}")
+    return made
+
+
+def _problems(made: LogMap, vocabulary: Vocabulary) -> Iterator[str]:
+    for name, message in made.messages.items():
+        if name not in vocabulary.messages:
+            yield f"messages.{name}: the testbench has no such message{nearest(name, vocabulary.messages)}"
+        for field in message.fields:
+            if field not in vocabulary.messages.get(name, {}):
+                yield f"messages.{name}.fields.{field}: the message has no such field"
+    for name in made.signals:
+        if name not in vocabulary.signals:
+            yield f"signals.{name}: the testbench has no such signal{nearest(name, vocabulary.signals)}"
+    for name, source in field_sources(made, vocabulary):
+        declared = vocabulary.unit(name)
+        if source.unit and (declared is None or unit_of(source.unit).dimension != declared.dimension):
+            yield f"{name}: its unit is {vocabulary.units.get(name) or 'not declared'}, which is none of {source.unit}"
+
+
+def field_sources(made: LogMap, vocabulary: Vocabulary) -> Iterator[tuple[str, FieldSource]]:
+    """Each signal, and each field as `message.field`, with where it is."""
+    for name, message in made.messages.items():
+        for field in vocabulary.messages.get(name, {}):
+            yield f"{name}.{field}", _source(message.fields.get(field, field))
+    for name, signal in made.signals.items():
+        yield name, _source(signal.value)
+
+
+def _source(value: str | FieldSource) -> FieldSource:
+    return FieldSource(path=value) if isinstance(value, str) else value
+
+
+def value_of(name: str, source: FieldSource, fields: Mapping[str, Value], vocabulary: Vocabulary) -> Value:
+    """The value of a signal, or of a field as `message.field`, in a message of the log.
+
+    Raises:
+        InputError: the message lacks it, or it is of another type.
+    """
+    value, kind = fields.get(source.path), vocabulary.kind(name)
+    if value is None:
+        raise InputError(f"{name}: its messages have no field {source.path}{nearest(source.path, fields)}")
+    if source.equals is not None:
+        return value == source.equals
+    if kind is float and isinstance(value, float) and not isinstance(value, bool):
+        declared = vocabulary.unit(name)
+        factor = float(unit_of(source.unit).scale / declared.scale) if source.unit and declared else 1.0
+        return value * (factor * source.scale) + source.offset
+    if kind is bool and value in (0.0, 1.0):
+        return bool(value)
+    if kind is None or not isinstance(value, kind):
+        wanted = "nothing" if kind is None else kind.__name__
+        raise InputError(f"{name}: {source.path} is {value!r}; expected a {wanted}")
+    return value
+
+
+def of_own_trace(topics: Mapping[str, str], vocabulary: Vocabulary) -> LogMap:
+    """The map of a file of `--hri-mcap`."""
+    return LogMap(
+        gap_s=math.inf,
+        messages={name: MessageSource(topic=f"/{name}") for name in vocabulary.messages if f"/{name}" in topics},
+        signals={name: SignalSource(topic=f"/signals/{name}", value="value") for name in vocabulary.signals
+                 if f"/signals/{name}" in topics},
+    )  # fmt: skip
+
+
+def draft_map(recordings: Sequence[Recording], vocabulary: Vocabulary) -> Iterator[str]:
+    """The lines of a map: what has the same name is filled in, all else is listed."""
+    fields: dict[str, dict[str, Value]] = {}
+    for recording in recordings:
+        for part in recording.parts:
+            for sample in part:
+                fields.setdefault(sample.topic, {}).update(sample.fields)
+    yield 'time = "log"  # or "header": the stamp in the header of each message'
+    keys = {topic.strip("/").replace("/", "_"): topic for topic in fields}
+    for name, kinds in vocabulary.messages.items():
+        topic = _similar(name, keys)
+        yield f"\n[messages.{name}]\ntopic = {json.dumps(topic)}{'' if topic else '  # TODO'}"
+        for field in kinds:
+            path = _similar(field, {path: path for path in fields.get(topic, {})})
+            yield f"fields.{json.dumps(field)} = {json.dumps(path)}{'' if path else '  # TODO'}"
+    for name in vocabulary.signals:
+        topic, unit = _similar(name, keys), vocabulary.units.get(name, "")
+        path = next(iter(fields.get(topic, {})), "")
+        note = f"  # in {unit}; of another unit: {{ path = ..., unit = ... }}" if unit else ""
+        yield f"\n[signals.{name}]\ntopic = {json.dumps(topic)}{'' if topic else '  # TODO'}"
+        yield f"value = {json.dumps(path)}{note if path else '  # TODO'}"
+    yield "\n# the log has:"
+    for topic in sorted(fields):
+        yield f"# {topic}: {', '.join(sorted(fields[topic])) or 'no field that can be compared'}"
+
+
+def _similar(name: str, keys: Mapping[str, str]) -> str:
+    """What has this name, or the only one that ends with it; empty if there is none."""
+    if name in keys:
+        return keys[name]
+    ends = [value for key, value in keys.items() if key.endswith((f"_{name}", f".{name}"))]
+    return ends[0] if len(ends) == 1 else ""
