@@ -48,6 +48,7 @@ FEATURES = MappingProxyType(
         "traces": ("feature", "records"),
         "evidence": ("commands",),
         "logs": ("command",),
+        "answers": ("commands",),
         "oracle": ("execution",),
         "ros2": ("execution", "feature", "drafting", "bag_writer"),
     }
