@@ -29,6 +29,8 @@ with contextlib.suppress(ImportError):  # Windows has none, and no signals that 
 _monotonic, _process_time = time.monotonic, time.process_time
 _HANDLE, _SET_DEPTH = signal.signal, sys.setrecursionlimit  # refused in runs
 
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
 _ROOM = 100
 """Calls for which there is room to interrupt code that recurs without end (chosen: it takes some ten)."""
 _clock_gettime: Callable[[int], float] = getattr(time, "clock_gettime", lambda clock: time.process_time())

@@ -91,17 +91,18 @@ def _check(options: argparse.Namespace, vocabulary: Vocabulary, requirements: Se
         is_read &= _say_problems(recording)
         if not recording.parts:
             continue
-        if given is None and "/hricdv/end" not in recording.topics:
-            raise InputError(f"{recording.name} is no trace of --hri-mcap: expected --map; --map-draft begins one")
-        made = given or log_map.of_own_trace(recording.topics, vocabulary)
         try:
+            if given is None and "/hricdv/end" not in recording.topics:
+                raise InputError("no trace of --hri-mcap: expected --map; --map-draft begins one")
+            made = given or log_map.of_own_trace(recording.topics, vocabulary)
             for run in judging.runs_of(recording, made, vocabulary):
                 verdicts = judging.judge(requirements, run)
                 for verdict in verdicts:
                     counts[verdict.requirement][verdict.verdict] += 1
                 _show(run, verdicts, vocabulary, requirements, as_json=options.json)
-        except (MonitorError, InputError) as error:
-            raise InputError(f"{recording.name}: {error}") from None
+        except (MonitorError, InputError) as error:  # the other logs are judged
+            print(visible(f"error: check: {recording.name}: {error}"), file=sys.stderr)
+            is_read = False
     if not options.json:
         print("\n".join(_summary(counts)))
     if not is_read:

@@ -11,7 +11,7 @@ from typing import Literal
 from msgspec import ValidationError, convert
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
-from pytest_hricdv._base.message import InputError
+from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.units import unit_of
@@ -151,7 +151,7 @@ def value_of(name: str, source: FieldSource, fields: Mapping[str, Value], vocabu
         return bool(value)
     if kind is None or not isinstance(value, kind):
         wanted = "nothing" if kind is None else kind.__name__
-        raise InputError(f"{name}: {source.path} is {value!r}; expected a {wanted}")
+        raise InputError(f"{name}: {source.path} is {quote(value)}; expected a {wanted}")
     return value
 
 

@@ -189,6 +189,8 @@ def check_traces(folder: Path) -> tuple[int, int]:
 def test_traces_of_tests_have_the_verdicts_and_margins_of_their_runs(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-p", "no:cacheprovider", "-p", "no:xdist", "--hri-mcap-all")
     assert check_traces(lamps.path) == (1, 4)
-    status, logs, said = check(lamps.path, "conftest.py")
-    assert (status, logs) == (2, [])
+    foreign = write_mcap(lamps.path / "foreign.mcap", [(0.0, "/wish", {})])
+    status, logs, said = check(lamps.path, "conftest.py", str(foreign), "hri-report/traces")
+    assert (status, len(logs)) == (2, 4)
     assert "conftest.py: the file is neither *.mcap nor *.db3" in said
+    assert "error: check: foreign.mcap: no trace of --hri-mcap: expected --map" in said
