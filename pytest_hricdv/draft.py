@@ -1,6 +1,7 @@
 """Stand-ins of what surrounds code, with which a drafted testbench runs it."""
 
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
+from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
 from pytest_hricdv.extra.draft.stand_ins.device import Device
 from pytest_hricdv.extra.draft.stand_ins.driver import Driver
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, replace_modules
@@ -12,6 +13,7 @@ __all__ = [
     "BusPort",
     "CallbackCall",
     "ClockPort",
+    "ConnectionPort",
     "Device",
     "Driver",
     "InboxPort",

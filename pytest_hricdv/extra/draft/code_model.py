@@ -123,7 +123,8 @@ class StateMachine:
 
     Args:
         name: of its class or table.
-        kind: the library (`transitions`, `python-statemachine`), or "table".
+        kind: the library (`transitions`, `python-statemachine`), "table", "attribute" (no transitions are declared), or
+            "observed" (nor are its states: there may be others).
         field: the field of a message in which the code publishes its state, `state.name`; empty where it has none.
         held_in: the attribute that holds the state, `Class.attribute`; empty where none is known.
     """
@@ -186,6 +187,7 @@ class Operation:
         is_async: whether it is awaited.
         is_set: whether the attribute is set.
         arguments: number of positional arguments of a method.
+        is_read: whether the code only asks it: without arguments, and uses what it returns.
         is_registration: whether the code passes one of its functions to it, or sets it to one.
         result: what it returns, where this is a truth, a number or one of a few texts; None where it is not known.
     """
@@ -200,6 +202,7 @@ class Operation:
     is_set: bool = False
     arguments: int = 0
     is_registration: bool = False
+    is_read: bool = False
     result: MessageField | None = None
 
 
@@ -208,8 +211,9 @@ class Port:
     """A parameter of the entry.
 
     Args:
-        role: "bus", "clock", "publish" (a function that is called with each message), "queue", "parameter" (a number
-            or text), "settings" (an object of numbers and texts), "device" (hardware, or whatever else the code gets).
+        role: "bus", "clock", "publish" (a function that is called with each message), "queue", "connection" (a
+            socket or stream that the code makes), "parameter" (a number or text), "settings" (an object of numbers and
+            texts), "device" (hardware, or whatever else the code gets).
         annotation: source text; empty where there is none.
         default: source text; empty where there is none.
         direction: of a queue: received or published; empty where it is not known.

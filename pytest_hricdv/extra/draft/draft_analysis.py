@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from pytest_hricdv.extra.draft.analysis import analyse_sources, questions
+from pytest_hricdv.extra.draft.code.attributes import AttributeStates
 from pytest_hricdv.extra.draft.code.classes import methods_of
-from pytest_hricdv.extra.draft.code.constants import Member, members
 from pytest_hricdv.extra.draft.code.entry import EntryFinder
 from pytest_hricdv.extra.draft.code.flow import Flow, parameters_of
 from pytest_hricdv.extra.draft.code.inner import InnerObjects
@@ -32,19 +32,20 @@ from pytest_hricdv.extra.draft.code_model import (
     Message,
     MessageField,
     Port,
-    State,
-    StateMachine,
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
 from pytest_hricdv.extra.draft.observed_calls import messages_for_answers, messages_for_calls
 from pytest_hricdv.extra.draft.observed_code import (
     best_entry,
+    find_machines,
     function_at,
     methods_from_outside,
     period_of,
     with_observations,
+    with_ports,
 )
+from pytest_hricdv.extra.draft.stand_ins.connections import READS
 
 T = TypeVar("T")
 
@@ -81,39 +82,50 @@ class CodeReader:
         self._flow = Flow(self._sources)
         self._stimuli = StimulusReader(self._sources, self._flow, self._usage)
         self._inner = InnerObjects(self._sources, self._flow)
+        self._states = AttributeStates(self._sources, self._flow)
         self._entries = EntryFinder(self._sources, self._flow, self._usage)
+        self._chosen: Entry | None = None  # what was observed is of this one
 
     def model(self, seen: Observations | None = None, faulty: frozenset[str] = frozenset()) -> CodeModel:
         """What a draft is made of.
 
         Args:
             seen: what was observed.
-            faulty: top-level names of libraries that failed in first runs: what is made from them gets a stand-in.
+            faulty: top-level names of libraries, and names of classes of the code with a dot before, that failed in
+                first runs: what is made from them gets a stand-in.
         """
         return with_deep_stack(lambda: self._model(seen, faulty))
 
     def _model(self, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
-        asked = self._asked or (best_entry(seen, self._sources) if seen is not None else "")
+        asked = self._asked or (best_entry(seen, self._sources) if seen is not None and self._chosen is None else "")
         model = analyse_sources(self._sources, self.name, asked, self._usage, self._flow)
-        if model.entry is None and asked:
-            return replace(model, messages=tuple(self._carry(model)))
         others = [] if asked or model.ros.endpoints else [entry for entry, _ in self._entries.entries()]
-        first = self._with_entry(model, seen, faulty) if model.entry is not None else None
-        if first is not None and _has_inputs(first):
-            return first
-        made = [self._with_entry(replace(model, entry=entry, parameters=tuple(parameters(self._sources, entry))), seen,
-                                 faulty) for entry in others[:MAX_ENTRIES] if entry != model.entry]  # fmt: skip
-        first = next((each for each in made if _has_inputs(each)), first)
-        return first or replace(model, messages=tuple(self._carry(model)))
+        every = dict.fromkeys(entry for entry in (model.entry, *others[:MAX_ENTRIES]) if entry is not None)
+        found: tuple[Entry, CodeModel] | None = None
+        for entry in every if self._chosen is None else (self._chosen,):
+            own = model if entry == model.entry else replace(
+                model, entry=entry, parameters=tuple(parameters(self._sources, entry)))  # fmt: skip
+            made = self._with_entry(own, seen, faulty)
+            found = found or (entry, made)
+            if _has_inputs(made):
+                found = entry, made
+                break
+        if found is None:
+            return replace(model, messages=tuple(self._carry(model)))
+        self._chosen = found[0]
+        return found[1]
 
     def _with_entry(self, model: CodeModel, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
         """The model with what gets to its entry and comes from it."""
         missing = {p.text.split("`")[1] for p in model.problems if p.kind == "missing module" and "`" in p.text}
         assert model.entry is not None
-        entry = replace(model.entry, ports=self._without_buses(model, model.entry.ports))
+        entry = replace(model.entry, ports=self._with_states(model, model.entry))
         inner = self._without_buses(model, self._inner.ports(entry, self._scope(entry), frozenset(missing) | faulty))
         model = replace(model, entry=entry, inner=inner)
         entry = self._period(entry, seen) or entry
+        if seen is not None:
+            model = with_ports(replace(model, entry=entry), seen)
+            entry = model.entry or entry
         messages = list(_carry_by_ports(self._carry(model), (*entry.ports, *entry.method_ports, *model.inner)))
         items = list(self._items((*entry.ports, *entry.method_ports, *model.inner), messages))
         inputs = [*(message for message in messages if message.direction != "published"), *items]
@@ -131,7 +143,7 @@ class CodeReader:
         is_typed = any(message.direction != "received" and message.form != "state" for message in model.messages)
         for port in (*entry.ports, *entry.method_ports, *model.inner):
             is_channel = port.role in ("queue", "publish", "bus") and port.direction != "received" and not is_typed
-            if not port.default and (port.role == "device" or is_channel):
+            if not port.default and (port.role in ("device", "connection") or is_channel):
                 yield from messages_for_calls(port, entry, seen or Observations(), self._flow)
         yield from messages_for_answers(model.inputs, seen) if seen is not None else ()
 
@@ -181,6 +193,8 @@ class CodeReader:
         for port in ports if "" not in typed else ():
             if port.role == "queue" and port.direction != "published" and port.name.strip("_") not in typed:
                 yield from self._stimuli.items(port, TAKES)
+            elif port.role == "connection":
+                yield from self._stimuli.items(port, READS)
             elif port.role in ("device", "bus"):
                 names = tuple(each.name for each in port.operations if each.is_method and each.result is None)
                 yield from self._stimuli.items(replace(port, role="device"), names)
@@ -189,6 +203,17 @@ class CodeReader:
         """The ports, whose buses are devices where no class of the code is a topic of them."""
         is_typed = any(message.form in FORMS and not message.channel for message in model.messages)
         return tuple(replace(port, role="device") if port.role == "bus" and not is_typed else port for port in ports)
+
+    def _with_states(self, model: CodeModel, entry: Entry) -> tuple[Port, ...]:
+        """The ports, where the one for the first of the states, which are objects, gets one."""
+        ports = self._without_buses(model, entry.ports)
+        scope = self._scope(entry)
+        first = self._states.first_objects(scope) if scope is not None else {}
+        made = {port.name: first[port.annotation.rpartition(".")[2]] for port in ports
+                if port.annotation.rpartition(".")[2] in first}  # fmt: skip
+        return tuple(replace(port, role="parameter", annotation="fixed", neutral=f"{made[port.name].node.name}()",
+                             imports=((made[port.name].module.name, made[port.name].node.name),), operations=())
+                     if port.name in made else port for port in ports)  # fmt: skip
 
     def _scope(self, entry: Entry) -> Scope | None:
         return next((scope for scope in self._sources.classes
@@ -236,9 +261,10 @@ class CodeReader:
         scope = self._scope(entry) if entry is not None and not model.state else None
         if scope is None:
             return model
-        machines = [*model.machines, *self._attributes(scope)]
+        known = [*model.machines, *self._states.machines(scope)]
+        machines = [*known, *(find_machines(seen, model) if seen is not None else ())]
         for number, machine in enumerate(machines):
-            path = self._path(scope, machine)
+            path = self._states.path(scope, machine)
             if path:
                 values = tuple(FieldValue(state.name, state.location) for state in machine.states)
                 field = MessageField("state", "str", "str", machine.location, values)
@@ -248,44 +274,6 @@ class CodeReader:
                 found = (replace(machine, field=f"{STATE_TOPIC}.state"), *others)
                 return replace(model, machines=found, messages=(*model.messages, message))
         return model
-
-    def _path(self, scope: Scope, machine: StateMachine) -> str:
-        """From the object to the attribute that holds the state of a machine; empty where there is no way."""
-        owner, _, attribute = machine.held_in.rpartition(".")
-        if not owner:
-            return ""
-        names = {scope.node.name, *(base.node.name for base in self._sources.base_classes(scope))}
-        if owner in names:
-            return attribute
-        for (holder, name), assigned in self._flow.attributes.items():
-            for where, value in assigned if holder == id(scope.node) else ():
-                own = self._sources.class_of(where.module, value.func) if isinstance(value, ast.Call) else None
-                if own is not None and own.node.name == owner:
-                    return f"{name}.{attribute}"
-        return ""
-
-    def _attributes(self, scope: Scope) -> Iterator[StateMachine]:
-        """Attributes that are only ever set to texts or members of one enumeration; those with most values first."""
-        found = []
-        for (owner, name), assigned in self._flow.attributes.items():
-            if owner != id(scope.node):
-                continue
-            values = [value for where, expression in assigned
-                      for value in self._flow.constants(expression, where.module, where)]  # fmt: skip
-            texts = {value.text if isinstance(value, Member) else value: at for value, at in values
-                     if isinstance(value, str | Member)}  # fmt: skip
-            if len(texts) < 2 or len(texts) != len({str(value) for value, _ in values}) or "" in texts:
-                continue
-            enums = {value.enum for value, _ in values if isinstance(value, Member)}
-            for own in self._sources.classes if len(enums) == 1 else ():
-                if own.node.name in enums:
-                    texts |= {member.text: own.module.location(at) for member, at in members(self._sources, own)
-                              if member.text not in texts}  # fmt: skip
-            states = tuple(State(text, at) for text, at in texts.items())
-            location = next(iter(texts.values()))
-            held = f"{scope.node.name}.{name}"
-            found.append((bool(enums), len(states), StateMachine(name, "attribute", states, (), location, "", held)))
-        yield from (machine for _, _, machine in sorted(found, key=lambda each: each[:2], reverse=True))
 
 
 def _is_number(value: object) -> bool:

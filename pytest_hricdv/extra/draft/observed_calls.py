@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
 from pytest_hricdv.extra.draft.code.handovers import last_part
 from pytest_hricdv.extra.draft.code.naming import camel, snake, unit_of, word
-from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Entry, Message, MessageField, Port
+from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Entry, Message, MessageField, Operation, Port
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
 from pytest_hricdv.extra.draft.observe.shape import Shape
-from pytest_hricdv.extra.draft.stand_ins.border import ANSWER
+from pytest_hricdv.extra.draft.stand_ins.border import ANSWER, ATTRIBUTE
+from pytest_hricdv.extra.draft.stand_ins.connections import SENDS
 
 LOGS = {"debug", "info", "warning", "warn", "error", "exception", "critical", "log", "setLevel"}
 """Methods of a logger, which tells nobody anything."""
@@ -32,11 +34,14 @@ def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow)
         flow: of the code.
     """
     methods = {each.name: each.location for each in port.operations if each.is_method and each.result is None
-               and not each.is_registration}  # fmt: skip
+               and not (each.is_registration or each.is_read or each.name.startswith("__"))}  # fmt: skip
     methods |= {f"set_{each.name}": each.location for each in port.operations
                 if each.is_set and not each.is_registration}  # fmt: skip
     if len(methods) > 1 and {*methods} <= LOGS:
         return
+    if port.role == "connection":
+        methods = {name: calls[0].module.location(calls[0].node) for name in SENDS
+                   for calls in [flow.calls.get(name)] if calls}  # fmt: skip
     if port.role in CHANNELS:
         methods = {"publish" if port.role == "bus" else "put": port.location}
     made: dict[str, Message] = {}
@@ -65,9 +70,38 @@ def _message(title: str, channel: str, site: Site, location: CodeLine, names: li
     return Message(title, snake(title), OWN_MODULE, "published", parts, location, (location,), "called", channel)
 
 
+def with_methods(port: Port, entry: Entry, seen: Observations) -> Port:
+    """A device with the methods that were observed, and that the source does not show, as of `getattr`."""
+    there = {each.name for each in port.operations}
+    names = [name for name in dict.fromkeys(_find_methods(port, entry, seen)) if name not in there]
+    more = tuple(Operation(name, not _is_attribute(port, name, entry, seen), port.location) for name in names)
+    return replace(port, operations=(*port.operations, *more)) if port.role == "device" else port
+
+
+def _is_attribute(port: Port, name: str, entry: Entry, seen: Observations) -> bool:
+    return any(
+        site.location == ATTRIBUTE for owner in _owners(port, entry) if (site := seen.calls.get(f"{owner}.{name}"))
+    )
+
+
+def _owners(port: Port, entry: Entry) -> tuple[str, ...]:
+    """Names of a port where it was observed: of the tracer, and of stand-ins."""
+    return f"{entry.name}.{port.name}", f"{entry.name}.__init__.{port.name}", port.name
+
+
+def _find_methods(port: Port, entry: Entry, seen: Observations) -> Iterator[str]:
+    """Methods that were called without taking a function."""
+    for owner in _owners(port, entry):
+        for key, site in seen.calls.items():
+            name = key.removeprefix(f"{owner}.")
+            is_told = not any(shape.kinds.get("callable") for shape in site.arguments.values())
+            if key != name and name.isidentifier() and not name.startswith("_") and is_told:
+                yield name
+
+
 def _sites(port: Port, method: str, entry: Entry, seen: Observations) -> dict[str, Site]:
     """What was observed of a method, by topic."""
-    for owner in (f"{entry.name}.{port.name}", f"{entry.name}.__init__.{port.name}", port.name):
+    for owner in _owners(port, entry):
         head = f"{owner}.{method}"
         found = {key[len(head) :].strip(): site for key, site in seen.calls.items()
                  if key == head or key.startswith(f"{head} ")}  # fmt: skip

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from pytest_hricdv.extra.draft.code.attributes import ATTRIBUTE, OBSERVED
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
@@ -21,10 +22,14 @@ from pytest_hricdv.extra.draft.code_model import (
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
 from pytest_hricdv.extra.draft.observe.shape import MASK, Shape
-from pytest_hricdv.extra.draft.observed_calls import kind_of_shape
+from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, with_methods
 
 MIN_REPEATS = 10
 """Calls of a method, all alike, that make it a control loop."""
+
+
+MAX_STATES = 12
+"""Texts of an attribute that are states."""
 
 
 def best_entry(seen: Observations, sources: Sources) -> str:
@@ -81,11 +86,31 @@ def with_observations(model: CodeModel, seen: Observations) -> CodeModel:
     if entry is None:
         return model
     messages = tuple(_with_values(message, seen, entry) for message in model.messages)
-    entry = replace(entry, ports=_with_results(entry.ports, seen, entry.name),
-                    method_ports=_with_results(entry.method_ports, seen, entry.name))  # fmt: skip
-    model = replace(model, entry=entry, messages=messages, inner=_with_results(model.inner, seen, entry.name))
+    model = replace(model, messages=messages)
     pairs = _pairs(model, seen)
-    return with_steps(replace(model, machines=tuple(_with_states(each, pairs) for each in model.machines)), seen)
+    model = replace(model, machines=tuple(_with_states(each, pairs) for each in model.machines))
+    states = tuple(FieldValue(state.name, state.location) for state in model.machine.states) if model.machine else ()
+    messages = tuple(replace(each, fields=(replace(each.fields[0], values=states),)) if each.form == "state" else each
+                     for each in model.messages)  # fmt: skip
+    return with_steps(replace(model, messages=messages), seen)
+
+
+def find_machines(seen: Observations, model: CodeModel) -> Iterator[StateMachine]:
+    """Attributes of the entry's object that had a few texts, and came back to one: of the most steps first."""
+    entry = model.entry
+    assert entry is not None
+    head = f"{entry.module}:{entry.name}."
+    found = []
+    for key, pairs in seen.states.items():
+        path = key.removeprefix(head)
+        steps = [pair.split(" -> ") for pair in pairs if pair.count(" -> ") == 1]
+        texts = list(dict.fromkeys(text for step in steps for text in step))
+        comes_back = any(step[1] in texts[: texts.index(step[0]) + 1] for step in steps)
+        if key != path and "." not in path and comes_back and "" not in texts and len(texts) <= MAX_STATES:
+            states = tuple(State(text, entry.location) for text in texts)
+            held = f"{entry.name}.{path}"
+            found.append((len(steps), StateMachine(path, OBSERVED, states, (), entry.location, "", held)))
+    yield from (machine for _, machine in sorted(found, key=lambda each: -each[0]))
 
 
 def _with_values(message: Message, seen: Observations, entry: Entry) -> Message:
@@ -124,10 +149,19 @@ def _field(part: MessageField, shape: Shape | None) -> MessageField:
     return replace(part, kind=kind)
 
 
-def _with_results(ports: tuple[Port, ...], seen: Observations, owner: str) -> tuple[Port, ...]:
-    """The ports, with what the calls of devices returned."""
-    return tuple(replace(port, operations=tuple(_operation(port, each, seen, owner) for each in port.operations))
-                 if port.role == "device" else port for port in ports)  # fmt: skip
+def with_ports(model: CodeModel, seen: Observations) -> CodeModel:
+    """The model, whose devices have all methods that were called, with what they returned, or were taken for."""
+    entry = model.entry
+    assert entry is not None
+
+    def with_results(ports: tuple[Port, ...]) -> tuple[Port, ...]:
+        every = (with_methods(port, entry, seen) for port in ports)
+        return tuple(replace(port, operations=tuple(_operation(port, each, seen, entry.name)
+                                                    for each in port.operations))
+                     if port.role == "device" else port for port in every)  # fmt: skip
+
+    known = replace(entry, ports=with_results(entry.ports), method_ports=with_results(entry.method_ports))
+    return replace(model, entry=known, inner=with_results(model.inner))
 
 
 def _operation(port: Port, operation: Operation, seen: Observations, owner: str) -> Operation:
@@ -170,7 +204,7 @@ def with_steps(model: CodeModel, seen: Observations) -> CodeModel:
         names = {state.name for state in machine.states}
         moves = tuple(Transition(before, after, machine.location) for before, after in steps
                       if before != after and {before, after} <= names)  # fmt: skip
-        is_open = machine.kind == "attribute" and machine.field
+        is_open = machine.kind in (ATTRIBUTE, OBSERVED) and machine.field
         return replace(machine, transitions=moves) if is_open else machine
 
     return replace(model, machines=tuple(map(with_its_steps, model.machines)))

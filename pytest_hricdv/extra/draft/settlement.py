@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.code.naming import word
-from pytest_hricdv.extra.draft.code_model import CodeModel, Question
+from pytest_hricdv.extra.draft.code_model import CodeLine, CodeModel, Question
 from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns, run
 from pytest_hricdv.extra.draft.observe.observations import Observations, merge_observations
 from pytest_hricdv.extra.draft.project.draft import ENDS, Draft
@@ -156,7 +157,8 @@ class Settlement:
 
     def _replace_libraries(self, trial: FirstRuns) -> bool:
         """Give what is made from a library that failed a stand-in."""
-        new = trial.libraries - self.faulty
+        own = class_at(Path(self.draft.code.root), trial.raised_at)
+        new = (trial.libraries | ({f".{own}"} if own else frozenset())) - self.faulty
         if self.reread is None or not new or not trial.error:
             return False
         self.faulty |= new
@@ -273,6 +275,19 @@ class Settlement:
             return False
         self.draft = replace(self.draft, code=model)
         return True
+
+
+def class_at(root: Path, location: CodeLine | None) -> str:
+    """The class of the code around a line; empty where there is none."""
+    if location is None:
+        return ""
+    try:
+        tree = ast.parse((root / location.file).read_bytes())
+    except (OSError, SyntaxError, ValueError, RecursionError):
+        return ""
+    around = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+              and node.lineno <= location.line <= (node.end_lineno or node.lineno)]  # fmt: skip
+    return around[-1].name if around else ""
 
 
 def _shares(trial: FirstRuns) -> dict[str, tuple[float, float]]:

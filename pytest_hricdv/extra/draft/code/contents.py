@@ -159,6 +159,7 @@ class ContentReader:
 
     def _unpack(self, scope: Scope, target: ast.expr, separator: str | None) -> Argument | None:
         parts = target.elts if isinstance(target, ast.Tuple) else []
+        parts = [part.value if isinstance(part, ast.Starred) else part for part in parts]
         names = [part.id for part in parts if isinstance(part, ast.Name)]
         if len(names) != len(parts):
             return None
@@ -171,6 +172,9 @@ class ContentReader:
             for node in walk_what_runs(scope.node, self._skipped):
                 if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load):
                     self._note(word(name), scope, node)
+                    above = self._flow.parents.get(id(node))
+                    if isinstance(above, ast.Subscript) and above.value is node:  # one of several words
+                        part = self._add_words(part, self._fields.read_value(above, scope, name))
             kind = part.kind or self._uses.kind(scope, name, self._skipped)
             fields.append(replace(part, name=word(name), kind=kind))
         known = tuple(part for part in fields if part.kind)
@@ -179,6 +183,11 @@ class ContentReader:
             return Argument(f"({', '.join(texts)},)", known)
         texts = [f"str(m.{part.name})" if part.kind != "str" else f"m.{part.name}" for part in known]
         return Argument(f" + {separator!r} + ".join(texts), known)
+
+    @staticmethod
+    def _add_words(part: MessageField, word_of: MessageField) -> MessageField:
+        values = {value.text: value for value in (*part.values, *word_of.values)}
+        return replace(part, kind=part.kind or word_of.kind, values=tuple(values.values()))
 
     def _attributes(self, scope: Scope, name: str) -> Argument | None:
         """An object of which a function compares attributes."""
@@ -326,10 +335,9 @@ def kind_of(values: Sequence[object], field: MessageField) -> str:
 
 
 def with_constants(field: MessageField, constants: Sequence[object]) -> MessageField:
-    """A field with the texts that programs pass, which are some of all."""
-    if field.kind != "str" or field.by_type:
+    """A field with the texts that programs pass, some of all, where the code names none: else they try others, too."""
+    if field.kind != "str" or field.by_type or field.values:
         return field
-    there = {value.text for value in field.values}
-    texts = dict.fromkeys(text for text in constants if isinstance(text, str) and text and text not in there)
-    more = tuple(FieldValue(text, field.location) for text in list(texts)[:8])
-    return replace(field, values=(*field.values, *more), is_partial=field.is_partial or bool(more))
+    texts = dict.fromkeys(text for text in constants if isinstance(text, str) and text)
+    return replace(field, values=tuple(FieldValue(text, field.location) for text in list(texts)[:8]),
+                   is_partial=field.is_partial or bool(texts))  # fmt: skip

@@ -98,7 +98,7 @@ class Flow:
             return own.node if own is not None and isinstance(own.node, ast.ClassDef) else None
         if isinstance(expression, ast.Attribute) and steps < MAX_STEPS:
             owner = self.owner_of(expression.value, module, scope, steps + 1)
-            for where, value in self.attributes.get((id(owner), expression.attr), ()):
+            for where, value in self._values_of(owner, module, expression.attr):
                 made = self.owner_of(value, where.module, where, steps + 1)
                 if made is not None:
                     return made
@@ -111,6 +111,14 @@ class Flow:
             owners = (self.owner_of(value, where, at, steps + 1) for value, where, at in given)
             return next((owner for owner in owners if owner is not None), None)
         return None
+
+    def _values_of(self, owner: ast.ClassDef | None, module: Module, name: str) -> list[tuple[Scope, ast.expr]]:
+        """What a class, or else its bases, assign to an attribute."""
+        if owner is None:
+            return []
+        bases = [base.node for base in self.sources.base_classes(Scope(module, owner))]
+        return next((self.attributes[id(each), name] for each in (owner, *bases)
+                     if (id(each), name) in self.attributes), [])  # fmt: skip
 
     def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[tuple[Any, CodeLine]]:
         """The constants that an expression can be, as far as they are known, each with its location."""

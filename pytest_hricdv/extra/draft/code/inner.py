@@ -12,7 +12,8 @@ from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
 from pytest_hricdv.extra.draft.code_model import Entry, Port
 
-SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server")
+SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server", "asyncio.start_server",
+           "asyncio.open_connection")  # fmt: skip
 """What makes a connection to the outside."""
 
 
@@ -27,10 +28,10 @@ class InnerObjects:
 
         Args:
             entry: of the code; `scope` is its class, if it is one.
-            faulty: names of libraries that are missing, or fail.
+            faulty: names of libraries that are missing, or fail; of classes of the code that fail, with a dot before.
         """
         done: set[str] = set()
-        for port in (*self._attributes(scope, faulty), *self._sockets(entry, scope)):
+        for port in (*self._attributes(scope, faulty), *self._modules(faulty), *self._sockets(entry, scope)):
             if not done & {port.name, port.made_from}:
                 done |= {port.name, port.made_from}
                 yield port
@@ -45,11 +46,25 @@ class InnerObjects:
                     continue
                 top = resolve_import(where.module, value.func).partition(".")[0]
                 own = self._sources.class_of(where.module, value.func)
-                if top in faulty or (own is not None and _is_bus(self._sources, own)):
+                is_bus = own is not None and _is_bus(self._sources, own)
+                if top in faulty or is_bus or (own is not None and f".{own.node.name}" in faulty):
                     target = f"{where.module.name}:{name_with_dots(value.func)}"
                     done.add(name)
                     port = ports.attribute(scope, name, target, value)
                     yield port if port.role in ("bus", "device") else replace(port, role="device")
+
+    def _modules(self, faulty: frozenset[str]) -> Iterator[Port]:
+        """Modules whose functions the code calls: `GPIO.input(4)`."""
+        ports = PortReader(self._sources, self._flow)
+        for module in self._sources.modules:
+            for name, dotted in module.imports.items():
+                if dotted.partition(".")[0] in faulty:
+                    port = ports.variable(module, name, module.tree)
+                    functions = tuple(each for each in port.operations if each.is_method and each.name.islower())
+                    if functions:
+                        made_from = f"{module.name}:{name}"
+                        yield replace(port, role="device", operations=functions, made_from=made_from,
+                                      location=functions[0].location)  # fmt: skip
 
     def _sockets(self, entry: Entry, own: Scope | None) -> Iterator[Port]:
         """What the entry makes of the network, under whatever name, and classes do of which it makes objects."""
@@ -61,13 +76,13 @@ class InnerObjects:
         for module, scope, node in self._flow.nodes:
             if entry.is_class and (scope is None or scope.owner not in owners):
                 continue
-            is_made = isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
-            if not is_made or resolve_import(module, node.value.func) not in SOCKETS:  # type: ignore[attr-defined]
+            if not isinstance(node, ast.Call) or resolve_import(module, node.func) not in SOCKETS:
                 continue
-            value, target = node.value, node.targets[0]  # type: ignore[attr-defined]
-            made_from, name = f"{module.name}:{name_with_dots(value.func)}", name_with_dots(target)
-            if name:
-                yield replace(ports.variable(module, name, value), role="device", made_from=made_from)
+            above = self._flow.parents.get(id(node))
+            above = self._flow.parents.get(id(above)) if isinstance(above, ast.Await) else above
+            name = name_with_dots(above.targets[0]) if isinstance(above, ast.Assign) else ""
+            made_from = f"{module.name}:{name_with_dots(node.func)}"
+            yield replace(ports.variable(module, name or "connection", node), role="connection", made_from=made_from)
 
 
 def _is_bus(sources: Sources, scope: Scope) -> bool:

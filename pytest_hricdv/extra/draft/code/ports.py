@@ -211,23 +211,30 @@ class PortReader:
         parent = self._flow.parents.get(id(node))
         location = module.location(node)
         if isinstance(parent, ast.Call) and parent.func is node:
-            is_async = isinstance(self._flow.parents.get(id(parent)), ast.Await)
+            above = self._flow.parents.get(id(parent))
+            is_async = isinstance(above, ast.Await)
+            above = self._flow.parents.get(id(above)) if is_async else above
             every = (*parent.args, *(keyword.value for keyword in parent.keywords))
             takes = any(self._is_function(argument) for argument in every)
             takes |= isinstance(self._flow.parents.get(id(parent)), ast.FunctionDef | ast.AsyncFunctionDef)  # decorates
             name = node.attr if not _is_lookup(parent, node.attr) else "__getitem__"
             return Operation(name, True, location, is_async=is_async, arguments=len(parent.args),
-                             is_registration=takes, result=self._used_as(parent, scope))  # fmt: skip
+                             is_registration=takes, is_read=not every and not isinstance(above, ast.Expr),
+                             result=self._used_as(parent, scope))  # fmt: skip
         value = parent.value if isinstance(parent, ast.Assign) and node in parent.targets else None
         return Operation(node.attr, False, location, is_set=isinstance(node.ctx, ast.Store),
                          is_registration=self._is_function(value), result=self._used_as(node, scope))  # fmt: skip
 
-    def _used_as(self, node: ast.expr, scope: Scope) -> MessageField | None:
+    def _used_as(self, node: ast.expr, scope: Scope, returns: int = 0) -> MessageField | None:
         """What the code takes a value for: a truth that it tests, or what it compares; None where it does neither."""
         part = self._fields.read_value(node, scope, "value")
         if part.kind:
             return part
         above = self._flow.parents.get(id(node))
+        if isinstance(above, ast.Return) and returns < MAX_HANDOVERS:
+            calls = [call for call in self._flow.calls.get(scope.node.name, ()) if call.scope is not None]
+            uses = (self._used_as(call.node, call.scope, returns + 1) for call in calls if call.scope is not None)
+            return next((use for use in uses if use is not None), None)
         is_not = isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)
         is_test = isinstance(above, ast.If | ast.While | ast.IfExp) and above.test is node
         return replace(part, kind="bool") if is_test or is_not or isinstance(above, ast.BoolOp) else None
@@ -256,6 +263,7 @@ def _merge(before: Operation | None, operation: Operation) -> Operation:
         is_set=before.is_set or operation.is_set,
         result=_merge_fields(before.result, operation.result),
         is_registration=before.is_registration or operation.is_registration,
+        is_read=before.is_read and operation.is_read,
         arguments=max(before.arguments, operation.arguments),
     )
 

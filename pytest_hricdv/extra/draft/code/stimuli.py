@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.code.classes import methods_of, neutral_value, pa
 from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.contents import Argument, ContentReader, kind_of, with_constants
 from pytest_hricdv.extra.draft.code.fields import FieldReader
-from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
+from pytest_hricdv.extra.draft.code.flow import Flow, argument_of, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.handovers import Handovers, last_part
 from pytest_hricdv.extra.draft.code.message_kinds import KindReader
 from pytest_hricdv.extra.draft.code.naming import camel, snake, word
@@ -46,7 +46,10 @@ class StimulusReader:
         scope = self._scope_of(entry)
         for name, method in methods_of(self._sources, scope).items() if scope is not None else ():
             is_open = (
-                not name.startswith("_") and name not in ENDS and not is_reader(method) and not self._is_used(name)
+                not name.startswith("_")
+                and name not in ENDS
+                and not is_reader(method)
+                and not self._is_used(name, scope)
             )
             if name != entry.method and (name in called or is_open) and not _decorators(method):
                 yield from self._messages(name, method, name)
@@ -70,9 +73,10 @@ class StimulusReader:
             if name == entry.method or name.startswith("__") or _decorators(method):
                 continue
             given = parameters_of(method.node)[1:]
-            if len(given) == 1 and self._is_used(name):
+            if len(given) == 1 and self._is_used(name, scope) and not self._gets_constants(method, given[0].arg):
                 made = list(self._messages(name, method, name))
-                yield from (each for each in made if each.module != OWN_MODULE or _tells_apart(each))
+                yield from (each for each in made
+                            if each.module != OWN_MODULE or len(made) > 1 or _tells_apart(each))  # fmt: skip
 
     def functions(self) -> Iterator[Message]:
         """Functions that the code registers by a decorator with a text."""
@@ -100,10 +104,12 @@ class StimulusReader:
             if not isinstance(node, ast.Call) or scope is None or last_name(node.func) not in methods:
                 continue
             owner = name_with_dots(node.func).split(".")
-            if len(owner) < 2 or owner[-2].strip("_") != port.name.strip("_"):
+            is_own = len(owner) > 1 and owner[-2].strip("_") == port.name.strip("_")
+            if not is_own and port.role != "connection":  # which is also read under the names of its parts
                 continue
             kinds = self._contents.of_result(scope, node)
-            channel = port.name.strip("_") if port.role == "queue" else f"{port.name}.{last_name(node.func)}"
+            channel = {"queue": port.name.strip("_"), "connection": port.name}.get(
+                port.role, f"{port.name}.{last_name(node.func)}")  # fmt: skip
             for name, argument in kinds:
                 title = camel(word(last_part(name))) if name else camel(channel.replace(".", "_").strip("_")) + "Item"
                 if argument.fields or name:
@@ -124,10 +130,35 @@ class StimulusReader:
         return replace(message, name=title, topic=snake(title), module=OWN_MODULE, form="item",
                        delivery=f"lambda m: {source}", delivery_imports=imports)  # fmt: skip
 
-    def _is_used(self, name: str) -> bool:
-        """Whether an object calls its own method, or hands it to somebody: then this is how it works inside."""
-        return any(isinstance(node, ast.Attribute) and node.attr == name and name_with_dots(node.value) == "self"
-                   for _, _, node in self._flow.nodes)  # fmt: skip
+    def _is_used(self, name: str, own: Scope | None) -> bool:
+        """Whether an object, or its parts, call its method or hand it to somebody: this is how it works inside."""
+        parts = self._parts(own) if own is not None else frozenset()
+        for module, scope, node in self._flow.nodes:
+            if isinstance(node, ast.Attribute) and node.attr == name:
+                is_part = scope is not None and id(scope.owner) in parts
+                if name_with_dots(node.value) == "self" or (
+                    is_part and own is not None and self._flow.owner_of(node.value, module, scope) is own.node
+                ):
+                    return True
+        return False
+
+    def _parts(self, own: Scope) -> frozenset[int]:
+        """Classes of which an object makes objects that know it, as `Idle(self)`, and those with the same bases."""
+        made = [self._sources.class_of(module, node.func) for module, scope, node in self._flow.nodes
+                if isinstance(node, ast.Call) and scope is not None and scope.owner is own.node
+                and any(name_with_dots(argument) == "self" for argument in node.args)]  # fmt: skip
+        bases = {id(base.node) for each in made if each is not None
+                 for base in (each, *self._sources.base_classes(each))}  # fmt: skip
+        return frozenset(id(each.node) for each in self._sources.classes
+                         if bases & {id(base.node) for base in (each, *self._sources.base_classes(each))})  # fmt: skip
+
+    def _gets_constants(self, method: Scope, parameter: str) -> bool:
+        """Whether the code only calls a method with constants of its own: nothing from outside gets there."""
+        assert not isinstance(method.node, ast.ClassDef)
+        given = [(call, argument_of(call.node, method.node, parameter, is_method=True))
+                 for call in self._flow.calls.get(method.node.name, ())]  # fmt: skip
+        return bool(given) and all(value is not None and self._flow.is_complete(value, call.module, call.scope)
+                                   for call, value in given)  # fmt: skip
 
     # --- functions and their parameters
 
@@ -166,7 +197,7 @@ class StimulusReader:
     def _arguments(self, scope: Scope, part: ast.arg, number: int) -> list[tuple[str, Argument]]:
         """What a parameter gets: of each kind that the function tells apart, or of the only one, without a name."""
         annotation = parse_annotation(part.annotation)
-        is_open = annotation is None or name_with_dots(annotation) in ("dict", "bytes", "object", "Any")
+        is_open = annotation is None or name_with_dots(annotation) in ("dict", "str", "bytes", "object", "Any")
         is_open |= isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value) in ("dict", "Mapping")
         kinds = self._contents.kinds(scope, part.arg) if is_open else []
         return kinds or [("", self._argument(scope, part, number))]

@@ -175,18 +175,30 @@ class BorderTracer:
                 self.seen.add_state(f"{key}.{name}", before, value)
 
 
+def state_text(value: Any) -> str | None:
+    """The text of a state: of a text, a member of an enumeration, an object for each state, or a behaviour tree."""
+    if isinstance(value, Enum):
+        return value.value if isinstance(value.value, str) else value.name
+    if value is None or isinstance(value, str):
+        return value
+    if hasattr(type(value), "tip"):  # of py_trees
+        value = value.tip()
+    names = (getattr(value, "id", None), getattr(value, "name", None), type(value).__name__)
+    return next((name for name in names if isinstance(name, str)), None) if value is not None else None
+
+
 def texts_of(owner: Any) -> Mapping[str, str]:
-    """The attributes of an object, and of those in it, that are texts or members of enumerations."""
-    found = {}
+    """The attributes of an object, and of those in it, that are texts, members of enumerations, or own objects."""
+    found: dict[str, str] = {}
     for name, value in list(getattr(owner, "__dict__", {}).items())[:100]:
         inner = getattr(value, "__dict__", None)
         is_own = type(value).__module__.partition(".")[0] == type(owner).__module__.partition(".")[0]
         parts = {f"{name}.{key}": part for key, part in list(inner.items())[:50]} if inner and is_own else {}
         for path, part in {name: value, **parts}.items():
-            if isinstance(part, Enum):
-                found[path] = part.value if isinstance(part.value, str) else part.name
-            elif isinstance(part, str) and len(part) <= MAX_LENGTH:
-                found[path] = part
+            if isinstance(part, Enum | str) or hasattr(type(part), "tip") or (path == name and inner and is_own):
+                text = state_text(part)
+                if text is not None and len(text) <= MAX_LENGTH:
+                    found[path] = text
     return found
 
 

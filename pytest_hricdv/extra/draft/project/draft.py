@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from pytest_hricdv.extra.draft.code.attributes import OBSERVED
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code_model import (
     CodeLine,
@@ -204,6 +205,11 @@ class Draft:
     def states(self) -> tuple[str, ...]:
         """The states that the code publishes."""
         return tuple(state.name for state in self.code.machine.states) if self.code.machine is not None else ()
+
+    @property
+    def has_open_states(self) -> bool:
+        """Whether there may be other states."""
+        return self.code.machine is not None and self.code.machine.kind == OBSERVED
 
     @property
     def transitions(self) -> tuple[tuple[str, str, CodeLine], ...]:

@@ -140,6 +140,8 @@ def _port(draft: Draft, port: Port, table: ImportTable) -> str:
             is_item = message.form == "item"
             kinds.append(f"{{{_conversion(message, table)}}}" if is_item else table.use(message.module, message.name))
         return f"InboxPort({', '.join(kinds)})"
+    if port.role == "connection":
+        return _connection(draft, port, table)
     if port.role == "device":
         return _device(draft, port, table)
     if port in draft.parameters:
@@ -151,6 +153,15 @@ def _port(draft: Draft, port: Port, table: ImportTable) -> str:
 def _conversion(message: Message, table: ImportTable) -> str:
     how = table.text(message.delivery, message.delivery_imports)
     return f"{table.use(message.module, message.name)}: {how}"
+
+
+def _connection(draft: Draft, port: Port, table: ImportTable) -> str:
+    last = port.made_from.rpartition(".")[2]
+    parts = [json.dumps(last)] if last in ("start_server", "open_connection") else []
+    kinds = [_conversion(thing.message, table) for thing in draft.inputs
+             if thing.message.form == "item" and thing.message.channel == port.name]  # fmt: skip
+    parts += [f"kinds={{{', '.join(kinds)}}}"] if kinds else []
+    return f"ConnectionPort({', '.join(parts)})"
 
 
 def _device(draft: Draft, port: Port, table: ImportTable) -> str:
@@ -200,7 +211,7 @@ def _initial(sensor: Sensor) -> str:
 
 def has_cross(draft: Draft) -> bool:
     """Whether the states are crossed with the manners of what was said."""
-    return bool(draft.states and draft.inputs)
+    return bool(draft.states and draft.inputs and not draft.has_open_states)
 
 
 # --- messages of its own

@@ -117,6 +117,7 @@ def readme(draft: Draft) -> str:
     """The README."""
     code = draft.code
     received = [*(message.name for message in code.inputs), *(sensor.name for sensor in draft.sensors)]
+    published = [message.name for message in code.outputs if message.form != "state"]
     lines = [
         f"# Tests of {draft.robot}, drafted",
         "",
@@ -133,7 +134,7 @@ def readme(draft: Draft) -> str:
         "| what | how many | |",
         "|---|---|---|",
         f"| messages that it receives | {len(received)} | {', '.join(received)} |",
-        f"| messages that it publishes | {len(code.outputs)} | {', '.join(m.name for m in code.outputs)} |",
+        f"| messages that it publishes | {len(published)} | {', '.join(published)} |",
         f"| states | {len(draft.states)} | {', '.join(draft.states)} |",
         f"| transitions | {len(draft.transitions)} | |",
         f"| calls that wait | {len(code.waits)} | virtual: {', '.join(code.virtual) or 'none'} |",

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 
+from pytest_hricdv.extra.draft.code.attributes import ATTRIBUTE, OBSERVED
 from pytest_hricdv.extra.draft.code_model import Message
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.ranges import limit_s
@@ -157,7 +158,7 @@ def _transitions(draft: Draft) -> Iterator[DraftedRequirement]:
     """That the robot goes from state to state only as its code declares."""
     state = draft.code.state
     topic = state.partition(".")[0]
-    is_declared = draft.code.machine is not None and draft.code.machine.kind != "attribute"  # not only observed
+    is_declared = draft.code.machine is not None and draft.code.machine.kind not in (ATTRIBUTE, OBSERVED)
     for source in dict.fromkeys(source for source, _, _ in draft.transitions) if is_declared else ():
         moves = [(target, location) for origin, target, location in draft.transitions if origin == source]
         targets = list(dict.fromkeys(target for target, _ in moves))

@@ -23,8 +23,9 @@ from pytest_hricdv.extra.draft.project.ranges import STAYS, answer_s, lateness, 
 
 TESTBENCH = ("BeliefSpace", "Concretization", "CrossProduct", "Delay", "Drop", "Duplicate", "Field", "Model",
              "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
-STAND_INS = ("Neutral", "BusPort", "CallbackCall", "ClockPort", "Device", "RunParameter", "Driver", "InboxPort", "Make",
-             "Manners", "MethodCall", "OutboxPort", "Replace", "Say", "member", "replace_modules")  # fmt: skip
+STAND_INS = ("Neutral", "BusPort", "CallbackCall", "ClockPort", "ConnectionPort", "Device", "RunParameter", "Driver",
+             "InboxPort", "Make", "Manners", "MethodCall", "OutboxPort", "Replace", "Say", "member",
+             "replace_modules")  # fmt: skip
 STANDARD = ("Path", "SimpleNamespace", "json", "import_module")
 TAKEN = ("HERE", "TIMES", "TIMES_OF", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
 
@@ -140,7 +141,7 @@ def _fields(draft: Draft) -> list[str]:
                 texts = [*(value.text for value in part.values), *_others(draft, message, part)]
                 if message.form == "called":
                     continue
-                is_known = not part.is_partial or name == draft.code.state
+                is_known = not draft.has_open_states if name == draft.code.state else not part.is_partial
                 head = "" if is_known else "# "  # a testbench that declares some refuses the others
                 mark = str(part.values[0].location) + ("" if is_known else "; TODO: which others?")
                 lines.append(f'            {head}"{name}": Field(values={tuple_text(texts)}),  # {mark}')
@@ -150,7 +151,7 @@ def _fields(draft: Draft) -> list[str]:
 
 
 def _state_part(draft: Draft) -> list[str]:
-    if not draft.states:
+    if not draft.states or draft.has_open_states:
         return []
     lines = ["        state=StateField(", f'            "{draft.code.state}",']
     if draft.transitions:

@@ -23,6 +23,9 @@ from pytest_hricdv.runtime import text_of
 OBSERVE = "HRICDV_OBSERVE"
 """The environment variable with the file to which first runs add what they observe."""
 
+ATTRIBUTE = "attribute"
+"""The location of what a device has, and the code does not call."""
+
 ANSWER = "answer"
 """The port at which others see what a call of the code returns."""
 
@@ -85,7 +88,7 @@ class RunBorder:
                 self.register(f"{port}.{name}", value, first_text(each for each in every if each is not value))
         if self._seen is None:
             return
-        told = read_content(arguments, named)
+        told = read_content(arguments, named, self._is_broker(port))
         for key in dict.fromkeys((f"{port}.{name}", f"{port}.{name} {told.topic}".rstrip())):
             site = self._seen.site(self._seen.calls, key)
             if site is not None:
@@ -97,15 +100,32 @@ class RunBorder:
         if site is not None and not isinstance(value, Neutral):  # that nothing is known of it is no observation
             site.result.add(value)
 
+    def note_use(self, name: str, other: Any, is_attribute: bool = False) -> None:
+        """Note that the code tests something of a device of which nothing is known, or compares it."""
+        site = self._seen.site(self._seen.calls, name) if self._seen is not None else None
+        if site is None or isinstance(other, Neutral):
+            return
+        site.location = ATTRIBUTE if is_attribute else site.location
+        if isinstance(other, bool | str):
+            site.result.add(other)
+        elif isinstance(other, int | float):
+            width = max(abs(other), 1.0)  # what makes a difference is in between
+            site.result.add(other - width)
+            site.result.add(other + width)
+
     def register(self, name: str, function: Callable[..., Any], text: str = "") -> None:
         """Keep a function that the code wants to be called."""
         self.callbacks[name].append(function)
         if text:
             self.callbacks[f"{name} {text}"].append(function)
 
+    def _is_broker(self, port: str) -> bool:
+        """Whether the code has registered functions with a port by a text: then the first text of a call is a topic."""
+        return any(key.startswith(f"{port}.") and " " in key for key in self.callbacks)
+
     def tell_call(self, port: str, name: str, arguments: Sequence[Any], named: Mapping[str, Any]) -> None:
         """Tell others that the code has called a port: by the message of its topic, or of its method."""
-        told = read_content(arguments, named)
+        told = read_content(arguments, named, self._is_broker(port))
         called = next((key for key in (f"{port}.{name} {told.topic}", f"{port}.{name}") if key in self.called), None)
         if called is None:
             return

@@ -103,29 +103,63 @@ class DeviceStandIn(Neutral):
         return value
 
 
-class _Method(Neutral):
-    """A method of a device, or an attribute of which nothing is known."""
+class _Unknown(Neutral):
+    """A value that notes what the code takes it for: a truth that it tests, or a text or number that it compares."""
 
-    def __new__(cls, *_: Any, **__: Any) -> _Method:
+    def __new__(cls, *_: Any, **__: Any) -> _Unknown:
         return float.__new__(cls)
+
+    def _note_use(self, other: object) -> None:
+        raise NotImplementedError
+
+    def __bool__(self) -> bool:
+        self._note_use(False)
+        return False
+
+    def __eq__(self, other: object) -> bool:
+        self._note_use(other)
+        return float(self) == other
+
+    __hash__ = float.__hash__
+
+    def __lt__(self, other: float) -> bool:
+        self._note_use(other)
+        return float.__lt__(self, other)
+
+    def __gt__(self, other: float) -> bool:
+        self._note_use(other)
+        return float.__gt__(self, other)
+
+    def __le__(self, other: float) -> bool:
+        self._note_use(other)
+        return float.__le__(self, other)
+
+    def __ge__(self, other: float) -> bool:
+        self._note_use(other)
+        return float.__ge__(self, other)
+
+
+class _Method(_Unknown):
+    """A method of a device, or an attribute of which nothing is known."""
 
     def __init__(self, owner: DeviceStandIn, name: str) -> None:
         self.__dict__.update(_owner=owner, _method=name)
+
+    def _note_use(self, other: object) -> None:
+        owner = self.__dict__["_owner"].__dict__
+        owner["_border"].note_use(f"{owner['_name']}.{self.__dict__['_method']}", other, is_attribute=True)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """The code calls it."""
         return self.__dict__["_owner"].call(self.__dict__["_method"], arguments, named)
 
 
-class _Answer(Neutral):
+class _Answer(_Unknown):
     """What an unknown method returns; as a decorator, it keeps the function as a callback.
 
     A coroutine that waits for something of it, as for the next message of a subscription, waits for the rest of the
     run: nobody knows what comes.
     """
-
-    def __new__(cls, *_: Any, **__: Any) -> _Answer:
-        return float.__new__(cls)
 
     def __init__(self, border: RunBorder, name: str, text: str = "") -> None:
         self.__dict__.update(_border=border, _called=name, _text=text)
@@ -134,6 +168,10 @@ class _Answer(Neutral):
         if name.startswith("__"):
             raise AttributeError(name)
         return _Answer(self.__dict__["_border"], f"{self.__dict__['_called']}.{name}")
+
+    def _note_use(self, other: object) -> None:
+        if self.__dict__["_called"].count(".") == 1:  # and not of a part of it
+            self.__dict__["_border"].note_use(self.__dict__["_called"], other)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Neutral; of a decorator, the function."""

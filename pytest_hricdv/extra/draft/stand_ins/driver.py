@@ -8,7 +8,6 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import chdir, nullcontext
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import partial
 from importlib import import_module
 from operator import attrgetter
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.extra.draft.code.naming import word
+from pytest_hricdv.extra.draft.observe.tracer import state_text
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, signal_name
 from pytest_hricdv.extra.draft.stand_ins.ports import Replace
 from pytest_hricdv.extra.draft.stand_ins.say import CallbackCall, MethodCall, Say
@@ -292,12 +292,8 @@ class ActiveRobot:
         value = self._border.instance
         for name in self._driver.state.split("."):
             value = getattr(value, name, None)
-        state = value if isinstance(value, str) else getattr(value, "id", None) or _member_text(value)
+        state = state_text(value)
         if state is not None and state != self._state:
             self._state = state
             self.hits.append((state, self._visit.manner))
             self._border.run.bus.publish("robot", self._driver.state_message(state=state))
-
-
-def _member_text(value: Any) -> str | None:
-    return text_of(value) if isinstance(value, Enum) else None

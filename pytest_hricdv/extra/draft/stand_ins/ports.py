@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
+from inspect import isfunction
 from types import ModuleType
 from typing import Any, Protocol
 
@@ -88,12 +89,12 @@ class Replace:
         for number, each in enumerate(owners):
             inner = getattr(owner, each)
             if isinstance(inner, ModuleType) and number == len(owners) - 1:  # others use the module, too
-                maker = _Maker(getattr(inner, last), made)
+                maker = made if isfunction(made) else _Maker(getattr(inner, last), made)
                 setattr(owner, each, _ModuleWith(inner, last, maker))
                 return partial(setattr, owner, each, inner)
             owner = inner
         before = getattr(owner, last)
-        setattr(owner, last, _Maker(before, made) if callable(before) else made)
+        setattr(owner, last, _Maker(before, made) if callable(before) and not isfunction(made) else made)
         return partial(setattr, owner, last, before)
 
 

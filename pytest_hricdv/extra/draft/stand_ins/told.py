@@ -43,8 +43,8 @@ class ToldContent:
         return kind(**values)
 
 
-def read_content(arguments: Sequence[Any], named: Mapping[str, Any]) -> ToldContent:
-    """The content of a call.
+def read_content(arguments: Sequence[Any], named: Mapping[str, Any], is_broker: bool = False) -> ToldContent:
+    """The content of a call; a broker is called with a topic first.
 
     >>> read_content(("ward/state", '{"state": "up", "height_cm": 60}'), {"qos": 1})
     ToldContent(topic='ward/state', named={'state': 'up', 'height_cm': 60}, others=[])
@@ -59,9 +59,9 @@ def read_content(arguments: Sequence[Any], named: Mapping[str, Any]) -> ToldCont
         is_topic = len(every) > 1 and isinstance(every[0], str) and ("/" in every[0] or _members(every[1]) is not None)
     for number, value in enumerate(every):
         members = _members(value)
-        if is_topic and number == 0 and isinstance(value, str):
+        if (is_topic or is_broker) and number == 0 and isinstance(value, str):
             told.topic = value
-            told.named.clear()  # how it is published
+            told.named = {} if is_topic else told.named  # of a topic and a message: how it is published
         elif members is not None:
             told.named |= {word(name): part for name, part in members.items() if _is_plain(part)}
         elif _is_plain(value):
