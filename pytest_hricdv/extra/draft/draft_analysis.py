@@ -262,7 +262,8 @@ class CodeReader:
         if scope is None:
             return model
         known = [*model.machines, *self._states.machines(scope)]
-        machines = [*known, *(find_machines(seen, model) if seen is not None else ())]
+        found = find_machines(seen, model) if seen is not None else ()
+        machines = [*known, *(each for each in found if self._states.decides(scope, each))]
         for number, machine in enumerate(machines):
             path = self._states.path(scope, machine)
             if path:
@@ -271,8 +272,8 @@ class CodeReader:
                 message = Message("StateChanged", STATE_TOPIC, OWN_MODULE, "published", (field,), machine.location,
                                   (machine.location,), "state", path)  # fmt: skip
                 others = [each for at, each in enumerate(machines) if at != number and each in model.machines]
-                found = (replace(machine, field=f"{STATE_TOPIC}.state"), *others)
-                return replace(model, machines=found, messages=(*model.messages, message))
+                every = (replace(machine, field=f"{STATE_TOPIC}.state"), *others)
+                return replace(model, machines=every, messages=(*model.messages, message))
         return model
 
 

@@ -37,6 +37,16 @@ class AttributeStates:
                     found.append(((is_enum, len(states)), machine))
             yield from (machine for _, machine in sorted(found, key=lambda each: each[0], reverse=True))
 
+    def decides(self, scope: Scope, machine: StateMachine) -> bool:
+        """Whether a class compares an attribute of its own: else it is what the object does, and no state."""
+        name = f"self.{machine.name}"
+        for _, at, node in self._flow.nodes:
+            if at is not None and at.owner is scope.node and isinstance(node, ast.Compare | ast.Match):
+                sides = [node.left, *node.comparators] if isinstance(node, ast.Compare) else [node.subject]
+                if any(name_with_dots(side) == name for side in sides):
+                    return True
+        return False
+
     def path(self, scope: Scope, machine: StateMachine) -> str:
         """From the object to the attribute that holds the state of a machine; empty where there is no way."""
         owner, _, attribute = machine.held_in.rpartition(".")
