@@ -8,9 +8,18 @@ from dataclasses import replace
 from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
 from pytest_hricdv.extra.draft.code.handovers import last_part
 from pytest_hricdv.extra.draft.code.naming import camel, snake, unit_of, word
-from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Entry, Message, MessageField, Operation, Port
+from pytest_hricdv.extra.draft.code_model import (
+    OWN_MODULE,
+    CodeLine,
+    Entry,
+    FieldValue,
+    Message,
+    MessageField,
+    Operation,
+    Port,
+)
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
-from pytest_hricdv.extra.draft.observe.shape import Shape
+from pytest_hricdv.extra.draft.observe.shape import MASK, Shape
 from pytest_hricdv.extra.draft.stand_ins.border import ANSWER, ATTRIBUTE
 from pytest_hricdv.extra.draft.stand_ins.connections import SENDS
 
@@ -116,23 +125,28 @@ def _fields(site: Site, location: CodeLine, names: list[str]) -> Iterator[Messag
     flat: dict[str, Shape] = {}
     for name, shape in site.arguments.items():
         flat |= shape.fields if shape.fields else {name: shape}
-    for name, kind in _kinds(flat, names).items():
-        unique = word(name)
+    for name, shape in _names_of(flat, names).items():
+        kind, unique = kind_of_shape(shape), word(name)
         while unique in done:
             unique += "_"
         done.add(unique)
-        yield MessageField(unique, kind, kind, location, unit=unit_of(name) if kind == "float" else "")
+        if kind:
+            unit = unit_of(name) if kind == "float" else ""
+            yield MessageField(unique, kind, kind, location, observed_texts(shape, location), unit, is_partial=True)
 
 
-def _kinds(shapes: Mapping[str, Shape], names: list[str]) -> dict[str, str]:
-    """The kind of each value, by its name; those without a name have that of the parameter, or are values."""
+def observed_texts(shape: Shape, location: CodeLine) -> tuple[FieldValue, ...]:
+    """The texts that were observed of a value, where these are few."""
+    texts = shape.texts if not shape.is_open else ()
+    return tuple(FieldValue(text, location, is_observed=True) for text in texts if text not in ("", MASK))
+
+
+def _names_of(shapes: Mapping[str, Shape], names: list[str]) -> dict[str, Shape]:
+    """Each value by its name; one without a name has that of the parameter, or is a value."""
     found = {}
     for name, shape in shapes.items():
         number = int(name) if name.isdigit() else -1
-        called = name if number < 0 else names[number] if number < len(names) else f"value_{number + 1}"
-        kind = kind_of_shape(shape)
-        if kind:
-            found[called] = kind
+        found[name if number < 0 else names[number] if number < len(names) else f"value_{number + 1}"] = shape
     return found
 
 

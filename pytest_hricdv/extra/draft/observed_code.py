@@ -21,8 +21,9 @@ from pytest_hricdv.extra.draft.code_model import (
     Transition,
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
-from pytest_hricdv.extra.draft.observe.shape import MASK, Shape
-from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, with_methods
+from pytest_hricdv.extra.draft.observe.shape import Shape
+from pytest_hricdv.extra.draft.observe.tracer import LIBRARY
+from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, observed_texts, with_methods
 
 MIN_REPEATS = 10
 """Calls of a method, all alike, that make it a control loop."""
@@ -62,11 +63,11 @@ def _methods(seen: Observations, entry: Entry) -> dict[str, Site]:
 
 
 def methods_from_outside(seen: Observations, entry: Entry) -> frozenset[str]:
-    """Methods of the entry that were called from outside, and are no callbacks."""
+    """Methods of the entry that programs called, and are no callbacks."""
     callbacks = {name for site in seen.calls.values() for shape in site.arguments.values()
                  if shape.kinds.get("callable") for name in shape.classes}  # fmt: skip
-    return frozenset(name for name in _methods(seen, entry)
-                     if f"{entry.module}:{entry.name}.{name}" not in callbacks)  # fmt: skip
+    return frozenset(name for name, site in _methods(seen, entry).items() if site.location != LIBRARY
+                     and f"{entry.module}:{entry.name}.{name}" not in callbacks)  # fmt: skip
 
 
 def period_of(seen: Observations, entry: Entry, method: str) -> tuple[int, float]:
@@ -141,11 +142,8 @@ def _field(part: MessageField, shape: Shape | None) -> MessageField:
     kind = part.kind or (kind_of_shape(shape) if not part.type else "")
     if kind == "float" and shape.low is not None and shape.high is not None and not part.compared:
         return replace(part, kind=kind, observed=(shape.low, shape.high))
-    if kind == "str" and not part.by_type and not shape.is_open:
-        there = {value.text for value in part.values}
-        more = tuple(FieldValue(text, part.location, is_observed=True)
-                     for text in shape.texts if text not in there and text and text != MASK)  # fmt: skip
-        return replace(part, kind=kind, values=(*part.values, *more))
+    if kind == "str" and not (part.by_type or part.values or shape.is_open):  # else programs try other texts, too
+        return replace(part, kind=kind, values=observed_texts(shape, part.location))
     return replace(part, kind=kind)
 
 

@@ -241,7 +241,7 @@ class PortReader:
 
     def _is_function(self, value: ast.expr | None) -> bool:
         """Whether a value is a method of `self`, or a function, of the code."""
-        name = name_with_dots(value)
+        name = name_with_dots(value) if not isinstance(value, ast.Constant) else "."
         is_own = name.startswith("self.") and name.count(".") == 1
         return (is_own or "." not in name) and name.rpartition(".")[2] in self._flow.methods
 

@@ -44,14 +44,13 @@ class StimulusReader:
             called: names of methods that were seen to be called from outside.
         """
         scope = self._scope_of(entry)
-        for name, method in methods_of(self._sources, scope).items() if scope is not None else ():
-            is_open = (
-                not name.startswith("_")
-                and name not in ENDS
-                and not is_reader(method)
-                and not self._is_used(name, scope)
-            )
-            if name != entry.method and (name in called or is_open) and not _decorators(method):
+        own = methods_of(self._sources, scope) if scope is not None else {}
+        run = own.get(entry.method)
+        for name, method in own.items():
+            if name == entry.method or name.startswith("_") or is_reader(method) or _decorators(method):
+                continue
+            is_step = run is not None and any(name_with_dots(node) == f"self.{name}" for node in ast.walk(run.node))
+            if (name in called and not is_step) or not (name in ENDS or self._is_used(name, scope)):
                 yield from self._messages(name, method, name)
 
     def callbacks(self, entry: Entry) -> Iterator[Message]:

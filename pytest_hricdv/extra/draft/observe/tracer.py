@@ -12,6 +12,7 @@ import inspect
 import json
 import os
 import sys
+import sysconfig
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -30,6 +31,9 @@ VARIABLE = "HRICDV_RECORD"
 CALLBACK = "callback "
 """Before the name of a function that the code has handed to a port, among the observed functions."""
 
+LIBRARY = "library"
+"""The location of a function that libraries call, as those of threads, event loops and state machines do."""
+
 MAX_SAMPLES = 500
 """Calls of a function whose arguments are kept; all others only count."""
 
@@ -40,6 +44,7 @@ MAX_OBJECTS = 2_000
 """Objects that are followed."""
 
 _RETURN = frozenset(dis.opmap[name] for name in ("RETURN_VALUE", "RETURN_CONST") if name in dis.opmap)
+_LIBRARIES = tuple({sysconfig.get_path(name) + os.sep for name in ("stdlib", "platstdlib", "purelib", "platlib")})
 _PLAIN = (bool, int, float, str, bytes, type(None))
 
 
@@ -62,6 +67,8 @@ class BorderTracer:
     _made: dict[int, tuple[str, Any]] = field(default_factory=dict)
     _open: dict[int, tuple[Site, FrameType]] = field(default_factory=dict)
     _states: dict[tuple[int, str], str] = field(default_factory=dict)
+    _members: dict[int, tuple[str, FrameType]] = field(default_factory=dict)
+    _member_ids: set[int] = field(default_factory=set)
     _flushed_s: float = 0.0
     _began_s: float = field(default_factory=time.monotonic)
 
@@ -107,9 +114,14 @@ class BorderTracer:
             return
         if from_own and back is not None and frame.f_code.co_argcount and not frame.f_code.co_filename.startswith("<"):
             port = self._ports.get(id(_self_of(frame)))
-            if port is not None and _self_of(back) is not _self_of(frame):
+            if port is not None and frame.f_code.co_name == "__getattr__":
+                name = next(iter(_arguments(frame).values()), "")
+                self._members[id(frame)] = f"{port[0]}.{name}", frame
+            elif port is not None and _self_of(back) is not _self_of(frame):
                 self._sample(back)
-                self._note(self.seen.calls, f"{port[0]}.{frame.f_code.co_name}", frame, _location(back))
+                name = frame.f_code.co_name
+                is_member = name == "__call__" and id(port[1]) in self._member_ids
+                self._note(self.seen.calls, port[0] if is_member else f"{port[0]}.{name}", frame, _location(back))
         elif to_own and not from_own:
             self._enter(frame)
         if time.monotonic() - self._flushed_s > FLUSH_S:
@@ -130,7 +142,9 @@ class BorderTracer:
         if code.co_name.startswith("__"):
             return
         name = getattr(code, "co_qualname", code.co_name).replace("<locals>.", "")
-        self._note(self.seen.methods, f"{module}:{name}", frame, _location(frame))
+        back = frame.f_back
+        is_library = back is None or back.f_code.co_filename.startswith(("<", *_LIBRARIES))
+        self._note(self.seen.methods, f"{module}:{name}", frame, LIBRARY if is_library else _location(frame))
         self._follow(code.co_name if owner is None else f"{type(owner).__name__}.{code.co_name}", frame)
 
     def _follow(self, owner: str, frame: FrameType) -> None:
@@ -150,6 +164,10 @@ class BorderTracer:
             self._open[id(frame)] = (site, frame)
 
     def _return(self, frame: FrameType, value: Any) -> None:
+        member = self._members.pop(id(frame), None)
+        if member is not None and member[1] is frame and not isinstance(value, _PLAIN):
+            self._ports.setdefault(id(value), (member[0], value))  # as of a mock: it is called as a method
+            self._member_ids.add(id(value))
         waiting = self._open.get(id(frame))
         if waiting is None or waiting[1] is not frame:
             return
@@ -215,6 +233,8 @@ def _arguments(frame: FrameType) -> dict[str, Any]:
     if code.co_flags & inspect.CO_VARARGS:
         more = local.get(code.co_varnames[code.co_argcount + code.co_kwonlyargcount], ())
         arguments |= {str(number): value for number, value in enumerate(more)}
+    if code.co_flags & inspect.CO_VARKEYWORDS:
+        arguments |= local.get(code.co_varnames[len(names) + bool(code.co_flags & inspect.CO_VARARGS)], {})
     return arguments
 
 
