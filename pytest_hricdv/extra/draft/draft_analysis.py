@@ -12,12 +12,11 @@ from typing import TypeVar
 
 from pytest_hricdv.extra.draft.analysis import analyse_sources, questions
 from pytest_hricdv.extra.draft.code.attributes import AttributeStates
-from pytest_hricdv.extra.draft.code.classes import methods_of
+from pytest_hricdv.extra.draft.code.classes import FORMS, methods_of
 from pytest_hricdv.extra.draft.code.entry import EntryFinder
 from pytest_hricdv.extra.draft.code.flow import Flow, parameters_of
 from pytest_hricdv.extra.draft.code.inner import InnerObjects
 from pytest_hricdv.extra.draft.code.loading import find
-from pytest_hricdv.extra.draft.code.message_kinds import FORMS
 from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope

@@ -132,10 +132,10 @@ def _fields(site: Site, location: CodeLine, names: list[str]) -> Iterator[Messag
         done.add(unique)
         if kind:
             unit = unit_of(name) if kind == "float" else ""
-            yield MessageField(unique, kind, kind, location, observed_texts(shape, location), unit, is_partial=True)
+            yield MessageField(unique, kind, kind, location, texts_of_shape(shape, location), unit, is_partial=True)
 
 
-def observed_texts(shape: Shape, location: CodeLine) -> tuple[FieldValue, ...]:
+def texts_of_shape(shape: Shape, location: CodeLine) -> tuple[FieldValue, ...]:
     """The texts that were observed of a value, where these are few."""
     texts = shape.texts if not shape.is_open else ()
     return tuple(FieldValue(text, location, is_observed=True) for text in texts if text not in ("", MASK))

@@ -23,7 +23,7 @@ from pytest_hricdv.extra.draft.code_model import (
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
 from pytest_hricdv.extra.draft.observe.shape import Shape
 from pytest_hricdv.extra.draft.observe.tracer import LIBRARY
-from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, observed_texts, with_methods
+from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, texts_of_shape, with_methods
 
 MIN_REPEATS = 10
 """Calls of a method, all alike, that make it a control loop."""
@@ -143,7 +143,7 @@ def _field(part: MessageField, shape: Shape | None) -> MessageField:
     if kind == "float" and shape.low is not None and shape.high is not None and not part.compared:
         return replace(part, kind=kind, observed=(shape.low, shape.high))
     if kind == "str" and not (part.by_type or part.values or shape.is_open):  # else programs try other texts, too
-        return replace(part, kind=kind, values=observed_texts(shape, part.location))
+        return replace(part, kind=kind, values=texts_of_shape(shape, part.location))
     return replace(part, kind=kind)
 
 

@@ -13,6 +13,9 @@ _PLAIN = {"bool": "False", "int": "0", "float": "0.0", "str": '""', "bytes": 'b"
 _EMPTY = {"list": "[]", "List": "[]", "dict": "{}", "Dict": "{}", "set": "set()", "Sequence": "[]", "Iterable": "[]",
           "Mapping": "{}", "frozenset": "frozenset()", "deque": "[]"}  # fmt: skip
 
+FORMS = ("dataclass", "namedtuple", "model")
+"""Forms of classes that the bus of a test carries."""
+
 ARRAY_LENGTH = 36
 """Numbers in an array of any length: a scan with a ray each ten degrees."""
 
@@ -100,6 +103,23 @@ def find_message_classes(
         yield from find_message_classes(sources, defined[1].value, defined[0], depth + 1)
     for part in parts:
         yield from find_message_classes(sources, part, module, depth + 1)
+
+
+def find_parameter_classes(sources: Sources, function: Scope, part: ast.arg) -> list[Scope]:
+    """The message classes that a parameter can be of, each once: of its annotation, `isinstance` and `match`."""
+    found = [*find_message_classes(sources, part.annotation, function.module)]
+    for node in ast.walk(function.node):
+        tested: list[ast.expr] = []
+        if isinstance(node, ast.Call) and name_with_dots(node.func) == "isinstance" and len(node.args) == 2:
+            named = node.args[1]
+            listed = named.elts if isinstance(named, ast.Tuple) else [named]
+            tested = listed if name_with_dots(node.args[0]) == part.arg else []
+        elif isinstance(node, ast.Match) and name_with_dots(node.subject) == part.arg:
+            parts = (each for case in node.cases for each in ast.walk(case.pattern))
+            tested = [each.cls for each in parts if isinstance(each, ast.MatchClass)]
+        found += [own for each in tested for own in find_message_classes(sources, each, function.module)]
+    return list({id(own.node): own for own in found if form_of(sources, own) in FORMS
+                 and own.module.scope.get(own.node.name) is own.node}.values())  # fmt: skip
 
 
 def neutral_value(sources: Sources, module: Module, annotation: ast.expr | None, depth: int = 0) -> Neutral | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -79,6 +80,7 @@ class EntryFinder:
             if is_top and not scope.node.name.startswith("_"):
                 named = 2 if scope.node.name in _RUNS else -2
                 yield _Candidate(self._outside_score(scope) + self._port_score(scope) + named, scope, None)
+        derived = Counter(id(base.node) for each in self._sources.classes for base in self._sources.base_classes(each))
         for scope in self._sources.classes:
             bases = {base.rpartition(".")[2] for base in self._sources.bases(scope)}
             methods = methods_of(self._sources, scope)
@@ -86,7 +88,9 @@ class EntryFinder:
             if bases & _NO_ROBOTS or (form_of(self._sources, scope) and not run):
                 continue
             begin = methods.get("__init__")
-            score = self._outside_score(scope) + (1 if run else -1)
+            most = max((derived[id(base.node)] for base in self._sources.base_classes(scope)), default=0)
+            is_kind = bool(derived[id(scope.node)]) or most > 1  # one of several, as of states or simulated devices
+            score = self._outside_score(scope) + (1 if run else -1) - 3 * is_kind
             yield _Candidate(score + (self._port_score(begin) if begin else 0), scope, methods.get(run))
 
     def _port_score(self, scope: Scope) -> float:

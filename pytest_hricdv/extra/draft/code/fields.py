@@ -21,15 +21,6 @@ MAX_NAMES = 2
 """Names that a value may have between its field and a comparison: `kind = order.kind`, or a parameter."""
 
 
-def _options(default: ast.expr | None) -> list[ast.expr] | None:
-    """What a validator of attrs allows: `attrs.field(validator=in_(["on", "off"]))`."""
-    for node in ast.walk(default) if default is not None else ():
-        listed = node.args[0] if isinstance(node, ast.Call) and last_name(node.func) == "in_" and node.args else None
-        if isinstance(listed, ast.List | ast.Tuple):
-            return listed.elts
-    return None
-
-
 class FieldReader:
     """Reads the fields of message classes."""
 
@@ -66,7 +57,7 @@ class FieldReader:
         if own is not None and is_enum(self._sources, own):
             values = tuple(FieldValue(m.text, own.module.location(s)) for m, s in members(self._sources, own))
             return replace(part, kind="str", values=values, by_type=True)
-        literal = self._literal_of(module, statement.annotation) or _options(statement.value)
+        literal = self._literal_of(module, statement.annotation)
         if literal is None:
             return part
         contents = [self._constant(module, option) for option in literal]

@@ -10,13 +10,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
-from pytest_hricdv.extra.draft.code.classes import methods_of, neutral_value, parse_annotation
+from pytest_hricdv.extra.draft.code.classes import find_parameter_classes, methods_of, neutral_value, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.contents import Argument, ContentReader, kind_of, with_constants
 from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow, argument_of, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.handovers import Handovers, last_part
-from pytest_hricdv.extra.draft.code.message_kinds import KindReader
 from pytest_hricdv.extra.draft.code.naming import camel, snake, word
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots
 from pytest_hricdv.extra.draft.code.usage import Usage
@@ -34,7 +33,7 @@ class StimulusReader:
         self._sources, self._flow, self._usage = sources, flow, usage
         self._fields = FieldReader(sources, flow)
         self._contents = ContentReader(flow, self._fields, usage)
-        self._kinds, self._uses = KindReader(sources, flow), UseReader(flow)
+        self._uses = UseReader(flow)
 
     def methods(self, entry: Entry, called: frozenset[str] = frozenset()) -> Iterator[Message]:
         """The public methods of the entry's object, and those that were called from outside.
@@ -174,7 +173,7 @@ class StimulusReader:
         passed = [part for number, part in enumerate(parameters)
                   if number < required or self._usage.values(scope.node.name, number, part.arg)
                   or self._fields.parameter(scope, part.arg, None).kind]  # fmt: skip
-        classes = self._kinds.classes(scope, passed[0]) if len(passed) == 1 else []
+        classes = find_parameter_classes(self._sources, scope, passed[0]) if len(passed) == 1 else []
         for own in classes:  # messages of the code itself
             yield Message(own.node.name, snake(own.node.name), own.module.name, "received", self._fields.fields(own),
                           own.location, (scope.location,), "call", scope.node.name,

@@ -1,0 +1,311 @@
+"""What first runs show of code that its source does not say: sensors, topics of brokers, connections, states."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.extra.draft.code_model import CodeModel
+from pytest_hricdv.extra.draft.draft_analysis import CodeReader
+from pytest_hricdv.extra.draft.observe.observations import Observations, Site, read_observations
+from pytest_hricdv.extra.draft.observe.tracer import state_text
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.files import files
+from pytest_hricdv.extra.draft.record import record
+from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE, RunBorder
+from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort, ServerStandIn, StreamStandIn
+from pytest_hricdv.extra.draft.stand_ins.device import Device
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
+
+GATE = """
+class Gate:
+    def __init__(self, driver, hall):
+        self._driver, self._hall = driver, hall
+
+    def press(self):
+        name, most = "is_blocked", len("abc")
+        if not getattr(self._driver, name)() and self._hall.visitors(2) < most:
+            self._driver.move("open")
+"""
+
+DESK = """
+import asyncio
+
+STATIONS = ("desk", "lab")
+
+
+class Runner:
+    def __init__(self, port=9099):
+        self.port = port
+        self.place = "desk"
+        self.clients = []
+
+    async def run(self):
+        server = await asyncio.start_server(self._client, "localhost", self.port)
+        async with server:
+            await server.serve_forever()
+
+    async def _client(self, reader, writer):
+        while line := await reader.readline():
+            writer.write(self._command(line.decode().strip()).encode())
+
+    def _command(self, text: str) -> str:
+        verb, *words = text.split()
+        if verb == "GO":
+            if words[0] not in STATIONS:
+                return "ERR"
+            self._enter("lab")
+            return "OK"
+        if verb == "PAUSE":
+            self._enter("desk")
+            return "OK"
+        return "ERR"
+
+    def _enter(self, place):
+        self.place = place
+"""
+
+LIFT = """
+class State:
+    name = "?"
+
+    def __init__(self, lift: "Lift"):
+        self.lift = lift
+
+    def call(self):
+        pass
+
+
+class Parked(State):
+    name = "parked"
+
+    def call(self):
+        self.lift.travel(0.1)
+        self.lift.motor.drive("call")
+        self.lift.change(Moving)
+
+
+class Moving(State):
+    pass
+
+
+class Lift:
+    def __init__(self, motor):
+        self.motor = motor
+        self.position_m = 0.0
+        self.state = Parked(self)
+
+    def change(self, kind: type[State]):
+        self.state = kind(self)
+
+    def call(self):
+        self.state.call()
+
+    def travel(self, metres):
+        self.position_m += metres
+"""
+
+
+@dataclass(frozen=True)
+class Order:
+    text: str
+
+
+@dataclass(frozen=True)
+class Told:
+    text: str
+
+
+def run(body: Callable[[RunBorder], None], called: dict[str, type[Any]]) -> list[Told]:
+    """What is told while a node works at a border."""
+    kernel, recorder = Kernel(), Recorder()
+    bus = Bus(kernel, [Order, Told], recorder)
+    made: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
+    border, heard = RunBorder(made, frozenset(), called, {}), bus.subscribe(Told)
+    kernel.spawn("robot", lambda: body(border))
+    kernel.run(60.0)
+    border.close()
+    return list(iter(heard.poll, None))
+
+
+def read(tmp_path: Path, source: str, seen: Observations | None = None) -> CodeModel:
+    (tmp_path / "robot_code.py").write_text(source, encoding="utf-8")
+    return CodeReader("robot_code", tmp_path).model(seen)
+
+
+def observe(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, body: Callable[[RunBorder], None]) -> Observations:
+    monkeypatch.setenv(OBSERVE, str(tmp_path / "seen.json"))
+    run(body, {})
+    return read_observations(tmp_path / "seen.json")
+
+
+def test_an_answer_that_the_code_tests_or_compares_is_a_sensor_of_the_next_draft(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def body(border: RunBorder) -> None:
+        driver, hall = Device().make(border, "driver"), Device().make(border, "hall")
+        assert not driver.is_blocked()
+        assert hall.visitors(2) < 3
+        assert driver.move("open") is not None  # nobody looks at what it returns
+
+    seen = observe(monkeypatch, tmp_path, body)
+    draft = Draft(read(tmp_path, GATE, seen), "gate", "person", tmp_path.resolve() / "hri")
+    sensors = {sensor.name: sensor for sensor in draft.sensors}
+    assert {name: sensor.field.kind for name, sensor in sensors.items()} == {
+        "driver_is_blocked": "bool",
+        "hall_visitors": "float",
+    }
+    assert sensors["hall_visitors"].levels == (("low", "Uniform(0, 3)"), ("high", "Uniform(3, 6)"))
+    assert [message.channel for message in draft.code.outputs] == ["driver.move"]
+
+
+def test_an_attribute_that_the_code_tests_is_read_and_not_called(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def body(border: RunBorder) -> None:
+        assert not Device().make(border, "driver").is_down
+
+    seen = observe(monkeypatch, tmp_path, body)
+    model = read(tmp_path, GATE, seen)
+    assert model.entry is not None
+    down = {each.name: each for port in model.entry.ports for each in port.operations}["is_down"]
+    assert (down.is_method, down.result is not None and down.result.kind) == (False, "bool")
+
+
+def test_the_first_text_for_a_broker_with_functions_of_the_code_is_a_topic() -> None:
+    def body(border: RunBorder) -> None:
+        broker, lamp = Device().make(border, "broker"), Device().make(border, "lamp")
+        broker.on("order", lambda payload: None)
+        broker.send("done", text="tea")
+        broker.send("other", text="?")
+        lamp.show("red")
+
+    assert run(body, {"broker.send done": Told, "lamp.show": Told}) == [Told("tea"), Told("red")]
+
+
+def test_a_socket_has_a_person_at_the_other_end() -> None:
+    heard: list[object] = []
+
+    def body(border: RunBorder) -> None:
+        border.run.kernel.spawn("person", lambda: border.run.bus.port("person").publish(Order("tea")))
+        server: Any = ConnectionPort(kinds={Order: lambda m: m.text}).make(border, "server")
+        server.bind(("localhost", 1))
+        connection, _ = server.accept()
+        heard.append(connection.makefile().readline())
+        connection.settimeout(2.0)
+        with pytest.raises(socket.timeout):
+            connection.recv(10)
+        heard.append(border.run.kernel.now_s)
+        connection.sendall(b"ready")
+
+    assert run(body, {"server.sendall": Told}) == [Told("ready")]
+    assert heard == [b"tea\n", 2.0]
+
+
+def test_a_server_of_asyncio_has_one_client() -> None:
+    lines: list[bytes] = []
+    told: list[object] = []
+
+    class OneLine:
+        async def get(self) -> str:
+            return "tea"
+
+    async def client(reader: StreamStandIn, writer: StreamStandIn) -> None:
+        lines.append(await reader.readline())
+        writer.write(b"ready")
+        raise EOFError
+
+    async def serve() -> None:
+        border: Any = SimpleNamespace(
+            note_call=lambda *_: None, tell_call=lambda port, name, given, _: told.append((port, name, given))
+        )
+        inbox: Any = OneLine()
+        async with ServerStandIn(client, StreamStandIn(border, "server", inbox)) as server:
+            await server.serve_forever()
+
+    with pytest.raises(EOFError):  # of a client that ends by an error, as of any
+        asyncio.run(serve())
+    assert (lines, told) == ([b"tea\n"], [("server", "write", (b"ready",))])
+
+
+def test_commands_of_a_line_are_messages_and_setters_are_none(tmp_path: Path) -> None:
+    model = read(tmp_path, DESK)
+    delivered = {message.topic: message.delivery for message in model.inputs}
+    assert delivered == {
+        "go": "MethodCall('_command', lambda m: ('GO' + ' ' + m.words,))",
+        "pause": "MethodCall('_command', lambda m: ('PAUSE',))",
+    }
+    conftest = dict(files(Draft(model, "desk", "person", tmp_path.resolve() / "hri")))["conftest.py"]
+    assert 'Replace("robot_code:asyncio.start_server", ConnectionPort("start_server"))' in conftest
+
+
+def test_objects_are_states_and_what_they_call_of_their_owner_is_no_message(tmp_path: Path) -> None:
+    model = read(tmp_path, LIFT)
+    assert model.machine is not None
+    assert [state.name for state in model.machine.states] == ["parked", "Moving"]
+    assert [message.topic for message in model.inputs] == ["call"]
+    assert [message.channel for message in model.outputs if message.form == "called"] == ["motor.drive"]
+
+
+def test_the_text_of_a_state_is_its_name() -> None:
+    class Moving:
+        pass
+
+    class Tree:
+        def tip(self) -> Any:
+            return SimpleNamespace(name="go home")
+
+    assert [state_text(value) for value in ("up", Moving(), Tree(), None)] == ["up", "Moving", "go home", None]
+
+
+PROGRAM = """
+import threading
+from unittest.mock import Mock
+from robot_code import Gate
+
+gate = Gate(Mock(is_blocked=Mock(return_value=False)), Mock(visitors=Mock(return_value=1)))
+gate.press()
+thread = threading.Thread(target=gate.step)
+thread.start()
+thread.join()
+"""
+
+
+def test_a_recording_has_what_mocks_are_called_with_and_not_what_threads_call(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    source = GATE + "\n    def step(self):\n        self._driver.move('closed')\n"
+    (tmp_path / "robot_code.py").write_text(source, encoding="utf-8")
+    (tmp_path / "demo.py").write_text(PROGRAM, encoding="utf-8")
+    list(record("robot_code", ["python", "demo.py"], tmp_path / "seen.json", 60.0))
+    seen = read_observations(tmp_path / "seen.json")
+    assert seen.calls["Gate.driver.move"].arguments["0"].texts == {"open": 1, "closed": 1}
+    assert seen.methods["robot_code:Gate.step"].location == "library"
+    model = read(tmp_path, source, seen)
+    (move,) = (message for message in model.outputs if message.channel == "driver.move")
+    assert {value.text for value in move.fields[0].values} == {"open", "closed"}
+
+
+def test_what_was_observed_is_of_the_entry_that_ran(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(
+        "class Gate:\n    def __init__(self, driver):\n        driver.on_button(self._pressed)\n\n"
+        "    def _pressed(self, name):\n        return name == 'open'\n\n\n"
+        "def main():\n    Gate(None)\n\n\nif __name__ == '__main__':\n    main()\n",
+        encoding="utf-8",
+    )
+    reader = CodeReader("robot_code", tmp_path)
+    first = reader.model()
+    seen = Observations()
+    seen.methods["callback driver.on_button"] = Site(1, f"{tmp_path / 'robot_code.py'}:9")
+    again = reader.model(seen)
+    assert first.entry is not None
+    assert again.entry is not None
+    assert (first.entry.name, again.entry.name) == ("Gate", "Gate")
