@@ -11,7 +11,7 @@ from pytest_hricdv.__main__ import main
 from pytest_hricdv.bdi.__main__ import main as bdi
 from tests.extra.draft.hostile_packages import write_package
 
-SEEDS = [*range(10), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(10, 200))]
+SEEDS = [*range(10), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(10, 50))]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
