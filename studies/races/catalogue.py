@@ -10,6 +10,9 @@ from pathlib import Path
 _HERE = Path(__file__).parent
 
 _AT_REST = "always(on(stop) -> always[0.3:0.8](not moving))"
+_SOON_AT_REST = "always(on(stop) -> always[0.6:0.95](not moving))"
+_EACH_SERVED = "always(on(go) -> eventually[0:0.95](count(on(done)) == {}count(on(go))))"
+_GO_STOP = ("go", "stop")
 _ALL_SERVED = "always(on(go) -> eventually[0:0.8](count(on(done)) == 2 * count(on(go))))"
 
 
@@ -60,10 +63,10 @@ RACES = (
         "always(on(go) -> always[0:0.8](given <= 1))",
         (0.5, 1.5),
     ),
-    Race("late_cancel", "It rests after a stop", _AT_REST, (0.9, 1.1), ("go", "stop"), is_held_out=True),
+    Race("late_cancel", "It rests after a stop", _AT_REST, (0.9, 1.1), ("go", "stop")),
     Race("await_between", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",)),
     Race("queue_and_event", "Each order is served", _ALL_SERVED, (1.0, 1.5)),
-    Race("reentrant_group", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",), is_held_out=True, ros2=True),
+    Race("reentrant_group", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",), ros2=True),
     Race("two_locks", "It does what it is told", "always(on(go) -> eventually[0:0.8](on(done)))", (1.0, 1.5)),
     Race("emergency_stop", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",)),
     Race(
@@ -71,10 +74,50 @@ RACES = (
         "It moves on a beat",
         "always(on(go) -> always[0.2:0.8](moving))",
         (0.9, 1.2),
+    ),
+    Race("lost_wake_up", "Each order is served", _ALL_SERVED, (1.0, 1.5)),
+    Race("double_start", "It runs one mixer at most", "always(on(go) -> always[0:0.8](active <= 1))", (0.2, 1.5)),
+    Race("stale_cache", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",)),
+    Race("lost_update", "It counts everybody", "always(on(go) -> eventually[0.3:0.8](lost == 0))", (1.0, 1.5)),
+    Race("wiper_modes", "It rests after a stop", _SOON_AT_REST, (1.0, 1.6), _GO_STOP, is_held_out=True),
+    Race("order_list", "Each order is served", _EACH_SERVED.format(""), (1.0, 1.5), is_held_out=True),
+    Race(
+        "goal_table",
+        "It moves when it is told to",
+        "always(on(go) -> always[0.6:1.1](moving))",
+        (1.2, 1.7),
+        _GO_STOP,
         is_held_out=True,
     ),
-    Race("lost_wake_up", "Each order is served", _ALL_SERVED, (1.0, 1.5), is_held_out=True),
-    Race("double_start", "It runs one mixer at most", "always(on(go) -> always[0:0.8](active <= 1))", (0.2, 1.5)),
-    Race("stale_cache", "It rests after a stop", _AT_REST, (0.9, 2.0), ("stop",), is_held_out=True),
-    Race("lost_update", "It counts everybody", "always(on(go) -> eventually[0.3:0.8](lost == 0))", (1.0, 1.5)),
+    Race("lazy_driver", "Each order is served", _EACH_SERVED.format("2 * "), (1.0, 1.5), is_held_out=True),
+    Race(
+        "belt_counter",
+        "It counts everything",
+        "always(on(go) -> eventually[0.4:0.95](lost == 0))",
+        (1.0, 1.5),
+    ),
+    Race(
+        "busy_arms",
+        "One arm at most is over the table",
+        "always(on(go) -> always[0:0.95](active <= 1))",
+        (1.0, 1.5),
+        is_held_out=True,
+    ),
+    Race("packers", "Each order is served", _EACH_SERVED.format(""), (1.0, 1.5)),
+    Race(
+        "contact_timer",
+        "It moves for a second after each contact",
+        "always(on(go) -> always[0.5:1.1](moving))",
+        (0.6, 1.1),
+        is_held_out=True,
+    ),
+    Race("shared_goal", "It rests after a stop", _SOON_AT_REST, (1.0, 1.6), _GO_STOP, is_held_out=True, ros2=True),
+    Race(
+        "planned_move",
+        "It rests after a stop",
+        "always(on(stop) -> always[0.6:1.2](not moving))",
+        (0.9, 1.1),
+        _GO_STOP,
+        is_held_out=True,
+    ),
 )

@@ -10,13 +10,9 @@ from studies.races.catalogue import RACES
 
 
 def test_held_out_robots_are_named() -> None:
-    assert [race.name for race in RACES if race.is_held_out and race.name in (described or "")] == [
-        "late_cancel",
-        "reentrant_group",
-        "watchdog_reset",
-        "lost_wake_up",
-        "stale_cache",
-    ]
+    held_out = [race.name for race in RACES if race.is_held_out]
+    assert len(held_out) == 8
+    assert all(name in (described or "") for name in held_out)
 
 
 def test_race_of_a_robot_is_found_and_kept(tmp_path: Path) -> None:
