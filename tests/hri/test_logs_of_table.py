@@ -10,7 +10,17 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-OPTIONS = ("--hri-mcap-all", "--hri-audit=off", "--hri-diagnose=0", "--hri-no-cov", "-p", "no:cacheprovider", "-n", "2")
+OPTIONS = (
+    "--hri-fidelity=kinematic",
+    "--hri-mcap-all",
+    "--hri-audit=off",
+    "--hri-diagnose=0",
+    "--hri-no-cov",
+    "-p",
+    "no:cacheprovider",
+    "-n",
+    "2",
+)
 
 
 @pytest.mark.slow

@@ -188,6 +188,7 @@ def check_traces(folder: Path) -> tuple[int, int]:
 @pytest.mark.slow
 def test_traces_of_tests_have_the_verdicts_and_margins_of_their_runs(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-p", "no:cacheprovider", "-p", "no:xdist", "--hri-mcap-all")
+    project.change(lamps.path, "pytest.ini", "[pytest]\n", "[pytest]\nfilterwarnings = error\n")
     assert check_traces(lamps.path) == (1, 4)
     foreign = write_mcap(lamps.path / "foreign.mcap", [(0.0, "/wish", {})])
     status, logs, said = check(lamps.path, "conftest.py", str(foreign), "hri-report/traces")
