@@ -91,8 +91,10 @@ def _describe_gaps(report: Report, columns: int) -> Part:
     listed = ", ".join(plural(count, totals.GAP_NOUNS[kind]) for kind, count in counts.items() if count)
     lines = [Line(f"  never imported: {', '.join(code.never_imported)}", "warn")] if code.never_imported else []
     lines += [Line(f"  {file} unmeasured: {why}", "warn") for file, why in sorted(code.unmeasured_files.items())]
-    if not code.measured:
-        lines.append(Line(f"  code unmeasured: {totals.explain_no_coverage(report)}", "warn"))
+    for noun, measured in (("code", "statements"), ("branches", "branches")):
+        if any(getattr(suite.code, measured) is None for suite in report.suites):
+            lines.append(Line(f"  {noun} unmeasured: {totals.explain_no_coverage(report)}", "warn"))
+            break
     by_place: dict[str, list[str]] = {}
     for gap in gaps:
         is_code = gap.kind in ("lines", "branches")

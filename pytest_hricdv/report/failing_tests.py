@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.judge import ENGINE_SENSITIVE
-from pytest_hricdv.report.formatting import Line, listing, pad, plural, split_first, width, wrap
+from pytest_hricdv.report.formatting import Line, and_more, listing, pad, plural, split_first, width, wrap
 from pytest_hricdv.report.view import FailureCause, FailureCauses, failure_causes
 from pytest_hricdv.report.violations import is_known, order_failures
 from pytest_hricdv.results.model import Report, TestResult
@@ -109,8 +109,9 @@ class FailingTests:
             yield Line(f"  and {more} more: -v lists all")
 
     def _also(self, nodeids: Sequence[str], columns: int | None) -> Line:
-        names = [visible(self.tests[nodeid].id) for nodeid in nodeids]
-        return Line(f"  also   {', '.join(names) if columns is None else listing(names, columns - 9)}")
+        first, more = split_first([visible(self.tests[nodeid].id) for nodeid in nodeids], MAX_CAUSES)
+        text = ", ".join(first) + and_more(more)
+        return Line(f"  also   {text if columns is None else listing(first, columns - 9, more)}")
 
     def rows(self, nodeids: Sequence[str], columns: int | None = None) -> Iterator[Line]:
         """`id  R29 R21  replay`: nothing that tells tests apart is cut, and commands are whole or not there."""

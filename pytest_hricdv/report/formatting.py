@@ -157,13 +157,13 @@ def pad(text: str, columns: int) -> str:
     return cut + " " * (columns - width(cut))
 
 
-def listing(items: Sequence[str], columns: int) -> str:
-    """Names separated by commas, as many as fit, and how many more there are."""
+def listing(items: Sequence[str], columns: int, more: int = 0) -> str:
+    """Names separated by commas, as many as fit, and how many more there are, beside `more` others."""
     for shown in range(len(items), 0, -1):
-        text = ", ".join(items[:shown]) + and_more(len(items) - shown)
+        text = ", ".join(items[:shown]) + and_more(len(items) - shown + more)
         if width(text) <= columns:
             return text
-    return fit(f"{len(items)} of them", columns) if items else ""
+    return fit(f"{len(items) + more} of them", columns) if items else ""
 
 
 def split_first(items: Sequence[Item], most: int) -> tuple[Sequence[Item], int]:

@@ -149,7 +149,7 @@ def test_a_node_that_is_not_wrapped_is_not_measured_and_the_report_says_what_to_
     change(
         lamps.path, "conftest.py", 'run.kernel.spawn("guide", run.measured(robot))', 'run.kernel.spawn("guide", robot)'
     )
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-p", "no:xdist", "-p", "no:cacheprovider")
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=by-hand", "-p", "no:xdist", "-p", "no:cacheprovider")
     why = "unmeasured: the testbench's run wraps no node with run.measured: spawn the node of the code"
     assert why in " ".join(result.stdout.str().split())
     found = report(lamps.path)

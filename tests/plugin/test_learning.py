@@ -63,7 +63,7 @@ def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester) ->
 
 @pytest.mark.slow
 def test_diagnostics_are_in_the_report_and_in_the_summary(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=rl,pseudorandom")
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=rl,pseudorandom")
     learned, drawn = (suite["generation"] for suite in report(lamps.path)["suites"])
     assert learned["reward"] == "published"
     found = learned["diagnosis"]

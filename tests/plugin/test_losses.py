@@ -39,8 +39,8 @@ def test_an_exception_in_the_code_under_test_fails_its_test_only(
             "E       run it again:",
             'E         pytest "test_lamps.py::test_lamps[[]by-hand-hall-curt-*[]]" --hri-suite=by-hand --hri-seed=0',
             "lamps/guide.py:40: ConnectionError",
-            "*ED  2 passed, 1 failed, 1 known to fail *",
             "fault: the code under test raised ConnectionError: lamp unplugged in node guide at *(by-hand-hall-curt-*)",
+            "FAILED  2 passed, 1 failed, 1 known to fail *",
         ]
     )
     result.stdout.no_fnmatch_line("*pytest_hricdv/*")

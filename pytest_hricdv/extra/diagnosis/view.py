@@ -85,7 +85,8 @@ def _story(cause: Cause, report: Report, columns: int | None) -> Iterator[tuple[
     name = cause.minimal_of or cause.tests[0]
     test = next((test for test in report.tests if test.id == name), None)
     failed = order_failures(test, () if report.strict else report.known_violations) if test else []
-    violation = first_violation(test.requirements[failed[0]]) if test and failed else None
+    mine = next((each for each in failed if each in cause.requirements), "")
+    violation = first_violation(test.requirements[mine]) if test and mine else None
     actions, end = list(cause.minimal), " (shrunk)" if cause.is_shrunk else f" ({name})"
     if test and violation and test.action_times_s and not cause.is_shrunk:
         starts = [(time_s, number) for time_s, number in test.action_starts if time_s <= violation.time_s + 0.001]
@@ -93,9 +94,11 @@ def _story(cause: Cause, report: Report, columns: int | None) -> Iterator[tuple[
     room = None if columns is None else columns - _LABEL
     yield "what", _tail(actions, room, end)
     if violation is not None:
-        texts = report.requirements.get(failed[0])
+        texts = report.requirements.get(mine)
         unit = unit_of(texts.text, report.units or {}) if texts else ""
-        yield "seen", describe_violation(failed[0], violation, report.units or {}, unit)
+        yield "seen", describe_violation(mine, violation, report.units or {}, unit)
+    elif test is not None and test.errors:
+        yield "seen", test.errors[0]
 
 
 def _tail(items: Sequence[str], columns: int | None, end: str) -> str:
