@@ -66,6 +66,11 @@ def _requirements(report: Report, columns: int) -> Part:
     lines += [
         Line(f"  {row.name} known to fail in {plural(row.failed, 'test')}: {row.xfail_note}", "warn") for row in known
     ]
+    lines += [
+        Line(f"  {row.name} undecided when a run ended, after {plural(row.pending, 'trigger')}", "warn")
+        for row in rows
+        if row.pending
+    ]
     for row in sorted(unchecked, key=lambda row: bool(row.allowed_untriggered)):
         why = "triggered, but never decided" if row.triggers else "no test triggered it"
         text = f"allowed: {row.allowed_untriggered}" if row.allowed_untriggered else why
