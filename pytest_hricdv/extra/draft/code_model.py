@@ -187,7 +187,6 @@ class Operation:
         is_async: whether it is awaited.
         is_set: whether the attribute is set.
         arguments: number of positional arguments of a method.
-        is_read: whether the code only asks it: without arguments, and uses what it returns.
         is_registration: whether the code passes one of its functions to it, or sets it to one.
         result: what it returns, where this is a truth, a number or one of a few texts; None where it is not known.
     """
@@ -202,7 +201,6 @@ class Operation:
     is_set: bool = False
     arguments: int = 0
     is_registration: bool = False
-    is_read: bool = False
     result: MessageField | None = None
 
 

@@ -43,7 +43,7 @@ def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow)
         flow: of the code.
     """
     methods = {each.name: each.location for each in port.operations if each.is_method and each.result is None
-               and not (each.is_registration or each.is_read or each.name.startswith("__"))}  # fmt: skip
+               and not (each.is_registration or each.name.startswith("__"))}  # fmt: skip
     methods |= {f"set_{each.name}": each.location for each in port.operations
                 if each.is_set and not each.is_registration}  # fmt: skip
     if len(methods) > 1 and {*methods} <= LOGS:

@@ -211,16 +211,13 @@ class PortReader:
         parent = self._flow.parents.get(id(node))
         location = module.location(node)
         if isinstance(parent, ast.Call) and parent.func is node:
-            above = self._flow.parents.get(id(parent))
-            is_async = isinstance(above, ast.Await)
-            above = self._flow.parents.get(id(above)) if is_async else above
+            is_async = isinstance(self._flow.parents.get(id(parent)), ast.Await)
             every = (*parent.args, *(keyword.value for keyword in parent.keywords))
             takes = any(self._is_function(argument) for argument in every)
             takes |= isinstance(self._flow.parents.get(id(parent)), ast.FunctionDef | ast.AsyncFunctionDef)  # decorates
             name = node.attr if not _is_lookup(parent, node.attr) else "__getitem__"
             return Operation(name, True, location, is_async=is_async, arguments=len(parent.args),
-                             is_registration=takes, is_read=not every and not isinstance(above, ast.Expr),
-                             result=self._used_as(parent, scope))  # fmt: skip
+                             is_registration=takes, result=self._used_as(parent, scope))  # fmt: skip
         value = parent.value if isinstance(parent, ast.Assign) and node in parent.targets else None
         return Operation(node.attr, False, location, is_set=isinstance(node.ctx, ast.Store),
                          is_registration=self._is_function(value), result=self._used_as(node, scope))  # fmt: skip
@@ -263,7 +260,6 @@ def _merge(before: Operation | None, operation: Operation) -> Operation:
         is_set=before.is_set or operation.is_set,
         result=_merge_fields(before.result, operation.result),
         is_registration=before.is_registration or operation.is_registration,
-        is_read=before.is_read and operation.is_read,
         arguments=max(before.arguments, operation.arguments),
     )
 
