@@ -49,6 +49,7 @@ FEATURES = MappingProxyType(
         "evidence": ("commands",),
         "logs": ("command",),
         "answers": ("commands",),
+        "qualification": ("command",),
         "oracle": ("execution",),
         "ros2": ("execution", "feature", "drafting", "bag_writer"),
     }

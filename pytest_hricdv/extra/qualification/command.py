@@ -1,0 +1,82 @@
+"""`hricdv qualify`: known answers on this installation.
+
+Runs sessions of a small robot with and without planted faults, and monitors whose verdicts and margins were computed by
+hand, and writes a page to sign. The exit status is 1 where an answer is not the known one. It takes two minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from pytest_hricdv._base.atomic_file import write_text
+from pytest_hricdv._base.error_text import error_text
+from pytest_hricdv._base.message import harmless_line
+from pytest_hricdv.extra.qualification.known_answers import KNOWN_ANSWERS, Workshop, WrongAnswerError
+
+OK, WRONG = 0, 1
+PACKAGES = ("pytest-hricdv", "pytest", "pytest-xdist", "coverage", "greenlet", "msgspec", "pybullet", "mujoco-core")
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command `qualify` to those of `hricdv`."""
+    purpose = "check this installation by known answers, and write a page to sign"
+    parser = commands.add_parser("qualify", help=purpose, description=__doc__)
+    parser.set_defaults(do=_do)
+    page = Path("qualification.html")
+    parser.add_argument("-o", "--output", type=Path, default=page, metavar="FILE", help=f"the page (default {page})")
+
+
+def _do(options: argparse.Namespace) -> int:
+    results = []
+    with TemporaryDirectory() as folder:
+        for title, problem in qualify(Path(folder), KNOWN_ANSWERS):
+            results.append((title, problem))
+            print(harmless_line(f"WRONG {title}: {problem}" if problem else f"ok    {title}"), flush=True)
+    wrong = sum(bool(problem) for _, problem in results)
+    write_text(options.output, page(results))
+    print(f"{len(results) - wrong} of {len(results)} answers are the known ones: {options.output}")
+    return WRONG if wrong else OK
+
+
+def qualify(folder: Path, answers: Sequence[tuple[str, Callable[[Workshop], None]]]) -> Iterator[tuple[str, str]]:
+    """Check answers one by one; yields what has to hold, and what is wrong with it, or an empty text.
+
+    Args:
+        folder: empty, for the sessions.
+        answers: what has to hold, and what checks it.
+    """
+    workshop = Workshop(folder)
+    for title, check in answers:
+        try:
+            check(workshop)
+            yield title, ""
+        except WrongAnswerError as error:
+            yield title, str(error)
+        except (Exception, subprocess.SubprocessError) as error:  # whatever is broken: it is the answer's problem
+            yield title, error_text(error)
+
+
+def page(results: Sequence[tuple[str, str]]) -> str:
+    """The page to sign, for the screen and for print."""
+    loader = PackageLoader("pytest_hricdv.extra.qualification", ".")
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    facts = [f"Python {platform.python_version()}", platform.platform(), *_versions()]
+    wrong = sum(bool(problem) for _, problem in results)
+    template = environment.get_template("qualification.html.jinja")
+    return template.render(results=results, facts=facts, known=len(results) - wrong) + "\n"
+
+
+def _versions() -> Iterator[str]:
+    for name in PACKAGES:
+        try:
+            yield f"{name} {version(name)}"
+        except PackageNotFoundError:
+            continue
