@@ -123,7 +123,7 @@ def test_engines_that_agree_change_nothing(lamps: pytest.Pytester) -> None:
 @pytest.mark.slow
 def test_a_verdict_that_depends_on_the_engine_is_no_pass(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=0.5)
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both", "--hri-strict", "-rx")
+    result = lamps.runpytest_inprocess("-v", "--hri-suite=rl", "--hri-engine=both", "--hri-strict", "-rx")
     found = outcomes(lamps)
     json_schema.REPORT.validate(report(lamps.path))
     text = "R2: passed on bulb by +0, failed on led by -0.5: within engine tolerance"
