@@ -210,10 +210,14 @@ def shorten(error: BaseException) -> BaseException:
 
 
 def _hide_between(error: BaseException) -> None:
-    """Frames of this package that have called somebody else's code are not shown: they are not why it raised."""
+    """Frames of this package that have called somebody else's code are not shown: they are not why it raised.
+
+    Nor are those that raise an error of this package, on purpose: it says what is wrong, and where.
+    """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     is_ours = [str(frame.f_globals.get("__name__")).partition(".")[0] == _OURS for frame in frames]
-    while is_ours and is_ours[-1]:
+    is_on_purpose = str(type(error).__module__).partition(".")[0] == _OURS and not all(is_ours)
+    while is_ours and is_ours[-1] and not is_on_purpose:
         is_ours.pop()
     for frame in compress(frames, is_ours):
         frame.f_locals["__tracebackhide__"] = True

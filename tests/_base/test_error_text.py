@@ -9,7 +9,7 @@ import pytest
 
 from pytest_hricdv._base import error_text as module
 from pytest_hricdv._base.error_text import MAX_CAUSES, MAX_NESTED, causes, error_text, shorten, text_of
-from pytest_hricdv._base.message import cut
+from pytest_hricdv._base.message import InputError, cut
 
 
 class OddError(Exception):
@@ -221,3 +221,13 @@ def test_frames_between_those_of_others_are_hidden(calls: str, hidden: list[bool
     shorten(raised.value)
     frames = [frame for frame, _ in traceback.walk_tb(raised.value.__traceback__)]
     assert ["__tracebackhide__" in frame.f_locals for frame in frames] == hidden
+
+
+def test_frames_that_raise_an_error_of_this_package_are_hidden() -> None:
+    ours: dict[str, Any] = {"__name__": "pytest_hricdv.somewhere", "InputError": InputError}
+    exec("def refuse(): raise InputError('no such thing')", ours)
+    with pytest.raises(InputError) as raised:
+        ours["refuse"]()
+    shorten(raised.value)
+    frames = [frame for frame, _ in traceback.walk_tb(raised.value.__traceback__)]
+    assert ["__tracebackhide__" in frame.f_locals for frame in frames] == [False, True]
