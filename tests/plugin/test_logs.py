@@ -49,13 +49,13 @@ def test_messages_stand_beside_the_violation(lamps: pytest.Pytester, options: tu
 @pytest.mark.slow
 def test_levels_are_those_of_the_project(lamps: pytest.Pytester) -> None:
     log(lamps, "LOG.debug('level %s', level)")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--log-level=DEBUG")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v", "--log-level=DEBUG")
     result.stdout.fnmatch_lines(["       2.0 s  DEBUG   guide: level 100.0"])
 
 
 def test_of_many_messages_those_around_the_violation_are_shown(lamps: pytest.Pytester) -> None:
     log(lamps, "[LOG.warning('check %d', n) for n in range(30)]")
-    lines = lamps.runpytest_inprocess(SUITE, "--hri-strict").outlines
+    lines = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v").outlines
     start = lines.index("what was logged around then:")
     assert lines[start + 1 : start + 3] == ["  22 before, and", "       2.0 s  WARNING guide: check 22"]
     assert lines[start + 9] == "       2.0 s  WARNING guide: check 29"
@@ -69,16 +69,16 @@ def test_errors_have_their_messages_as_well(lamps: pytest.Pytester) -> None:
 
 def test_what_a_message_raised_for_is_named(lamps: pytest.Pytester) -> None:
     log(lamps, "try: 1 / 0", "except ZeroDivisionError: LOG.exception('odd\\nlevel')")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v")
     result.stdout.fnmatch_lines(["*s  ERROR   guide: odd (ZeroDivisionError: division by zero)"])
 
 
 @pytest.mark.slow
 def test_a_message_that_cannot_be_written_ends_nothing(lamps: pytest.Pytester) -> None:
     log(lamps, "logging.raiseExceptions = False", "LOG.warning('%d bulbs', 'no')")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-p", "no:logging")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v", "-p", "no:logging")
     result.stdout.fnmatch_lines(["*s  WARNING guide: %d bulbs"])
 
 
 def test_who_logs_nothing_reads_nothing_of_it(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(SUITE, "--hri-strict").stdout.no_fnmatch_line("*logged*")
+    lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v").stdout.no_fnmatch_line("*logged*")
