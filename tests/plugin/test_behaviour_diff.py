@@ -39,7 +39,7 @@ def edit(folder: Path, **changes: Any) -> None:
 
 @pytest.mark.slow
 def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester) -> None:
-    result = kept.runpytest_inprocess(*BY_HAND, GATE)
+    result = kept.runpytest_inprocess("-vv", *BY_HAND, GATE)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["all 4 tests behave as in the baseline", "tests: *"])
     assert report(kept.path)["changes"] == {
@@ -66,7 +66,7 @@ def test_a_change_of_the_code_that_no_test_shows_is_said(kept: pytest.Pytester) 
 def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytester) -> None:
     slower(kept)
     change(kept.path, "lamps/guide.py", "        return GLARE\n", "        return 70.0\n")
-    result = kept.runpytest_inprocess(*BY_HAND, "--hri-summary=summary.md")
+    result = kept.runpytest_inprocess("-vv", *BY_HAND, "--hri-summary=summary.md")
     assert result.ret == 0
     result.stdout.fnmatch_lines(
         [
@@ -131,7 +131,7 @@ def test_a_signal_that_differs_alone_is_a_change_and_is_named(kept: pytest.Pytes
 @pytest.mark.slow
 def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: pytest.Pytester) -> None:
     change(kept.path, "conftest.py", '"pause_s": Uniform(0.5, 1.0, "s")', '"pause_s": Uniform(0.5, 1.5, "s")')
-    result = kept.runpytest_inprocess(*BY_HAND)
+    result = kept.runpytest_inprocess("-vv", *BY_HAND)
     result.stdout.fnmatch_lines(
         [
             "4 of 4 tests behave differently from the baseline",
@@ -160,7 +160,7 @@ def test_a_run_that_a_failure_of_the_code_ends_is_compared_also_where_the_sessio
 @pytest.mark.slow
 def test_a_test_without_a_run_behaves_otherwise(kept: pytest.Pytester) -> None:
     change(kept.path, "conftest.py", "    ended = run.go(LIMIT_S)\n", "    ended = 1 / 0\n")
-    result = kept.runpytest_inprocess(*BY_HAND)
+    result = kept.runpytest_inprocess("-vv", *BY_HAND)
     result.stdout.fnmatch_lines(
         [
             "4 of 4 tests behave differently from the baseline",
@@ -245,9 +245,9 @@ def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it
 def test_a_baseline_made_with_other_versions_is_said(kept: pytest.Pytester) -> None:
     environment = {"python": "3.10.1", "machine": "Plan9 mips"}
     edit(kept.path, environment=environment)
-    assert "made with" not in kept.runpytest_inprocess(*BY_HAND).stdout.str()  # nothing is to be explained
+    assert "made with" not in kept.runpytest_inprocess("-vv", *BY_HAND).stdout.str()  # nothing is to be explained
     slower(kept)
-    told = " ".join(kept.runpytest_inprocess(*BY_HAND).stdout.str().split())
+    told = " ".join(kept.runpytest_inprocess("-vv", *BY_HAND).stdout.str().split())
     assert "the baseline was made with python 3.10.1, this run with 3.1" in told
     assert "the baseline was made with machine Plan9 mips, this run with Linux" in told
 

@@ -51,7 +51,7 @@ def test_what_nothing_imports_is_never_run_and_is_listed_as_never_imported(
     add(lamps, "calibrate.py", CALIBRATE)
     add(lamps, "quits.py", "import sys\nsys.exit(3)\n")
     add(lamps, "hardware.py", "import RPi.GPIO\n")
-    result = lamps.runpytest_subprocess(*SUITE, *options)
+    result = lamps.runpytest_subprocess("-v", *SUITE, *options)
     assert result.ret == 0
     assert not (lamps.path / "lamps" / "moved").exists()
     covered = files(lamps.path)
@@ -139,7 +139,7 @@ def test_an_optional_module_that_cannot_be_imported_is_unmeasured_with_its_reaso
     add(lamps, "hardware.py", '"""Relays."""\nimport RPi.GPIO\n\nPIN = 3\n')
     guarded = "try:\n    from lamps import hardware\nexcept ImportError:\n    hardware = None\nGLARE = 80.0"
     change(lamps.path, "lamps/guide.py", "GLARE = 80.0", guarded)
-    result = lamps.runpytest_inprocess(*ALONE)
+    result = lamps.runpytest_inprocess("-v", *ALONE)
     assert result.ret == 0
     why = "its import raised ModuleNotFoundError: No module named 'RPi'"
     assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"lamps/hardware.py": why}

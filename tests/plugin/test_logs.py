@@ -31,7 +31,7 @@ def log(lamps: pytest.Pytester, *statements: str) -> None:
 @each_way
 def test_messages_stand_beside_the_violation(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     log(lamps, "LOG.warning('switching to %s', level)", "LOG.debug('not shown')")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", *options)
+    result = lamps.runpytest_inprocess("-vv", SUITE, "--hri-strict", *options)
     result.stdout.fnmatch_lines(
         [
             "*--> R2 is violated",

@@ -41,7 +41,7 @@ def failed(lamps: pytest.Pytester, after: SessionRunner) -> pytest.Pytester:
 def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "--tb=short", *options)
+    result = lamps.runpytest_inprocess("-vv", "--hri-suite=rl", "--hri-strict", "--tb=short", *options)
     bad = [name for name, outcome in outcomes(lamps.path).items() if outcome == "failed"]
     assert BRIGHT in bad
     assert left(lamps) == sorted(f"{name}.json" for name in bad)
@@ -49,7 +49,7 @@ def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     assert before["replay"] == FILE
     command = f"pytest {REPLAY} --hri-strict"
     result.stdout.fnmatch_lines(["or the very same run, from its file:", f"  {command}"])
-    again = lamps.runpytest_inprocess(*shlex.split(command)[1:], "--tb=short", *options)
+    again = lamps.runpytest_inprocess("-vv", *shlex.split(command)[1:], "--tb=short", *options)
     assert again.ret == 1
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(
@@ -107,7 +107,7 @@ def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pyte
     told = refused(failed, REPLAY, "--hri-strict", *options)
     assert f"{FILE}: lamps/guide.py changed: its run need not be the same again" in told
     assert "add --hri-replay-force to run it all the same" in told
-    again = failed.runpytest_inprocess(REPLAY, "--hri-strict", "--hri-replay-force", *options)
+    again = failed.runpytest_inprocess("-vv", REPLAY, "--hri-strict", "--hri-replay-force", *options)
     assert again.ret == 0
     again.assert_outcomes(passed=1)
     again.stdout.fnmatch_lines(
@@ -134,14 +134,14 @@ def test_a_file_of_the_code_that_is_new_or_gone_is_told(failed: pytest.Pytester)
 @pytest.mark.slow
 def test_what_still_fails_says_the_whole_command(failed: pytest.Pytester) -> None:
     change(failed.path, "lamps/guide.py", '"""What', '"""How and what')
-    again = failed.runpytest_inprocess(REPLAY, "--hri-strict", "--hri-replay-force", "--tb=short")
+    again = failed.runpytest_inprocess("-vv", REPLAY, "--hri-strict", "--hri-replay-force", "--tb=short")
     again.stdout.fnmatch_lines(["run it again:", f"  pytest {REPLAY} --hri-strict --hri-replay-force"])
 
 
 @pytest.mark.slow
 def test_another_run_without_a_reason_fails(failed: pytest.Pytester) -> None:
     change(failed.path, "conftest.py", "lamp.set(0.0)", "lamp.set(1.0)")
-    again = failed.runpytest_inprocess(REPLAY)
+    again = failed.runpytest_inprocess("-vv", REPLAY)
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(
         [
@@ -173,7 +173,7 @@ def test_files_and_folders_are_replayed_together_whatever_the_ini_says(lamps: py
 def test_the_folder_where_it_was_left_and_the_seed_do_not_matter(failed: pytest.Pytester) -> None:
     elsewhere = failed.path / "sent by mail.json"
     (failed.path / FILE).rename(elsewhere)
-    again = failed.runpytest_inprocess("--hri-replay=sent by mail.json", "--hri-seed=5", "--hri-strict")
+    again = failed.runpytest_inprocess("-vv", "--hri-replay=sent by mail.json", "--hri-seed=5", "--hri-strict")
     again.stdout.fnmatch_lines(["  pytest '--hri-replay=sent by mail.json' --hri-strict", "*the same run, to the bit"])
 
 
@@ -261,12 +261,12 @@ def test_a_test_of_another_testbench_is_refused(failed: pytest.Pytester, old: st
 def test_the_file_of_a_run_with_very_many_violations_lists_the_first_of_them(lamps: pytest.Pytester) -> None:
     make_long(lamps.path, 2400, is_met=False)
     name = "--hri-suite=by-hand", "--hri-tests=1"
-    lamps.runpytest_inprocess(*name).assert_outcomes(failed=1)
+    lamps.runpytest_inprocess("-vv", *name).assert_outcomes(failed=1)
     [test] = report(lamps.path)["tests"]
     in_report = test["requirements"]["R3"]
     assert len(in_report["violations"]) == in_report["failures"] >= 2000
     [path] = (lamps.path / "hri-report" / "failures").iterdir()
     in_file = json.loads(path.read_text(encoding="utf-8"))["requirements"]["R3"]
     assert in_file == in_report | {"violations": in_report["violations"][:1000]}
-    again = lamps.runpytest_inprocess(f"--hri-replay={path}")
+    again = lamps.runpytest_inprocess("-vv", f"--hri-replay={path}")
     again.stdout.fnmatch_lines(["*: the same run, to the *"])

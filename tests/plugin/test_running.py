@@ -94,11 +94,11 @@ def test_the_report_says_what_was_judged_and_covered(finished: SessionRunner) ->
 def test_a_run_in_another_folder_of_the_project_is_the_same(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lamps.runpytest_inprocess("--hri-suite=rl", "-k", "rl-hall-polite-6c5fa14f")
+    lamps.runpytest_inprocess("-vv", "--hri-suite=rl", "-k", "rl-hall-polite-6c5fa14f")
     before = report(lamps.path)["tests"]
     below = lamps.mkdir("below")
     monkeypatch.chdir(below)
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "..", "-k", "rl-hall-polite-6c5fa14f", "--hri-strict")
+    result = lamps.runpytest_inprocess("-vv", "--hri-suite=rl", "..", "-k", "rl-hall-polite-6c5fa14f", "--hri-strict")
     (again,) = report(below)["tests"]
     assert (again["id"], again["record_sha256"], again["code"]) == tuple(
         before[0][key] for key in ("id", "record_sha256", "code")
