@@ -32,7 +32,7 @@ def edit(lamps: pytest.Pytester, **changed: Any) -> None:
 @pytest.fixture
 def failed(lamps: pytest.Pytester, after: SessionRunner) -> pytest.Pytester:
     """The project, after a run in which one test has failed."""
-    after("--hri-suite=rl", "--hri-strict", "-k", BRIGHT)
+    after("--hri-suite=rl", "--hri-strict", "--hri-diagnose=0", "-k", BRIGHT)
     return lamps
 
 
@@ -41,7 +41,8 @@ def failed(lamps: pytest.Pytester, after: SessionRunner) -> pytest.Pytester:
 def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
-    result = lamps.runpytest_inprocess("-vv", "--hri-suite=rl", "--hri-strict", "--tb=short", *options)
+    usual = "--hri-suite=rl", "--hri-strict", "--hri-diagnose=0", "--tb=short"
+    result = lamps.runpytest_inprocess("-vv", *usual, *options)
     bad = [name for name, outcome in outcomes(lamps.path).items() if outcome == "failed"]
     assert BRIGHT in bad
     assert left(lamps) == sorted(f"{name}.json" for name in bad)
@@ -260,7 +261,7 @@ def test_a_test_of_another_testbench_is_refused(failed: pytest.Pytester, old: st
 @pytest.mark.slow
 def test_the_file_of_a_run_with_very_many_violations_lists_the_first_of_them(lamps: pytest.Pytester) -> None:
     make_long(lamps.path, 2400, is_met=False)
-    name = "--hri-suite=by-hand", "--hri-tests=1"
+    name = "--hri-suite=by-hand", "--hri-tests=1", "--hri-diagnose=0"
     lamps.runpytest_inprocess("-vv", *name).assert_outcomes(failed=1)
     [test] = report(lamps.path)["tests"]
     in_report = test["requirements"]["R3"]
