@@ -68,12 +68,12 @@ def test_a_change_of_the_code_is_told_and_none_is_where_there_is_none(
     project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = ("--hri-baseline=before.json",)
-    project.runpytest_inprocess(*SUITE, *before, "--hri-update-baseline")
-    same = project.runpytest_inprocess(*SUITE, *before, "--hri-fail-on-change")
+    project.runpytest_inprocess("-vv", *SUITE, *before, "--hri-update-baseline")
+    same = project.runpytest_inprocess("-vv", *SUITE, *before, "--hri-fail-on-change")
     assert report(project.path)["changes"]["changed"] == {}
     assert "behave differently" not in same.stdout.str()
     monkeypatch.setenv("WHERE", "corridor without the fault")
-    other = project.runpytest_inprocess(*SUITE, *before, "--hri-fail-on-change")
+    other = project.runpytest_inprocess("-vv", *SUITE, *before, "--hri-fail-on-change")
     assert other.ret == 1
     other.stdout.fnmatch_lines(["*tests behave differently from the baseline", "*`arrived` later*"])
 

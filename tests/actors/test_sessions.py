@@ -33,7 +33,7 @@ def failures_of(written: dict[str, Any], requirement: str) -> list[dict[str, Any
 
 
 def test_a_fault_of_two_people_is_found_shrunk_explained_and_replayed(project: pytest.Pytester) -> None:
-    result = project.runpytest_inprocess(*SUITE, "--hri-shrink")
+    result = project.runpytest_inprocess("-vv", *SUITE, "--hri-shrink")
     assert result.ret == 1
     result.stdout.fnmatch_lines(
         [
@@ -59,7 +59,7 @@ def test_a_fault_of_two_people_is_found_shrunk_explained_and_replayed(project: p
         "child: step_in",
         "nurse: send_on",
     ]
-    again = project.runpytest_inprocess(f"--hri-replay={shrunk['replay']}")
+    again = project.runpytest_inprocess("-vv", f"--hri-replay={shrunk['replay']}")
     again.stdout.fnmatch_lines(["*the same run, to the bit*"])
 
 

@@ -85,7 +85,7 @@ HASHED = 'float(hash("a lamp") % 1000)'
 def in_fresh_process(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, hash_seed: str, *options: str) -> str:
     """Run the suite under a hash seed; returns what was printed, its lines joined where they were wrapped."""
     monkeypatch.setenv("PYTHONHASHSEED", hash_seed)
-    result = lamps.runpytest_subprocess("--hri-no-cov", "-p", "no:xdist", *options)
+    result = lamps.runpytest_subprocess("-vv", "--hri-no-cov", "-p", "no:xdist", *options)
     return " ".join(" ".join(result.outlines).split())
 
 
