@@ -16,8 +16,8 @@ SURGE = "passes without the disturbance surge"
 
 def test_one_test_has_its_cause(surging: pytest.Pytester) -> None:  # noqa: F811
     (surging.path / "one.txt").write_text("enter cellar\ndisturb surge\nenter hall\n", encoding="utf-8")
-    result = surging.runpytest_inprocess("--hri-suite=one.txt", "--hri-strict")
-    result.stdout.fnmatch_lines(["1 test fails for 1 cause", f"  {SURGE}: 1 of 1 test was run without it"])
+    result = surging.runpytest_inprocess("-vv", "--hri-suite=one.txt", "--hri-strict")
+    result.stdout.fnmatch_lines(["*1 test fails for 1 cause*", f"  {SURGE}: 1 of 1 test was run without it"])
     result.stdout.fnmatch_lines(["causes: *; no test passed: scores compare with none"])
     (cause,) = report(surging.path)["causes"]
     assert (cause["change"], cause["confirmed"]) == ("surge", 1)
@@ -28,13 +28,13 @@ def test_a_session_that_is_stopped_says_that_it_has_no_causes(
     surging: pytest.Pytester,  # noqa: F811
     options: tuple[str, ...],
 ) -> None:
-    result = surging.runpytest_inprocess(*SUITE, *options)
+    result = surging.runpytest_inprocess("-vv", *SUITE, *options)
     result.stdout.fnmatch_lines(["failure analysis skipped: session stopped early (-x, --maxfail, Ctrl-C)*"])
     assert "causes" not in report(surging.path)
     failed = next(test["replay"] for test in report(surging.path)["tests"] if test["outcome"] == "failed")
-    replayed = surging.runpytest_inprocess(f"--hri-replay={failed}", "--hri-strict", "--hri-report=again")
-    replayed.stdout.fnmatch_lines(["1 test fails for 1 cause", f"  {SURGE}: 1 of 1 test was run without it"])
-    quiet = surging.runpytest_inprocess(*SUITE, "-x", "--hri-diagnose=0")
+    replayed = surging.runpytest_inprocess("-vv", f"--hri-replay={failed}", "--hri-strict", "--hri-report=again")
+    replayed.stdout.fnmatch_lines(["*1 test fails for 1 cause*", f"  {SURGE}: 1 of 1 test was run without it"])
+    quiet = surging.runpytest_inprocess("-vv", *SUITE, "-x", "--hri-diagnose=0")
     assert "failure analysis skipped" not in quiet.stdout.str()
 
 
@@ -60,7 +60,7 @@ def test_experiments_run_on_the_engine_of_the_session(surging: pytest.Pytester) 
 def test_what_fails_on_one_of_two_engines_is_no_cause_and_is_called_so(surging: pytest.Pytester) -> None:  # noqa: F811
     two_engines(surging, shift=30.0)
     change(surging.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 96")
-    result = surging.runpytest_inprocess(*SUITE, "--hri-diagnose=11", "--hri-engine=both")
+    result = surging.runpytest_inprocess("-vv", *SUITE, "--hri-diagnose=11", "--hri-engine=both")
     json_schema.REPORT.validate(report(surging.path))
     (wish,) = report(surging.path)["causes"]
     assert len(wish["tests"]) == 2

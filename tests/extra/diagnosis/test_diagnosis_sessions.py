@@ -50,7 +50,7 @@ BUDGET = "--hri-diagnose=22"
 
 @pytest.mark.slow
 def test_causes_come_before_failures_and_are_confirmed_by_runs(surging: pytest.Pytester) -> None:
-    result = surging.runpytest_inprocess(*SUITE, BUDGET)
+    result = surging.runpytest_inprocess("-vv", *SUITE, BUDGET)
     assert result.ret == 1
     written = report(surging.path)
     json_schema.REPORT.validate(written)
@@ -73,7 +73,7 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(surging: pytest.P
     assert [place["text"] for place in wish["locations"] if place.get("experiment")]
     result.stdout.fnmatch_lines(
         [
-            "5 tests fail for 2 causes",
+            "*5 tests fail for 2 causes*",
             "cause 1 (????????): R2 in 3 tests*",
             "  passes without the disturbance surge: 2 of 3 tests were run without it",
             "cause 2 (????????): R2 in 2 tests*",

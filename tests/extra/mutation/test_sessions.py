@@ -67,7 +67,7 @@ def fates(found: dict[str, Any]) -> dict[str, tuple[str, set[str]]]:
 @pytest.mark.slow
 def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pytester) -> None:
     change(guide.path, "requirements.toml", "[R1]\n", '[R1]\ngroup = "light"\n')
-    result = guide.runpytest_inprocess(*ASKED)
+    result = guide.runpytest_inprocess("-vv", *ASKED)
     assert result.ret == 0
     found, loop = mutation(guide), "while (wish := wishes.wait(patience_s"
     assert fates(found) == {
@@ -135,7 +135,7 @@ def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(
     monkeypatch.setattr(os, "cpu_count", lambda: 1)
     # Runs are so slow that the second is over before all faults are tried.
     change(guide.path, "conftest.py", "    lamp = Lamp()\n", "    lamp = Lamp()\n    __import__('time').sleep(0.3)\n")
-    result = guide.runpytest_inprocess(*ASKED, "--hri-mutate-seconds=1")
+    result = guide.runpytest_inprocess("-vv", *ASKED, "--hri-mutate-seconds=1")
     found = mutation(guide)
     assert found["end_reason"] == "seconds"
     assert 0 < found["total"]["not_run"] < 8
@@ -152,7 +152,7 @@ def test_ctrl_c_keeps_what_was_found(guide: pytest.Pytester, monkeypatch: pytest
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Collection, "say", interrupted)
-    result = guide.runpytest_inprocess(*ASKED, no_reraise_ctrlc=True)
+    result = guide.runpytest_inprocess("-vv", *ASKED, no_reraise_ctrlc=True)
     assert result.ret == pytest.ExitCode.INTERRUPTED
     found = mutation(guide)
     assert found["end_reason"] == "interrupted"

@@ -31,7 +31,7 @@ def compared(lamps: pytest.Pytester) -> pytest.Pytester:
 
 @pytest.mark.slow
 def test_a_run_that_conforms_passes_and_is_reported(compared: pytest.Pytester) -> None:
-    result = compared.runpytest_inprocess(SUITE)
+    result = compared.runpytest_inprocess("-vv", SUITE)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  R3 *", "  model", "  MODEL The code * 0 *"])
     written = report(compared.path)
@@ -60,7 +60,7 @@ def test_a_run_that_deviates_fails_and_says_how(compared: pytest.Pytester) -> No
 @pytest.mark.slow
 def test_a_deviation_can_be_known_and_shrunk(compared: pytest.Pytester) -> None:
     change(compared.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 0.6")
-    result = compared.runpytest_inprocess(SUITE, "--hri-known=MODEL", "--hri-known=R2", "--hri-shrink")
+    result = compared.runpytest_inprocess("-vv", SUITE, "--hri-known=MODEL", "--hri-known=R2", "--hri-shrink")
     assert result.ret == 0
     result.stdout.fnmatch_lines(
         ["  MODEL * known *", "MODEL of rl-* shrunk from * for expected switch & observed nothing *"]
