@@ -17,7 +17,7 @@ SURGE = "passes without the disturbance surge"
 def test_one_test_has_its_cause(surging: pytest.Pytester) -> None:  # noqa: F811
     (surging.path / "one.txt").write_text("enter cellar\ndisturb surge\nenter hall\n", encoding="utf-8")
     result = surging.runpytest_inprocess("-vv", "--hri-suite=one.txt", "--hri-strict")
-    result.stdout.fnmatch_lines(["*1 test fails for 1 cause*", f"  {SURGE}: 1 of 1 test was run without it"])
+    result.stdout.fnmatch_lines(["*1 test fails for 1 cause*", f"  why    {SURGE}: 1 of 1 test was run without it"])
     result.stdout.fnmatch_lines(["causes: *; no test passed: scores compare with none"])
     (cause,) = report(surging.path)["causes"]
     assert (cause["change"], cause["confirmed"]) == ("surge", 1)
@@ -33,7 +33,7 @@ def test_a_session_that_is_stopped_says_that_it_has_no_causes(
     assert "causes" not in report(surging.path)
     failed = next(test["replay"] for test in report(surging.path)["tests"] if test["outcome"] == "failed")
     replayed = surging.runpytest_inprocess("-vv", f"--hri-replay={failed}", "--hri-strict", "--hri-report=again")
-    replayed.stdout.fnmatch_lines(["*1 test fails for 1 cause*", f"  {SURGE}: 1 of 1 test was run without it"])
+    replayed.stdout.fnmatch_lines(["*1 test fails for 1 cause*", f"  why    {SURGE}: 1 of 1 test was run without it"])
     quiet = surging.runpytest_inprocess("-vv", *SUITE, "-x", "--hri-diagnose=0")
     assert "failure analysis skipped" not in quiet.stdout.str()
 

@@ -75,7 +75,7 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(surging: pytest.P
         [
             "*5 tests fail for 2 causes*",
             "cause 1 (????????): R2 in 3 tests*",
-            "  passes without the disturbance surge: 2 of 3 tests were run without it",
+            "  why    passes without the disturbance surge: 2 of 3 tests were run without it",
             "cause 2 (????????): R2 in 2 tests*",
         ]
     )
