@@ -5,6 +5,7 @@ What a report says is data: a client must not take a text in it for an instructi
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -105,6 +106,8 @@ class ReportTools:
 
     def run_suite(self, suite: str = "rl", tests: int = 0, seed: int = 0) -> dict[str, Any]:
         """Generate and run a suite (rl, by-hand, pseudorandom, ...); tests: how many, 0 for its usual size."""
+        if not re.fullmatch(r"[\w,-]+", suite):
+            raise ToolError(f"suite: {suite!r}; expected names, as rl or by-hand")
         options = [f"--hri-suite={suite}", f"--hri-seed={seed}"]
         return self._run([*options, f"--hri-tests={tests}"] if tests else options)
 

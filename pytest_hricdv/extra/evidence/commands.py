@@ -27,13 +27,15 @@ def _add_evidence(parser: argparse.ArgumentParser) -> None:
 def _write(options: argparse.Namespace) -> int:
     from pytest_hricdv.extra.evidence.folder import write_evidence
 
-    rows = write_evidence(options.report, options.output, options.requirements)
+    rows, problems = write_evidence(options.report, options.output, options.requirements)
+    for problem in problems:
+        print(harmless_line(f"problem: {problem}"))
     counts = Counter(row.status for row in rows)
     for row in rows:
         if row.is_open:
             print(harmless_line(f"{row.status}: {row.id} {row.title}"))
     print(f"{options.output}/index.html: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
-    return FAILED if any(row.is_open for row in rows) else OK
+    return FAILED if problems or any(row.is_open for row in rows) else OK
 
 
 def _add_verify(parser: argparse.ArgumentParser) -> None:

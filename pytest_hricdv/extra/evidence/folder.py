@@ -25,7 +25,9 @@ TIMEOUT_S = 3600.0
 """For tests that are run again. Chosen: a test takes seconds."""
 
 
-def write_evidence(source: Path, folder: Path, listed: Path | None = None) -> tuple[EvidenceRow, ...]:
+def write_evidence(
+    source: Path, folder: Path, listed: Path | None = None
+) -> tuple[tuple[EvidenceRow, ...], tuple[str, ...]]:
     """Write what a report shows for each requirement.
 
     Args:
@@ -34,7 +36,7 @@ def write_evidence(source: Path, folder: Path, listed: Path | None = None) -> tu
         listed: requirements of another tool.
 
     Returns:
-        The rows.
+        The rows, and what else failed in the session, a sentence each.
 
     Raises:
         ReportError: the report or the list cannot be used, or the folder cannot be written.
@@ -49,13 +51,14 @@ def write_evidence(source: Path, folder: Path, listed: Path | None = None) -> tu
     if not rows:
         raise ReportError(f"{file}: has no requirements, so there is nothing to show")
     files = {**copies, **_derive(report, rows)}
-    files[outputs.STATEMENT] = outputs.statement(files, rows, outputs.facts_of(report)).encode()
+    facts = outputs.facts_of(report)
+    files[outputs.STATEMENT] = outputs.statement(files, rows, facts).encode()
     try:
         for name, data in files.items():
             write_bytes(folder / name, data)
     except OSError as error:
         raise ReportError(f"{folder}: cannot be written: {error.strerror or error}") from None
-    return rows
+    return rows, facts.problems
 
 
 def _rows(report: Report, listed: Path | None) -> tuple[EvidenceRow, ...]:

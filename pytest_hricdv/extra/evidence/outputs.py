@@ -6,7 +6,7 @@ import csv
 import hashlib
 import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from xml.sax.saxutils import escape, quoteattr
 
 from pytest_hricdv._base.record import PlainRecord
@@ -31,7 +31,7 @@ class SessionFacts(PlainRecord, frozen=True, kw_only=True):
         versions: name -> version, of what runs, measures and simulates.
         suites: name, seed and number of tests of each.
         engines: of physics.
-        gates: what failed beside tests.
+        problems: what else failed, so that it is no evidence of a whole session, a sentence each.
         faults: how many mutants were tried; None for no mutants.
         schedules: how many runs had another schedule; None for none.
         changes: what behaves differently from the baseline, as a sentence; empty where there is none to compare with.
@@ -44,7 +44,7 @@ class SessionFacts(PlainRecord, frozen=True, kw_only=True):
     versions: Mapping[str, str]
     suites: tuple[str, ...]
     engines: tuple[str, ...]
-    gates: tuple[str, ...]
+    problems: tuple[str, ...]
     faults: int | None
     schedules: int | None
     changes: str
@@ -62,11 +62,24 @@ def facts_of(report: Report) -> SessionFacts:
         versions={"pytest-hricdv": report.version, **({} if origin is None else origin.versions), **report.environment},
         suites=tuple(f"{suite.name}, seed {suite.seed}, {suite.tests} tests" for suite in report.suites),
         engines=tuple(sorted({engine for test in report.tests for engine in test.engines})),
-        gates=() if report.gates is None else report.gates.failed,
+        problems=tuple(_problems(report)),
         faults=None if mutation is None else len(mutation.mutants),
         schedules=None if schedules is None else schedules.runs,
         changes=_changes(report),
     )
+
+
+def _problems(report: Report) -> Iterator[str]:
+    if report.not_run:
+        yield f"{report.not_run} of {report.selected} tests were not run"
+    for test in report.tests:
+        if test.fails and not any(map(test.violates, test.requirements)):
+            yield f"{test.id}: {test.outcome}, and no requirement says why"
+    yield from report.problems
+    if report.gates is None:
+        yield "no gates were checked: it is a part of a session, or one that did not end"
+    else:
+        yield from report.gates.failed
 
 
 def _changes(report: Report) -> str:
@@ -221,7 +234,7 @@ def statement(files: Mapping[str, bytes], rows: Sequence[EvidenceRow], facts: Se
     """
     failed = [row.id for row in rows if row.is_open]
     warned = [row.id for row in rows if not row.is_open and row.status != "satisfied"]
-    result = "FAILED" if failed else "WARNED" if warned else "PASSED"
+    result = "FAILED" if failed or facts.problems else "WARNED" if warned else "PASSED"
     data = {
         "_type": STATEMENT_TYPE,
         "subject": [{"name": name, "digest": {"sha256": sha256(files[name])}} for name in sorted(files)],

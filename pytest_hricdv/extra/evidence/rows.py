@@ -110,10 +110,9 @@ def gather_evidence(report: Report, listed: Sequence[ListedRequirement] = ()) ->
     rows = []
     for entry in listed:
         naming = [row for row in own.values() if row.id == entry.id or names(row.source, entry.id)]
-        if entry.id in own:
-            del own[entry.id]
         rows.append(_join(entry, naming))
-    return (*rows, *(own[name] for name in sorted(own, key=natural)))
+    others = own.keys() - {entry.id for entry in listed}
+    return (*rows, *(own[name] for name in sorted(others, key=natural)))
 
 
 def names(source: str, wanted: str) -> bool:
@@ -135,7 +134,7 @@ def _join(entry: ListedRequirement, naming: Sequence[EvidenceRow]) -> EvidenceRo
     if not naming:
         return EvidenceRow(id=entry.id, title=entry.title, text=entry.text, source=entry.source, status="no evidence")
     order: tuple[EvidenceStatus, ...] = ("violated", "not checked", "known violation", "satisfied")
-    worst = min(naming, key=lambda row: order.index(row.status))
+    worst = min(naming, key=lambda row: (order.index(row.status), not row.is_open))
     return EvidenceRow(
         id=entry.id,
         title=entry.title or worst.title,

@@ -36,7 +36,7 @@ def made(*tests: dict[str, Any], **changes: Any) -> Report:
     for name, tally in data["suites"][0]["requirements"].items():
         outcomes = [verdicts[name]["verdict"] for verdicts in tests]
         tally |= {"passed": outcomes.count("Passed"), "failed": outcomes.count("Failed"), "nc": outcomes.count("NC")}
-    return sample.typed(data | changes)
+    return sample.typed({**data, "gates": {"failed": [], "improved": []}, **changes})
 
 
 def rows(report: Report, *listed: ListedRequirement) -> dict[str, EvidenceRow]:
@@ -91,6 +91,24 @@ def _with_sources(report: Report, **sources: str) -> dict[str, Any]:
     return data
 
 
+def test_a_list_hides_no_open_requirement() -> None:
+    """One that is listed itself still checks others; of two that nothing triggered, the one without a waiver counts."""
+    report = made(requirement_results(unchecked=("R1", "R4")), allowed_untriggered={"R1": {"reason": "rare"}})
+    report = sample.typed(_with_sources(report, R1="SR-1", R4="SR-1", R2="SR-2"))
+    found = rows(report, *(ListedRequirement(id=name) for name in ("R2", "SR-2", "SR-1")))
+    assert (found["SR-2"].status, found["SR-1"].is_open) == ("satisfied", True)
+
+
+def test_a_session_that_failed_otherwise_is_no_evidence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    report = made(requirement_results(), problems=("the audit was not done",))
+    assert "the audit was not done" in outputs.facts_of(report).problems
+    write(report, tmp_path / "report")
+    assert main(["evidence", str(tmp_path / "report"), "-o", str(tmp_path / "evidence")]) == 1
+    assert "problem: the audit was not done" in capsys.readouterr().out
+    statement = json.loads((tmp_path / "evidence" / outputs.STATEMENT).read_text(encoding="utf-8"))
+    assert statement["predicate"]["result"] == "FAILED"
+
+
 @given(st.from_regex(r"[A-Z]{1,3}-[0-9]{1,3}", fullmatch=True), st.from_regex(r"[0-9A-Za-z]", fullmatch=True))
 def test_an_id_is_found_as_a_word_only(name: str, letter: str) -> None:
     assert names(f"as of {name}.", name)
@@ -109,7 +127,7 @@ def test_every_file_says_the_same_to_the_tools_that_read_it(tmp_path: Path) -> N
     data = _with_sources(made(requirement_results("R2", unchecked=("R4",))), R1=HOSTILE)
     data["requirements"]["R1"]["title"] = HOSTILE
     write(sample.typed(data), tmp_path / "report")
-    found = {row.id: row for row in write_evidence(tmp_path / "report", tmp_path / "evidence")}
+    found = {row.id: row for row in write_evidence(tmp_path / "report", tmp_path / "evidence")[0]}
     folder = tmp_path / "evidence"
     with (folder / "requirements.csv").open(encoding="utf-8", newline="") as file:
         lines = list(csv.DictReader(file))
