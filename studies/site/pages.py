@@ -1,8 +1,9 @@
 """Pages as they stand in the repository, where GitHub shows them, to what Sphinx reads.
 
-Four things differ. A block with the name of its file (```` ```toml pytest.ini ````) becomes a block with a caption. A
+Five things differ. A block with the name of its file (```` ```toml pytest.ini ````) becomes a block with a caption. A
 link to a file outside of docs/ leads to the repository, or to the page that the site has of this file. A page in
-docs/project/ has the text of the file that it links to. And the lists of the first page become the navigation.
+docs/project/ has the text of the file that it links to. The lists of the first page become the navigation. And badges,
+which are loaded from elsewhere, are left out.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ _NAMED = re.compile(r"\A```(?P<language>\w+) (?P<name>\S+)\n")
 _CODE = re.compile(r"`[^`\n]*`")
 _LINK = re.compile(r"\]\((?P<target>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
 _LISTED = re.compile(r"\]\((\S+?)\.md\)")
+_BADGE = re.compile(r"!\[[^\]]*\]\(https://img\.shields\.io/[^)]*\) ?")
+"""Badges are loaded from elsewhere, which no page of the site does."""
 _SECTION = re.compile(r"^## (?P<title>.*)$", re.MULTILINE)
 
 
@@ -50,7 +53,7 @@ def sphinx_source(page: str, text: str, repository_url: str) -> str:
     name = root_file(page)
     if name:
         file = ROOT / name
-        text = file.read_text(encoding="utf-8")
+        text = _BADGE.sub("", file.read_text(encoding="utf-8"))
 
     def linked(match: re.Match[str]) -> str:
         target = _target(match["target"], file, page, repository_url)
