@@ -140,18 +140,28 @@ class Preparation:
             self._begin_journal()
 
     def _shorten_header(self) -> None:
-        """Leave pytest's own header to `-v`: what is left of it is written by `pytest_collection`."""
+        """Leave pytest's own header to `-v`: what is left of it is written by `_write_header`."""
         option = self.collection.config.option
         self._has_own_header = self.collection.config.get_verbosity() == 0 and not option.no_header
         option.no_header |= self._has_own_header
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection(self) -> None:
-        """Write the lines of plugins, which tell what is run, without those of pytest."""
+        """Say what is run."""
+        self._write_header()
+
+    @pytest.hookimpl(tryfirst=True, optionalhook=True)
+    def pytest_xdist_setupnodes(self) -> None:
+        """Say what is run before xdist begins its line of workers, which it goes on with later."""
+        self._write_header()
+
+    def _write_header(self) -> None:
+        """Write the lines of plugins, without those of pytest, once."""
         config = self.collection.config
         reporter = config.pluginmanager.get_plugin("terminalreporter")
         if reporter is None or not self._has_own_header:
             return
+        self._has_own_header = False
         said = config.hook.pytest_report_header(config=config, start_path=config.invocation_params.dir)
         for lines in reversed(said):
             for line in [lines] if isinstance(lines, str) else lines:

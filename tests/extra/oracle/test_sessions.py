@@ -49,7 +49,7 @@ def test_a_run_that_deviates_fails_and_says_how(compared: pytest.Pytester) -> No
             "MODEL Failed: The code under test does what the agent guide does, in time, and nothing else",
             "  triggered at * violated at *: expected switch 0.2 to 0.4 s after * s (plan @g2 of guide, observed by "
             "on(switched)); observed nothing",
-            "others:  * passed*",
+            "others:  R1 Passed, R2 Passed, R3 Passed",
         ]
     )
     failed = [test for test in report(compared.path)["tests"] if test["requirements"]["MODEL"]["verdict"] == "Failed"]
