@@ -43,6 +43,7 @@ FEATURES = MappingProxyType(
         "unused": ("feature",),
         "search": ("feature", "records", "view"),
         "schedules": ("feature", "execution", "records", "view"),
+        "patch": ("feature", "records", "merging", "view"),
         "trend": ("feature",),
         "film": ("feature", "records"),
         "traces": ("feature", "records"),
