@@ -27,6 +27,8 @@ function markLinks(view) {
     if (leads(link)) link.setAttribute("aria-current", "page");
     else if (inTop && around && around.dataset.of === area) link.setAttribute("aria-current", "true");
     else link.removeAttribute("aria-current");
+    const nav = link.parentElement; // on a narrow screen it is one row, which may have to be swept
+    if (link.hasAttribute("aria-current")) nav.scrollLeft = link.offsetLeft - nav.offsetLeft - (nav.clientWidth - link.offsetWidth) / 2;
   }
 }
 
