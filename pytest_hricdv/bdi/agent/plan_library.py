@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from operator import itemgetter
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
@@ -56,8 +57,12 @@ class PlanLibrary:
         self._by_event: dict[EventKey, tuple[Plan, ...]] = {}
         self.options = {sign: PlanOptions(self, sign) for sign in SIGNS}
         """The :meth:`relevant` plans by sign and predicate, prepared for selection."""
-        self._by_sign = {sign: tuple(plan for plan in plans if plan.trigger.sign == sign) for sign in SIGNS}
-        self.follows_goals = bool(self._by_sign[GOAL_STATE])
+        self._with_key: dict[EventKey, list[tuple[int, Plan]]] = {}
+        self._with_any: dict[str, list[tuple[int, Plan]]] = {sign: [] for sign in SIGNS}
+        for place in enumerate(plans):
+            key = place[1].trigger.key
+            (self._with_key.setdefault(key, []) if key else self._with_any[place[1].trigger.sign]).append(place)
+        self.follows_goals = any(plan.trigger.sign == GOAL_STATE for plan in plans)
         """Whether a plan is for the states of goals."""
         self._steady: dict[Key, bool] = {}
         message_plans = self.relevant("+!", KQML_RECEIVED)
@@ -68,8 +73,9 @@ class PlanLibrary:
         event = (sign, key)
         plans = self._by_event.get(event)
         if plans is None:
-            plans = tuple(plan for plan in self._by_sign[sign] if _may_match(plan.trigger, event))
-            self._by_event[event] = plans
+            any_key = [place for place in self._with_any[sign] if _may_match(place[1].trigger, event)]
+            places = sorted([*self._with_key.get(event, ()), *any_key], key=itemgetter(0))
+            plans = self._by_event[event] = tuple(plan for _, plan in places)
         return plans
 
     def depends_on_beliefs_only(self, goal: Key) -> bool:
@@ -147,10 +153,8 @@ class PlanOptions(dict[Key, tuple[Option, ...]]):
 
 
 def _may_match(trigger: PlanTrigger, event: EventKey) -> bool:
-    """Whether a trigger may match events with this key; a bare variable stands for literals without a name space."""
+    """Whether a trigger without a key may match events with this one; a bare variable stands for literals without a name space."""
     literal, (_, functor, arity) = trigger.literal, event[1]
-    if isinstance(literal, Structure):
-        return trigger.key == event
     space, name = split(functor)
     if not isinstance(literal, QualifiedLiteral):
         return space == DEFAULT

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention
-from pytest_hricdv.bdi.language.limits import check_text, spend
+from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
+from pytest_hricdv.bdi.language.limits import check_text
 from pytest_hricdv.bdi.language.syntax import Plan
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Variable
@@ -18,11 +19,6 @@ QUIET_ROUNDS = 40
 With 5 to 160, 200 runs of the table's models and 70 programs of `tests/bdi` print, do and end the same; only
 those that end in a livelock take so many rounds more or fewer.
 """
-
-
-PLANS = 4
-"""Plans that wait for others and can be compared in a unit of work (300 ns each)."""
-
 
 class LivelockDetector:
     """Detects that the agents only repeat themselves.
@@ -40,6 +36,7 @@ class LivelockDetector:
         """The round after which :meth:`repeats` has to be called next."""
         self._progress = 0
         self._fingerprints: set[int] = set()
+        self._depths: dict[Intention, _Depth] = {}
         self._states: set[str] = set()
         self._progress_at_jump = -1
         self._states_at_jumps: set[str] = set()
@@ -58,7 +55,7 @@ class LivelockDetector:
             return False
         self.due = rounds + 1
         # States are long for deep intentions: they are written out only when their fingerprint has come before.
-        fingerprint = _fingerprint(self._agents)
+        fingerprint = self._fingerprint()
         if fingerprint not in self._fingerprints:
             self._fingerprints.add(fingerprint)
             return False
@@ -68,6 +65,27 @@ class LivelockDetector:
             return True
         self._states.add(state)
         return False
+
+    def _fingerprint(self) -> int:
+        """A number that is the same for equal mental states, and for few others."""
+        known, self._depths = self._depths, {}
+
+        def depth(agent: Agent, intention: Intention | None) -> int:
+            if intention is None:
+                return 0
+            self._depths[intention] = counted = known.get(intention) or _Depth()
+            return counted.of(agent, intention)
+
+        parts: list[object] = []
+        for agent in self._agents.values():
+            parts.append((len(agent.events), len(agent.intentions)))
+            parts += [(sign, literal if literal.ground else literal.key) for sign, literal, _ in agent.events]
+            parts += [depth(agent, intention) for _, _, intention in agent.events]
+            for intention in agent.intentions:
+                top = intention.top
+                about = top.literal if top.literal.ground else top.literal.key
+                parts.append((depth(agent, intention), top.plan.label, top.pc, about))
+        return hash(tuple(parts))
 
     def _forget(self) -> None:
         self._fingerprints.clear()
@@ -116,21 +134,31 @@ def _current_plans(agent: Agent, *, conditional: bool) -> Iterator[Plan]:
             yield plan or plans[0]
 
 
-def _fingerprint(agents: Mapping[str, Agent]) -> int:
-    """A number that is the same for equal mental states, and for few others."""
-    parts: list[object] = []
-    waiting = [intention for agent in agents.values() for _, _, intention in agent.events if intention is not None]
-    ready = [intention for agent in agents.values() for intention in agent.intentions]
-    spend(sum(len(intention.stack) for intention in waiting + ready) // PLANS)
-    for agent in agents.values():
-        parts.append((len(agent.events), len(agent.intentions)))
-        parts += [(sign, literal if literal.ground else literal.key) for sign, literal, _ in agent.events]
-        parts += [len(_relevant_plans(agent, intention)) for _, _, intention in agent.events]
-        for intention in agent.intentions:
-            top = intention.top
-            about = top.literal if top.literal.ground else top.literal.key
-            parts.append((len(_relevant_plans(agent, intention)), top.plan.label, top.pc, about))
-    return hash(tuple(parts))
+class _Depth:
+    """How many plans of an intention can make a difference, counted only where its stack is another than before.
+
+    What waits below a plan stays as it is while that plan is there: only the last one that is known may have gone on.
+    """
+
+    def __init__(self) -> None:
+        self._library: PlanLibrary | None = None
+        self._known: list[tuple[IntendedMeans, int]] = []
+        """Plans that wait, each with the number of those up to it that count."""
+
+    def of(self, agent: Agent, intention: Intention) -> int:
+        """The number, with the plan that is executed."""
+        stack, known = intention.stack, self._known
+        if agent.library is not self._library:
+            self._library = agent.library
+            known.clear()
+        while known and (len(known) >= len(stack) or known[-1][0] is not stack[len(known) - 1]):
+            known.pop()
+        del known[-1:]
+        count = known[-1][1] if known else 0
+        for place in range(len(known), len(stack) - 1):
+            count += _counts(agent, stack[place])
+            known.append((stack[place], count))
+        return count + bool(stack)
 
 
 def _relevant_plans(agent: Agent, intention: Intention | None) -> list[IntendedMeans]:
@@ -138,7 +166,11 @@ def _relevant_plans(agent: Agent, intention: Intention | None) -> list[IntendedM
     if intention is None or not intention.stack:
         return []
     *waiting, top = intention.stack
-    return [means for means in waiting if not (means.is_at_end and agent.library.forgets(means.plan))] + [top]
+    return [means for means in waiting if _counts(agent, means)] + [top]
+
+
+def _counts(agent: Agent, means: IntendedMeans) -> bool:
+    return not (means.is_at_end and agent.library.forgets(means.plan))
 
 
 def _mental_states(agents: Mapping[str, Agent], now: int | None) -> str:

@@ -88,10 +88,6 @@ ENDLESS = {
         '!g(0). @a +!g(N) <- .concat("+!h(",N,") <- true.",P); .add_plan(P); !g(N+1).',
         rf"in plan @a .*: {WORK}",
     ),
-    "goals that call each other": (
-        "!a. @x +!a <- !b; .print(x). @y +!b <- !a; .print(y).",
-        rf"the plans that wait for others, most of them of a, in .*: comparing them {WORK}",
-    ),
     "beliefs round by round": (
         "!g(0). @a +!g(N) <- +b(N); !g(N+1).",
         r"after \d+ rounds, agents have more than 4,000 beliefs, most of them a: ",
@@ -174,6 +170,13 @@ def test_an_ordinary_cycle_takes_nothing_from_the_limit(tmp_path: Path) -> None:
     source = "n(0). !g. +!g : n(X) & X < 2000 <- -+n(X + 1); .print(X); .send(a,tell,m(X)); act(X); !g. +!g."
     result = system_of(tmp_path, a=source).run()
     assert (result.ended, len(result.prints)) == ("idle", 2000)
+
+
+def test_goals_in_each_other_are_no_work_for_those_that_wait(tmp_path: Path) -> None:
+    """Ten thousand plans wait at last: each is looked at once, not in each round."""
+    source = "!c(0). +!c(10000) <- .print(end). +!c(N) <- !c(N + 1); .print(up)."
+    result = system_of(tmp_path, a=source).run()
+    assert (result.ended, result.prints[:2], len(result.prints)) == ("idle", ["[a] end", "[a] up"], 10_001)
 
 
 @pytest.mark.slow
