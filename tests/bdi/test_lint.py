@@ -11,6 +11,7 @@ from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.bdi.__main__ import main
 from pytest_hricdv.bdi.lint import CHECKS, Mistake, lint
 from tests.bdi.models import TABLE, system_of
+from tests.hanging import ends
 
 MODELS = TABLE.parent
 
@@ -253,3 +254,10 @@ def test_file_that_cannot_be_read_is_an_error(tmp_path: Path, capsys: pytest.Cap
         lint([tmp_path / name])
     assert main(["lint", str(tmp_path / name)]) == 2
     assert capsys.readouterr().err.startswith("error: ")
+
+
+@pytest.mark.slow
+def test_a_long_chain_of_plans_is_checked_soon(tmp_path: Path) -> None:
+    plans = "".join(f"@l{n} +!g{n} : b{n}(X) & not c{n}(X) <- !g{n + 1}.\n" for n in range(2_000))
+    with ends():
+        assert len(_lint(tmp_path, a=f"!g0.\n{plans}+!g2000.\n")) == 4_000

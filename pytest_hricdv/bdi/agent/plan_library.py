@@ -153,7 +153,7 @@ class PlanOptions(dict[Key, tuple[Option, ...]]):
 
 
 def _may_match(trigger: PlanTrigger, event: EventKey) -> bool:
-    """Whether a trigger without a key may match events with this one; a bare variable stands for literals without a name space."""
+    """Whether a trigger without a key may match these events; a bare variable stands for those without a name space."""
     literal, (_, functor, arity) = trigger.literal, event[1]
     space, name = split(functor)
     if not isinstance(literal, QualifiedLiteral):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from pytest_hricdv.bdi.language.syntax_tree import functors_of
-from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_evaluable
+from pytest_hricdv.bdi.language.terms import Key, Structure, Term, Variable, is_evaluable
 from pytest_hricdv.bdi.lint.model import (
     SELF,
     Addition,
@@ -27,6 +27,7 @@ def find_unknown_beliefs(system: System) -> Iterator[Problem]:
     """Beliefs in contexts, conditions, test goals and triggers that are never added, told or perceived."""
     for agent in system.agents:
         reported: set[object] = set()
+        names = belief_names(system, agent)
         for mention, source in unknown_beliefs(system, agent):
             key = mention.literal.key
             if (key, source) in reported:
@@ -34,39 +35,46 @@ def find_unknown_beliefs(system: System) -> Iterator[Problem]:
             reported.add((key, source))
             if source is not None:
                 yield mention.location, f"{predicate_text(key)} never comes from {source} to {agent.name}"
-            elif belief_suggestion(system, agent, mention) is None:
+            elif names.near(mention.literal.functor) is None:
                 yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
 
 
 def unknown_beliefs(system: System, agent: AgentModel) -> Iterator[tuple[Mention, str | None]]:
     """Tests of beliefs that the agent never holds (None), or never holds from the source in the annotation."""
-    held = system.possible_beliefs(agent)
+    held = _by_key(system.possible_beliefs(agent))
     answered = {plan.trigger.key for plan in agent.plans if plan.trigger.sign == "+?"}
     for mention in agent.tests:
         key = mention.literal.key
         if None in answered or ("+?", key) in answered:
             continue
-        if not any(addition.may_match(key) for addition in held):
+        matching = [*held.get(None, ()), *held.get(key, ())]
+        if not matching:
             yield mention, None
             continue
         for source in sorted(filter(None, sources_in(mention.literal))):
-            if not any(addition.may_match(key, source) for addition in held):
+            if not any(addition.may_match(key, source) for addition in matching):
                 yield mention, source
+
+
+def _by_key(additions: Iterable[Addition]) -> dict[Key | None, list[Addition]]:
+    found: dict[Key | None, list[Addition]] = {}
+    for addition in additions:
+        found.setdefault(addition.key, []).append(addition)
+    return found
 
 
 def possibly_misspelled(system: System, agent: AgentModel) -> Iterator[tuple[Mention, str]]:
     """Tests of beliefs that no statement adds by name, only perhaps through a variable, with a similar name."""
-    named = {addition.key for addition in system.possible_beliefs(agent) if addition.key is not None}
+    named, names = {addition.key for addition in system.possible_beliefs(agent)}, belief_names(system, agent)
     for mention in agent.tests:
-        near = belief_suggestion(system, agent, mention)
-        if mention.literal.key not in named and near is not None:
+        near = None if mention.literal.key in named else names.near(mention.literal.functor)
+        if near is not None:
             yield mention, near
 
 
-def belief_suggestion(system: System, agent: AgentModel, mention: Mention) -> str | None:
-    """The name of a belief of the agent that differs by one letter."""
-    names = {addition.key[1] for addition in system.possible_beliefs(agent) if addition.key is not None}
-    return one_letter_away(mention.literal.functor, names)
+def belief_names(system: System, agent: AgentModel) -> KnownNames:
+    """The names of the beliefs that an agent may get."""
+    return KnownNames(addition.key[1] for addition in system.possible_beliefs(agent) if addition.key is not None)
 
 
 @check(
@@ -76,10 +84,10 @@ def belief_suggestion(system: System, agent: AgentModel, mention: Mention) -> st
 def find_unmatched_deletions(system: System) -> Iterator[Problem]:
     """Deletions of beliefs that the agent never holds, or never from that source."""
     for agent in system.agents:
-        held = system.possible_beliefs(agent)
+        held = _by_key(system.possible_beliefs(agent))
         for mention in agent.deletions:
             key = mention.literal.key
-            matching = [addition for addition in held if addition.may_match(key)]
+            matching = [*held.get(None, ()), *held.get(key, ())]
             named = sources_in(mention.literal) or frozenset({SELF})
             if not matching:
                 yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
@@ -127,6 +135,7 @@ def _tests_any_belief(agent: AgentModel) -> bool:
 def find_goals_without_plan(system: System) -> Iterator[Problem]:
     """Initial goals, goals in plans and goals in messages for which their agent has no plan."""
     for agent in system.agents:
+        names = goal_names(agent)
         for mention, fits_by_name in goals_without_plan(system, agent):
             key = mention.literal.key
             if fits_by_name:
@@ -134,35 +143,45 @@ def find_goals_without_plan(system: System) -> Iterator[Problem]:
                     mention.location,
                     f"no plan of {agent.name} for +!{predicate_text(key)} fits {mention.literal}",
                 )
-            elif goal_suggestion(agent, mention) is None:
+            elif names.near(mention.literal.functor) is None:
                 yield mention.location, f"{agent.name} has no plan for +!{predicate_text(key)}"
     for mention in system.goals_for_unknown_receivers():
-        if system.closed and not any(has_plan(system, agent, mention) for agent in system.agents):
+        if system.closed and not any(_has_plan(system, agent, mention, _triggers(agent)) for agent in system.agents):
             yield mention.location, f"no agent has a plan for +!{predicate_text(mention.literal.key)}"
 
 
 def goals_without_plan(system: System, agent: AgentModel) -> Iterator[tuple[Mention, bool]]:
     """The goals without a plan, and whether there are plans for goals of that name and arity."""
+    triggers = _triggers(agent)
     for mention in (*agent.goals, *system.goals_sent_to(agent)):
-        if not has_plan(system, agent, mention):
-            yield mention, any(plan.trigger.key == ("+!", mention.literal.key) for plan in agent.plans)
+        if not _has_plan(system, agent, mention, triggers):
+            yield mention, mention.literal.key in triggers
 
 
-def has_plan(system: System, agent: AgentModel, mention: Mention) -> bool:
+def _triggers(agent: AgentModel) -> dict[Key | None, list[Structure]]:
+    """The goals that the plans of an agent are for; under None those that are no literals and match any."""
+    found: dict[Key | None, list[Structure]] = {}
+    for literal in (plan.trigger.literal for plan in agent.plans if plan.trigger.sign == "+!"):
+        if isinstance(literal, Structure):
+            found.setdefault(literal.key, []).append(literal)
+        else:
+            found[None] = []
+    return found
+
+
+def _has_plan(system: System, agent: AgentModel, mention: Mention, triggers: dict[Key | None, list[Structure]]) -> bool:
     """Whether some plan of the agent may be relevant for a goal."""
     goal = _generalize(mention.literal)
-    triggers = [plan.trigger.literal for plan in agent.plans if plan.trigger.sign == "+!"]
-    return system.may_receive_plans(agent) or any(
-        not isinstance(literal, Structure) or unify(rename_apart(literal, "_Plan"), goal, {}, [])
-        for literal in triggers
+    return (
+        None in triggers
+        or any(unify(rename_apart(each, "_Plan"), goal, {}, []) for each in triggers.get(mention.literal.key, ()))
+        or system.may_receive_plans(agent)
     )
 
 
-def goal_suggestion(agent: AgentModel, mention: Mention) -> str | None:
-    """The name of a goal with a plan that differs by one letter."""
-    triggers = [plan.trigger for plan in agent.plans if plan.trigger.sign == "+!"]
-    names = {trigger.literal.functor for trigger in triggers if isinstance(trigger.literal, Structure)}
-    return one_letter_away(mention.literal.functor, names)
+def goal_names(agent: AgentModel) -> KnownNames:
+    """The names of the goals for which an agent has plans."""
+    return KnownNames(key[1] for key in _triggers(agent) if key is not None)
 
 
 def _generalize(goal: Structure) -> Structure:
@@ -176,14 +195,15 @@ def _generalize(goal: Structure) -> Structure:
 def find_near_names(system: System) -> Iterator[Problem]:
     """Names without a counterpart, while a name that differs by one letter has one."""
     for agent in system.agents:
+        beliefs, goals = belief_names(system, agent), goal_names(agent)
         for mention, source in unknown_beliefs(system, agent):
-            near = belief_suggestion(system, agent, mention)
+            near = beliefs.near(mention.literal.functor)
             if source is None and near is not None:
                 yield mention.location, f"{mention.literal.functor} is never added; did you mean {near}?"
         for mention, near in possibly_misspelled(system, agent):
             yield mention.location, f"no statement adds {mention.literal.functor} by name; did you mean {near}?"
         for mention, fits_by_name in goals_without_plan(system, agent):
-            near = goal_suggestion(agent, mention)
+            near = goals.near(mention.literal.functor)
             if not fits_by_name and near is not None:
                 yield (
                     mention.location,
@@ -196,11 +216,12 @@ def find_near_names(system: System) -> Iterator[Problem]:
 def _never_used(system: System, agent: AgentModel) -> Iterator[Problem]:
     mentions = [*agent.tests, *agent.deletions]
     used = {mention.literal.functor for mention in mentions}
+    names = KnownNames(used)
     if any(not isinstance(plan.trigger.literal, Structure) for plan in agent.plans if len(plan.trigger.sign) == 1):
         return
     for addition in system.possible_beliefs(agent):
         if addition.key is not None and addition.certain_receiver and addition.key[1] not in used:
-            near = one_letter_away(addition.key[1], used)
+            near = names.near(addition.key[1])
             if near is not None:
                 yield addition.location, f"{agent.name} never tests {addition.key[1]}; did you mean {near}?"
 
@@ -227,9 +248,24 @@ def find_unknown_agents(system: System) -> Iterator[Problem]:
                     yield message.location, f"there is no agent {receiver}; there are {', '.join(sorted(names))}"
 
 
+class KnownNames:
+    """Names that others may be misspellings of."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._by_length: dict[int, list[str]] = {}
+        for name in {*names}:
+            self._by_length.setdefault(len(name), []).append(name)
+
+    def near(self, name: str) -> str | None:
+        """The first that differs by one letter: inserted, deleted, replaced, or swapped with the next one."""
+        lengths = (len(name) - 1, len(name), len(name) + 1)
+        candidates = (other for length in lengths for other in self._by_length.get(length, ()))
+        return min((other for other in candidates if differs_by_one_letter(name, other)), default=None)
+
+
 def one_letter_away(name: str, candidates: Iterable[str]) -> str | None:
-    """A candidate that differs by one letter: inserted, deleted, replaced, or swapped with the next one."""
-    return next((other for other in sorted(set(candidates)) if differs_by_one_letter(name, other)), None)
+    """A candidate that differs by one letter, as `KnownNames.near`."""
+    return KnownNames(candidates).near(name)
 
 
 def differs_by_one_letter(name: str, other: str) -> bool:

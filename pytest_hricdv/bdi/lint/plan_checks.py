@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import itemgetter
 
 from pytest_hricdv.bdi.language import syntax
 from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
@@ -37,14 +38,23 @@ _CONDITIONS = (syntax.And, syntax.Or, syntax.Not, syntax.Comparison, Call)
 def find_shadowed_plans(system: System) -> Iterator[Problem]:
     """Plans after one for the same event that is applicable whenever they are."""
     for agent in system.agents:
-        for index, plan in enumerate(agent.plans):
-            shadowing = next((earlier for earlier in agent.plans[:index] if shadows(earlier, plan)), None)
+        for plan, before in _with_earlier(agent.plans):
+            shadowing = next((earlier for earlier in before if shadows(earlier, plan)), None)
             if shadowing is not None:
                 which = f"@{shadowing.label}" if shadowing.has_label else "the plan"
                 yield (
                     plan.location,
                     f"{which} in line {shadowing.location.line} is always applicable when this one is",
                 )
+
+
+def _with_earlier(plans: tuple[syntax.Plan, ...]) -> Iterator[tuple[syntax.Plan, list[syntax.Plan]]]:
+    """Each plan with those before it that may be for the same event."""
+    seen: dict[syntax.EventKey | None, list[tuple[int, syntax.Plan]]] = {}
+    for number, plan in enumerate(plans):
+        same, others = seen.setdefault(plan.trigger.key, []), seen.get(None, [])
+        yield plan, [each for _, each in (same if same is others else sorted(same + others, key=itemgetter(0)))]
+        same.append((number, plan))
 
 
 def shadows(earlier: syntax.Plan, later: syntax.Plan) -> bool:

@@ -20,6 +20,7 @@ With 5 to 160, 200 runs of the table's models and 70 programs of `tests/bdi` pri
 those that end in a livelock take so many rounds more or fewer.
 """
 
+
 class LivelockDetector:
     """Detects that the agents only repeat themselves.
 
