@@ -2,9 +2,9 @@
 # make home-care: the same for the second testbench, examples/home_care.
 # make test:  the project's own tests (4 minutes), without the long ones; those are make slow (20 minutes).
 # OPTIONS=... is handed on to pytest by these.
-# make experiment: docs/experiment.md and docs/studies/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
-# make adequacy: docs/adequacy.md, seeded faults with each suite (hours; ended at any time, it goes on where it was).
-# make false-alarms: docs/false-alarms.md, what fails on the unchanged controller (40 sessions; resumable as well).
+# make experiment: docs/studies/experiment.md and docs/studies/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
+# make adequacy: docs/studies/adequacy.md, seeded faults with each suite (hours; ended at any time, it goes on where it was).
+# make false-alarms: docs/studies/false-alarms.md, what fails on the unchanged controller (40 sessions; resumable as well).
 # make engines: docs/studies/engines.md, how far the two physics engines agree (10 minutes; resumable as well).
 # make closure: docs/studies/closure.md, how fast suites and the closing loop reach points (ten seeds: hours; resumable as well).
 # make campaign: the 6,560 runs of docs/studies/campaign.md (45 minutes; interrupted at any time, it resumes).
@@ -79,7 +79,7 @@ pictures: $(VENV)/.installed
 	$(BIN)/python -m studies.architecture
 	$(BIN)/python -m studies.screenshots
 
-docs: $(VENV)/.installed
+docs: $(VENV)/.docs
 	$(BIN)/python -m sphinx --builder html --fresh-env --fail-on-warning --quiet docs docs/_build
 
 dist: $(VENV)/.installed
@@ -87,6 +87,13 @@ dist: $(VENV)/.installed
 	$(BIN)/python -m build
 	$(BIN)/python -m twine check --strict dist/*
 	$(BIN)/python -m pyroma --min=10 --skip-tests=AuthorEmail dist/*.tar.gz
+
+# The documentation needs the project and its own tools, nothing else.
+$(VENV)/.docs: pyproject.toml
+	test -f $(VENV)/.installed || $(PYTHON) -m venv $(VENV)
+	test -f $(VENV)/.installed || $(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
+	test -f $(VENV)/.installed || $(BIN)/python -m pip install --quiet --editable . --group docs
+	touch $@
 
 # The environment of a suite. The other one is made from it, so that `make -j suite test` runs one installation at a time.
 $(VENV)/.suite: pyproject.toml

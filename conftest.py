@@ -24,7 +24,7 @@ TURN_DONE = "on(turn_done) & turn_done.outcome"
 ENGINE_TOLERANCES = {"R1": 0.084, "R2": 0.005, "R3": 0.005, "R4": 0.0005}
 """By how much margins may differ between engines: by a control tick on either side of a deadline (s), by 5 mm where a
 leg leaves the hand and in how near a closing hand comes (m), by a five-hundredth of an arm's speed limit (rad/s);
-docs/engines.md."""
+docs/own-world.md."""
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:

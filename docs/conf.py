@@ -31,6 +31,7 @@ add_module_names = False
 html_theme = "furo"
 html_title = f"{project} {_PROJECT['version']}"
 html_static_path = ["_static"]
+html_search_scorer = str(ROOT / "studies" / "site" / "scorer.js")
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False

@@ -1,4 +1,4 @@
-"""How many faults in the controller each suite notices: its mutants, with each suite and seed, for docs/adequacy.md.
+"""How many faults in the controller each suite notices, by its mutants, for docs/studies/adequacy.md.
 
     python -m studies.adequacy [--suites NAME,...] [--seeds 0-2] [--mutants N] [--tests N|all] [--report DIR] [--again]
 
@@ -60,12 +60,11 @@ def run(cells: Iterable[grid.Cell], folder: Path, docs: Path, *, again: bool) ->
             missing.append(str(cell))
             continue
         done.append(Done(cell.suite, cell.seed, report))
-        page.write(docs / "adequacy.md", page.render("adequacy/adequacy.md.jinja", context(done)))
+        page.write(docs / "studies" / "adequacy.md", page.render("adequacy/adequacy.md.jinja", context(done)))
     if not done:
         raise session.SessionError(f"{folder}: no session is complete and of the present code; leave out --again")
-    print(
-        f"written: {docs / 'adequacy.md'}, of {len(done)} sessions{', without ' if missing else ''}{', '.join(missing)}"
-    )
+    left_out = f", without {', '.join(missing)}" if missing else ""
+    print(f"written: {docs / 'studies' / 'adequacy.md'}, of {len(done)} sessions{left_out}")
 
 
 def _has_tried_all(report: Report) -> bool:

@@ -1,4 +1,4 @@
-"""The tables of docs/adequacy.md."""
+"""The tables of docs/studies/adequacy.md."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
-from pytest_hricdv.extra.mutation.records import MUTATION, MutantResult, MutantStatus, MutationResult, MutationScore
-from pytest_hricdv.report.formatting import by_requirement
+from pytest_hricdv.extra.mutation.records import MUTATION, MutantResult, MutantStatus, MutationResult
 from pytest_hricdv.results import proportion
 from pytest_hricdv.results.model import Report
 from studies import page, session
@@ -37,34 +36,18 @@ def context(done: Sequence[Done]) -> dict[str, Any]:
     by_suite = {name: [entry for entry in done if entry.suite == name] for name in suites}
     alive = never_killed([entry.mutation for entry in done])
     return {
+        "count": len(done),
         "made": first.generated,
         "drawn": len(first.mutants),
         "tests_per_mutant": first.tests_per_mutant,
         "code_sha256": done[0].report.code_under_test.sha256,
         "version": done[0].report.version,
         "machine": session.machine(),
-        "sessions": sessions(done),
         "suites": scores(by_suite),
         "together": together(done),
-        "oracles": oracles(by_suite),
-        "operators": operators(by_suite),
         "survived": _mutants(mutant for mutant in alive if mutant.status == "survived"),
-        "silent": _mutants(mutant for mutant in alive if mutant.status != "survived"),
         "excluded_tests": {f"{entry.suite} at seed {entry.seed}": entry.mutation.excluded_tests for entry in done},
     }
-
-
-def sessions(done: Iterable[Done]) -> str:
-    """A row for each session."""
-    rows = []
-    for entry in done:
-        score, runs = entry.mutation.total, sum(len(mutant.runs) for mutant in entry.mutation.mutants)
-        killed = f"{page.percent(score.percent)} ({score.killed})"
-        cost = (page.thousands(runs), page.duration(entry.mutation.wall_s))
-        others = (score.survived, score.unchanged, score.no_coverage)
-        rows.append([entry.suite, entry.seed, entry.report.reported, killed, *others, *cost])
-    head = ["suite", "seed", "tests", "killed", "survived", "unchanged", "no coverage", "runs", "time"]
-    return page.table(head, rows)
 
 
 def scores(by_suite: Mapping[str, Sequence[Done]]) -> str:
@@ -115,36 +98,6 @@ def together(done: Iterable[Done]) -> str:
     return page.table(["seed", "killed by any of its suites", "mutants", "killed by one suite only"], rows)
 
 
-def oracles(by_suite: Mapping[str, Sequence[Done]]) -> str:
-    """A row for each oracle: mutants killed by it and only by it, per suite, means over seeds."""
-    names = dict.fromkeys(name for done in by_suite.values() for entry in done for name in entry.mutation.assertions)
-    rows = []
-    for name in sorted(names, key=by_requirement):
-        cells = []
-        for done in by_suite.values():
-            kills = [entry.mutation.assertions[name] for entry in done if name in entry.mutation.assertions]
-            cells.append(
-                f"{_mean(f.killed for f in kills)} ({_mean(f.killed_only_by for f in kills)})" if kills else "0 (0)"
-            )
-        rows.append([name, *cells])
-    return page.table(["oracle", *by_suite], rows)
-
-
-def operators(by_suite: Mapping[str, Sequence[Done]]) -> str:
-    """A row for each kind of fault: how many mutants, and the share killed, per suite, means over seeds."""
-    scored: dict[str, dict[str, list[MutationScore]]] = {}
-    for suite, done in by_suite.items():
-        for entry in done:
-            for name, score in entry.mutation.operators.items():
-                scored.setdefault(name, {}).setdefault(suite, []).append(score)
-    rows = []
-    for name in sorted(scored):
-        most = max(score.mutants for of_suite in scored[name].values() for score in of_suite)
-        shares = ([score.percent or 0.0 for score in scored[name].get(suite, ())] for suite in by_suite)
-        rows.append([name, most, *(page.percent(fmean(percents)) if percents else "-" for percents in shares)])
-    return page.table(["fault", "mutants", *by_suite], rows)
-
-
 def never_killed(results: Sequence[MutationResult]) -> list[MutantResult]:
     """The mutants that no session killed, each once: as of a session in which it changed a record, if there is one."""
     killed = set().union(*map(_killed, results))
@@ -157,10 +110,6 @@ def never_killed(results: Sequence[MutationResult]) -> list[MutantResult]:
 
 def _killed(result: MutationResult) -> set[str]:
     return {mutant.id for mutant in result.mutants if mutant.status == "killed"}
-
-
-def _mean(values: Iterable[int]) -> str:
-    return f"{fmean(values):.4g}"
 
 
 def _mutants(mutants: Iterable[MutantResult]) -> str:

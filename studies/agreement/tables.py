@@ -8,7 +8,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.results.proportion import share
-from studies.agreement.pair import HAND, LATE_S, SAME, UNEXPLAINED, Pair
+from studies.agreement.pair import LATE_S, SAME, UNEXPLAINED, Pair
 from studies.estimates import spearman
 from studies.original.published import METHODS
 from studies.original.requests import first_request_s
@@ -35,7 +35,6 @@ def context(pairs: Sequence[Pair]) -> dict[str, Any]:
         "causes": causes(pairs),
         "poses": poses(pairs),
         "closings": closings([*groups, ("all", pairs)]),
-        "disagreements": disagreements(pairs),
         "unexplained": sum(UNEXPLAINED in _reasons(pair) for pair in pairs),
         "repeats": repeats(pairs),
         "gains": gains(pairs),
@@ -175,27 +174,6 @@ def closings(groups: Iterable[Group]) -> str:
             row += [f"{failed} of {len(checked)}", f"{interval(share(failed, len(checked)))} %"]
         rows.append(row)
     return table(["", "original", "share (95 % interval)", "here", "share (95 % interval)"], rows)
-
-
-def disagreements(pairs: Sequence[Pair]) -> str:
-    """Every test on which the two disagree for another reason than the position of the hand."""
-    rows = []
-    for pair in pairs:
-        reasons = [why for why in dict.fromkeys(_reasons(pair)) if why not in (SAME, HAND)]
-        if not reasons:
-            continue
-        then = [f"{_short(pair.original.verdicts)}: {', '.join(_legs(pair.original.legs))}"]
-        now = [f"{_short(pair.ours.verdicts)}: {', '.join(_legs(pair.ours.legs))}"]
-        rows.append([pair.original.name, *then, *now, "; ".join(reasons)])
-    return table(["test", "original (R1 R2 R3: turns)", "here", "cause"], rows)
-
-
-def _short(verdicts: Any) -> str:
-    return " ".join({"Passed": "P", "Failed": "F", "NC": "-"}[verdicts[name]] for name in REQUIREMENTS)
-
-
-def _legs(legs: tuple[str, ...] | None) -> list[str]:
-    return ["not recorded"] if legs is None else list(legs) or ["none"]
 
 
 def coverage_chart(pairs: Sequence[Pair]) -> Figure:

@@ -84,8 +84,8 @@ def _home_care() -> CodeBase:
         "transitions": frozenset(f"{source}>{target}" for source, target in transitions()),
         "values": frozenset(values),
     }
-    return CodeBase("home-care", "[home care](../home-care.md)", folder, ("--from", "carebot"), declared,
-                    tuple(SWITCHES), "CAREBOT_FAULTS")  # fmt: skip
+    name = "[home care](../../examples/home_care/README.md)"
+    return CodeBase("home-care", name, folder, ("--from", "carebot"), declared, tuple(SWITCHES), "CAREBOT_FAULTS")
 
 
 def _porter() -> CodeBase:

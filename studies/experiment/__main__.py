@@ -1,4 +1,4 @@
-"""Repeat the paper's experiment: run all four suites, write docs/experiment.md and its pictures.
+"""Repeat the paper's experiment: run all four suites, write docs/studies/experiment.md and its pictures.
 
     python -m studies.experiment [--report DIR] [--again]
 
@@ -8,7 +8,6 @@ The report is written to DIR (default hri-experiment); `--again` makes the page 
 from __future__ import annotations
 
 import sys
-from itertools import count
 from pathlib import Path
 from statistics import fmean
 from typing import Any
@@ -32,7 +31,7 @@ def main() -> None:
     except session.SessionError as error:
         sys.exit(f"experiment: {error}")
     write(report, options.docs)
-    print(f"written: {options.docs / 'experiment.md'}")
+    print(f"written: {options.docs / 'studies' / 'experiment.md'}")
 
 
 def checked(report: dict[str, Any]) -> dict[str, Any]:
@@ -58,7 +57,9 @@ def write(report: dict[str, Any], docs: Path) -> None:
         ("time", charts.time(by_name, workers)),
     ):
         plots.save(made, docs / PICTURES / f"experiment-{name}.svg")
-    page.write(docs / "experiment.md", page.render("experiment/experiment.md.jinja", context(report, by_name)))
+    page.write(
+        docs / "studies" / "experiment.md", page.render("experiment/experiment.md.jinja", context(report, by_name))
+    )
 
 
 def context(report: dict[str, Any], by_name: dict[str, Method]) -> dict[str, Any]:
@@ -77,7 +78,6 @@ def context(report: dict[str, Any], by_name: dict[str, Method]) -> dict[str, Any
         # Expected values of the draws: sequences of 4 to 19 of ten commands, and poses of one to four legs.
         "no_request_expected": 100.0 * fmean(0.9**length for length in range(4, 20)),
         "all_ready_expected": 100.0 * fmean(1 - (7 / 8) ** legs for legs in (1, 2, 3, 4)),
-        "bounded_from": next(n for n in count(1) if 0.1 * 0.9 ** (n - 1) * 444.5 < published.TOLERANCE),
     }
 
 

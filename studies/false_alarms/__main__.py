@@ -1,4 +1,4 @@
-"""What fails on the unchanged controller: all suites over many seeds, for docs/false-alarms.md.
+"""What fails on the unchanged controller: all suites over many seeds, for docs/studies/false-alarms.md.
 
     python -m studies.false_alarms [--suites NAME,...] [--seeds 0-9] [--report DIR] [--again] [--write]
 
@@ -35,8 +35,8 @@ def main() -> None:
     text = page.render("false_alarms/false_alarms.md.jinja", context(sessions))
     print(text)
     if options.write:
-        page.write(options.docs / "false-alarms.md", text)
-        print(f"written: {options.docs / 'false-alarms.md'}")
+        page.write(options.docs / "studies" / "false-alarms.md", text)
+        print(f"written: {options.docs / 'studies' / 'false-alarms.md'}")
 
 
 def run(cells: Iterable[grid.Cell], folder: Path, *, again: bool) -> list[Found]:

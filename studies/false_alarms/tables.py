@@ -1,4 +1,4 @@
-"""The tables of docs/false-alarms.md."""
+"""The tables of docs/studies/false-alarms.md."""
 
 from __future__ import annotations
 
@@ -54,9 +54,9 @@ def requirements(sessions: Sequence[Found]) -> str:
             ((result.margin, result.test) for result in judged if result.margin is not None), default=(None, "")
         )
         worst = "-" if margin is None else f"{margin:.3g} in {test}"
-        rows.append([name, sessions[0].titles[name], *map(page.thousands, sums), violating, alarms[name], worst])
-    rows += [[name, "", "", "", "", alarms[name], ""] for name in (RUN, SESSION)]
-    head = ["requirement", "", "runs that triggered it", "triggers", "known violations", "false alarms", "worst margin"]
+        rows.append([name, *map(page.thousands, sums), violating, alarms[name], worst])
+    rows += [[name, "", "", "", alarms[name], ""] for name in (RUN, SESSION)]
+    head = ["requirement", "runs that triggered it", "triggers", "known violations", "false alarms", "worst margin"]
     return page.table(head, rows)
 
 

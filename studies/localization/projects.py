@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 import sys
 from collections.abc import Callable
@@ -11,9 +10,7 @@ from pathlib import Path
 
 from pytest_hricdv.coverage.code_map import CodeMap, map_code
 from studies import session
-
-_FILE = re.compile(r"^```\w+ (?P<name>\S+)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-"""A block of a page that is a file: the reader of the page writes it, a later one over an earlier one."""
+from studies.examples import blocks_of, write_files
 
 _DOCS = session.ROOT / "docs"
 
@@ -52,10 +49,7 @@ class Project:
 
 def _of_page(page: Path) -> Callable[[Path], None]:
     def fill(folder: Path) -> None:
-        for block in _FILE.finditer(page.read_text(encoding="utf-8")):
-            path = folder / block["name"]
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(block["text"], encoding="utf-8")
+        write_files(blocks_of(page), folder)
 
     return fill
 

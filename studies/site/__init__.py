@@ -4,5 +4,6 @@
 - `agentspeak`: colours of AgentSpeak and of project files
 - `docstrings`: sections of docstrings to field lists
 - `public_names`: what has to have a place on an API page
+- `scorer.js`: how the search ranks pages
 - `extension`: connects these with Sphinx
 """

@@ -1,9 +1,10 @@
 """Pages as they stand in the repository, where GitHub shows them, to what Sphinx reads.
 
-Five things differ. A block with the name of its file (```` ```toml pytest.ini ````) becomes a block with a caption. A
+Seven things differ. A block with the name of its file (```` ```toml pytest.ini ````) becomes a block with a caption. A
 link to a file outside of docs/ leads to the repository, or to the page that the site has of this file. A page in
-docs/project/ has the text of the file that it links to. The lists of the first page become the navigation. And badges,
-which are loaded from elsewhere, are left out.
+docs/project/ has the text of the file that it links to. The lists of the first page become the navigation. Words after
+which readers search (`<!-- search: flaky, random -->`) become entries of the index, which the search shows first.
+Studies are not searched. And badges, which are loaded from elsewhere, are left out.
 """
 
 from __future__ import annotations
@@ -22,7 +23,12 @@ _FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 _NAMED = re.compile(r"\A```(?P<language>\w+) (?P<name>\S+)\n")
 _CODE = re.compile(r"`[^`\n]*`")
 _LINK = re.compile(r"\]\((?P<target>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
-_LISTED = re.compile(r"\]\((\S+?)\.md\)")
+_LISTED = re.compile(r"\]\(([^\s:]+?)\.md\)")
+_ENTRY = re.compile(r"^- .*(?:\n  .*)*", re.MULTILINE)
+"""A line of a list, with the lines that go on with it."""
+_SEARCHED = re.compile(r"^<!-- search: (?P<words>.*) -->$", re.MULTILINE)
+OVERVIEWS = {"public-api": "api/", "studies/index": "studies/"}
+"""Pages that list those of a folder, which are below them in the navigation."""
 _BADGE = re.compile(r"!\[[^\]]*\]\(https://img\.shields\.io/[^)]*\) ?")
 """Badges are loaded from elsewhere, which no page of the site does."""
 _SECTION = re.compile(r"^## (?P<title>.*)$", re.MULTILINE)
@@ -59,8 +65,16 @@ def sphinx_source(page: str, text: str, repository_url: str) -> str:
         target = _target(match["target"], file, page, repository_url)
         return f"]({target}{match['anchor'] or ''})"
 
-    text = "".join(_parts(text, linked))
-    return f"{text}\n{_navigation(text)}" if page == "index" else text
+    text = _SEARCHED.sub(_index_entries, "".join(_parts(text, linked)))
+    unsearched = "---\nnosearch: true\n---\n\n" if page.startswith("studies/") else ""
+    navigation = _navigation(text) if page == "index" else _tree(_below(page, text), "")
+    return f"{unsearched}{text}\n{navigation}" if navigation else unsearched + text
+
+
+def _index_entries(match: re.Match[str]) -> str:
+    """Entries of the index at this place; `!` makes each the main one, which Sphinx's search ranks highest."""
+    entries = ", ".join(f"! {word.strip()}" for word in match["words"].split(","))
+    return f"```{{index}} {entries}\n```"
 
 
 def _parts(text: str, linked: Callable[[re.Match[str]], str]) -> Iterator[str]:
@@ -100,11 +114,32 @@ def _target(target: str, file: Path, page: str, repository_url: str) -> str:
 
 
 def _navigation(index: str) -> str:
-    """A hidden table of contents for each section of the first page, with the pages that it links to, in this order."""
+    """A hidden table of contents for each section of the first page, with the first page of each line of its lists."""
     titles = [*_SECTION.finditer(index)]
     ends = [match.start() for match in titles[1:]] + [len(index)]
-    trees = []
-    for match, end in zip(titles, ends, strict=True):
-        pages = list(dict.fromkeys(_LISTED.findall(index[match.end() : end])))
-        trees.append("\n".join(["```{toctree}", ":hidden:", f":caption: {match['title']}", "", *pages, "```", ""]))
-    return "\n".join(trees)
+    return "\n".join(
+        _tree([pages[0] for pages in entries(index[match.end() : end])], match["title"])
+        for match, end in zip(titles, ends, strict=True)
+    )
+
+
+def entries(text: str) -> list[list[str]]:
+    """The pages that each line of a text's lists links to, without the lines that link to none."""
+    found = (list(dict.fromkeys(_LISTED.findall(match[0]))) for match in _ENTRY.finditer(text))
+    return [pages for pages in found if pages]
+
+
+def _below(page: str, text: str) -> list[str]:
+    """The pages below one in the navigation: the others of its line on the first page, or those of its folder."""
+    if page in OVERVIEWS:
+        folder = Path(page).parent
+        pages = [os.path.normpath(folder / linked) for linked in dict.fromkeys(_LISTED.findall(text))]
+        return [Path(os.path.relpath(each, folder)).as_posix() for each in pages if each.startswith(OVERVIEWS[page])]
+    lines = entries((DOCS / "index.md").read_text(encoding="utf-8"))
+    return [f"/{each}" for first, *others in lines if first == page for each in others]
+
+
+def _tree(pages: list[str], caption: str) -> str:
+    """A hidden table of contents; empty without pages."""
+    head = ["```{toctree}", ":hidden:", *([f":caption: {caption}"] if caption else []), ""]
+    return "\n".join([*head, *pages, "```", ""]) if pages else ""

@@ -10,7 +10,6 @@ command at any time, and start it anew. `--again` makes none, and writes the pag
 from __future__ import annotations
 
 import argparse
-import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -21,11 +20,11 @@ from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, SuggestionResult
 from pytest_hricdv.results.codec import load
 from pytest_hricdv.results.model import Report
 from studies import page
+from studies.examples import blocks_of, write_files
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "studies" / "suggestions.md"
 COMMAND = "python -m studies.suggestions"
-_BLOCK = re.compile(r"^```\w+ (?P<name>\S+)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -66,10 +65,7 @@ def suggest(project: Project, folder: Path) -> None:
     """Run a session that suggests; its report is in the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     if project.page:
-        for block in _BLOCK.finditer((ROOT / "docs" / project.page).read_text(encoding="utf-8")):
-            path = folder / block["name"]
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(block["text"], encoding="utf-8")
+        write_files(blocks_of(ROOT / "docs" / project.page), folder)
     command = [sys.executable, "-m", "pytest_hricdv", "suggest", "--anew", "--most=40", *project.options]
     where = folder if project.page else ROOT
     ran = subprocess.run([*command, "--", project.test, f"--hri-report={folder / 'report'}"], cwd=where, check=False)

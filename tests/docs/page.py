@@ -7,41 +7,20 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
+from studies.examples import Block, blocks_of, write_files
+
+__all__ = ["DOCS", "Block", "blocks", "commands", "differences", "follow", "run", "write_files"]
+
 DOCS = Path(__file__).parents[2] / "docs"
-_BLOCK = re.compile(r"^```(?P<kind>\w+)(?: (?P<name>\S+))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 _EXIT = re.compile(r"\[exit (\d+)\]")
 _ENVIRONMENT = ("PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER", "FORCE_COLOR", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY")
 
 
-@dataclass(frozen=True)
-class Block:
-    """A fenced block of a page: its language, its text, and the name of the file that it is, or an empty name."""
-
-    kind: str
-    name: str
-    text: str
-
-
 def blocks(page: str) -> list[Block]:
     """The blocks of a page in docs/, in order."""
-    text = (DOCS / page).read_text(encoding="utf-8")
-    return [Block(found["kind"], found["name"] or "", found["text"]) for found in _BLOCK.finditer(text)]
-
-
-def write_files(found: Iterable[Block], folder: Path) -> list[str]:
-    """Write the blocks that are files; returns their names."""
-    names = []
-    for block in found:
-        if block.name:
-            path = folder / block.name
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(block.text, encoding="utf-8")
-            names.append(block.name)
-    return names
+    return blocks_of(DOCS / page)
 
 
 def commands(console: str) -> list[tuple[str, list[str]]]:
@@ -101,6 +80,9 @@ def follow(page: str, folder: Path) -> int:
     for block in blocks(page):
         if block.kind == "console":
             for command, shown in commands(block.text):
+                if command.startswith("cd "):
+                    folder /= command.removeprefix("cd ")
+                    continue
                 status, printed = run(command, folder)
                 assert not (found := differences(shown, status, printed)), f"$ {command}\n{found}"
                 ran += 1

@@ -42,5 +42,10 @@ def test_a_world_in_another_process(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_third_tutorial_leads_to_a_fault_that_takes_two_people(tmp_path: Path) -> None:
-    assert follow("two-people.md", tmp_path) == 1
+def test_two_people_lead_to_a_fault_that_takes_both(tmp_path: Path) -> None:
+    assert follow("people.md", tmp_path) == 2
+
+
+@pytest.mark.slow
+def test_an_installation_runs_what_init_writes(tmp_path: Path) -> None:
+    assert follow("install.md", tmp_path) == 2

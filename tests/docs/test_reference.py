@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -10,8 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.__main__ import main
+from pytest_hricdv.run import Run
 from pytest_hricdv.session.option_table import all_options
 from pytest_hricdv.testbench import Testbench
+from studies.site.pages import OVERVIEWS, entries
 from tests.docs.page import DOCS
 
 PAGES = sorted([*DOCS.rglob("*.md"), *DOCS.parent.glob("*.md")])
@@ -79,9 +83,34 @@ def test_commands_name_modules_that_exist(page: Path) -> None:
         assert in_example.exists() or find_spec(name) is not None, module
 
 
-def test_the_index_lists_every_page() -> None:
-    listed = set(re.findall(r"\]\((\S+?\.md)\)", _text("index.md"))) - {"../README.md"}
-    assert listed == {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")} - {"index.md"}
+def test_the_overviews_list_every_page_once() -> None:
+    listed = [Path(page).as_posix() for line in entries(_text("index.md")) for page in line]
+    for overview, folder in OVERVIEWS.items():
+        pages = re.findall(r"\]\((\S+?)\.md\)", _text(f"{overview}.md"))
+        below = dict.fromkeys(os.path.normpath(Path(overview).parent / page) for page in pages)
+        listed += [page for page in below if page.startswith(folder)]
+    there = {page.relative_to(DOCS).with_suffix("").as_posix() for page in DOCS.rglob("*.md")} - {"index"}
+    assert sorted(listed) == sorted(there)
+
+
+def test_the_reference_names_each_command(capsys: pytest.CaptureFixture[str]) -> None:
+    def commands(*group: str) -> set[str]:
+        with pytest.raises(SystemExit):
+            main([*group, "--help"])
+        listed = capsys.readouterr().out.partition("\n  COMMAND\n")[2]
+        return {" ".join(("hricdv", *group, name)) for name in re.findall(r"^    (\w+) ", listed, re.MULTILINE)}
+
+    there = commands() | commands("report") | commands("model")
+    assert len(there) > 20
+    named = set(re.findall(r"`(hricdv (?:report |model )?\w+)", _text("reference.md")))
+    assert there - {"hricdv model", "hricdv report", "hricdv model lint"} <= named
+
+
+def test_the_reference_names_only_what_a_run_has() -> None:
+    part = _text("reference.md").partition("| `run.` | |")[2].partition("\n\n")[0]
+    named = set(re.findall(r"`(\w+)(?:\([^`]*\))?`", "".join(re.findall(r"^\| (`.*?) \|", part, re.MULTILINE))))
+    assert len(named) > 10
+    assert named - {*dir(Run), *Run.__dataclass_fields__} == set()
 
 
 def _text(page: str) -> str:

@@ -5,11 +5,17 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.docs.page import DOCS, blocks
+from tests.docs.test_continuous_integration import environment
 
 pytestmark = pytest.mark.slow
 
@@ -23,6 +29,105 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     built = subprocess.run(command, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stdout + built.stderr
     return folder / "html"
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """Serves the site, and says nothing."""
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Nothing."""
+
+
+@pytest.fixture(scope="module")
+def address(site: Path) -> Iterator[str]:
+    """Where the site is served: the search shows no excerpts of files."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(site)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.fixture(scope="module")
+def window(browser: Any) -> Iterator[Any]:
+    """A page of the browser."""
+    opened = browser.new_page(viewport={"width": 1440, "height": 900})
+    yield opened
+    opened.close()
+
+
+SEARCHES = {
+    "flaky": "repeatability",
+    "random numbers": "repeatability",
+    "margin": "reading-the-report",
+    "test my ROS node": "ros2",
+    "ros": "ros2",
+    "launch file": "ros2",
+    "race condition": "schedules",
+    "deadlock": "schedules",
+    "github actions": "continuous-integration",
+    "junit": "continuous-integration",
+    "resume": "interrupted-sessions",
+    "mutation testing": "mutation",
+    "simulator": "own-world",
+    "lost message": "disturbances",
+    "two people": "people",
+    "install": "install",
+    "tutorial": "tutorial",
+    "requirement": "requirements",
+    "known violation": "reference",
+    "fixture": "reference",
+    "exit code": "reference",
+    "baseline": "behaviour-diff",
+    "asyncio": "people",
+    "threads": "bring-your-code",
+    "AgentSpeak": "writing-models",
+    "coverage closure": "suites",
+    "q-learning": "suites",
+    "rosbag": "traces",
+    "why does my test fail": "diagnosis",
+    "hypothesis": "comparison",
+    "malicious": "trust",
+    "dask": "campaigns",
+    "iso 10218": "patterns",
+    "sign off": "verification-plan",
+    "existing code": "draft",
+    "specification mining": "suggestions",
+    "oracle": "model-as-oracle",
+    "waits in real time": "troubleshooting",
+}
+"""What readers type -> the page that answers it, which has to come first."""
+
+
+@pytest.mark.parametrize("words", SEARCHES)
+def test_the_search_shows_the_page_that_answers_first(words: str, window: Any, address: str) -> None:
+    window.goto(f"{address}/search.html?q={words.replace(' ', '+')}")
+    window.wait_for_function("document.querySelector('.search-summary')?.innerText.includes('found')")
+    first = window.locator("ul.search li a").first.get_attribute("href")
+    assert Path(first.partition("?")[0].partition("#")[0]).stem == SEARCHES[words]
+
+
+def test_the_search_leaves_studies_out(window: Any, address: str) -> None:
+    window.goto(f"{address}/search.html?q=wilson")
+    window.wait_for_function("document.querySelector('.search-summary')?.innerText")
+    assert [link for link in window.locator("ul.search li a").all() if "studies/" in link.get_attribute("href")] == []
+
+
+def test_the_sidebar_is_short(window: Any, address: str) -> None:
+    window.goto(f"{address}/index.html")
+    shown = [link for link in window.locator(".sidebar-tree a").all() if link.is_visible()]
+    assert 20 < len(shown) <= 30
+
+
+def test_the_site_is_built_with_its_dependency_group_alone(tmp_path: Path) -> None:
+    programs = environment(tmp_path / "venv")
+    for command in (
+        ["pip", "install", "--quiet", "--upgrade", "pip>=25.1"],
+        ["pip", "install", "--quiet", str(DOCS.parent), "--group", f"{DOCS.parent / 'pyproject.toml'}:docs"],
+        ["sphinx", "--builder", "html", "--fail-on-warning", "--quiet", str(DOCS), str(tmp_path / "html")],
+    ):
+        done = subprocess.run([str(programs / "python"), "-m", *command], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_pages_load_nothing_from_elsewhere(site: Path) -> None:

@@ -138,7 +138,7 @@ def test_pictures_are_the_same_bytes_and_bear_no_date(tmp_path: Path) -> None:
         text = path.read_text(encoding="utf-8")
         assert text == (tmp_path / "b" / "pictures" / path.name).read_text(encoding="utf-8")
         assert "<dc:date>" not in text
-    assert (tmp_path / "a" / "experiment.md").read_text(encoding="utf-8") == rendered(report())
+    assert (tmp_path / "a" / "studies" / "experiment.md").read_text(encoding="utf-8") == rendered(report())
 
 
 def test_axes_have_names_units_and_legends() -> None:

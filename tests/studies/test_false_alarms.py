@@ -84,10 +84,10 @@ def test_the_command_prints_figures_and_writes_only_when_asked(
     monkeypatch.setattr("sys.argv", command)
     false_alarms.main()
     assert "**0 of 6 runs have a false alarm**" in capsys.readouterr().out
-    assert not (tmp_path / "false-alarms.md").exists()
+    assert not (tmp_path / "studies" / "false-alarms.md").exists()
     monkeypatch.setattr("sys.argv", [*command, "--again", "--write"])
     false_alarms.main()
-    assert (tmp_path / "false-alarms.md").read_text(encoding="utf-8").startswith("# False alarms\n")
+    assert (tmp_path / "studies" / "false-alarms.md").read_text(encoding="utf-8").startswith("# Study: false alarms\n")
 
 
 def test_without_a_report_of_the_present_code_there_are_no_figures(tmp_path: Path) -> None:

@@ -64,12 +64,31 @@ def test_the_page_of_a_file_links_to_it_on_github(name: str) -> None:
     assert f"](../../{name})" in page.read_text(encoding="utf-8")
 
 
-def test_the_navigation_has_the_pages_of_each_section_of_the_index_in_order() -> None:
-    text = "# Home\n[not here](zero.md)\n## Begin\n- [b](b.md), [a](a.md)\n## Look up\n- [c](api/c.md), [c](api/c.md)\n"
-    trees = [
-        tree.partition("```\n")[0].split() for tree in sphinx_source("index", text, REPOSITORY).split("{toctree}")[1:]
+def trees_of(page: str, text: str) -> list[list[str]]:
+    return [tree.partition("```\n")[0].split() for tree in read(text, page).split("{toctree}")[1:]]
+
+
+def test_the_navigation_has_the_first_page_of_each_line_of_the_index() -> None:
+    text = "# Home\n[not here](zero.md)\n## Begin\n- [b](b.md),\n  [a](a.md)\n- [d](d.md)\n## Look up\n- [c](api/c.md)"
+    assert trees_of("index", text) == [
+        [":hidden:", ":caption:", "Begin", "b", "d"],
+        [":hidden:", ":caption:", "Look", "up", "api/c"],
     ]
-    assert trees == [[":hidden:", ":caption:", "Begin", "b", "a"], [":hidden:", ":caption:", "Look", "up", "api/c"]]
+
+
+def test_other_pages_of_a_line_and_those_of_a_folder_are_below_its_first_page() -> None:
+    assert trees_of("requirements", "# Requirements\n") == [[":hidden:", "/patterns"]]
+    assert trees_of("patterns", "# Patterns\n") == []
+    assert trees_of("public-api", "| [a](api/run.md) | [b](tutorial.md) |\n") == [[":hidden:", "api/run"]]
+    assert trees_of("studies/index", "[a](speed.md), [b](../tutorial.md)\n") == [[":hidden:", "speed"]]
+
+
+def test_words_that_readers_search_for_are_main_entries_of_the_index() -> None:
+    assert read("# T\n\n<!-- search: flaky, random seed -->\n") == ("# T\n\n```{index} ! flaky, ! random seed\n```\n")
+
+
+def test_studies_are_not_searched() -> None:
+    assert read("# Study\n", "studies/speed").startswith("---\nnosearch: true\n---\n\n# Study\n")
 
 
 def test_sections_of_a_docstring_become_fields() -> None:

@@ -81,7 +81,8 @@ def test_no_path_leads_out_of_the_project(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_client_closes_the_tutorial(tmp_path: Path) -> None:
     """All that a scripted client knows is what the server says."""
-    write_files(reversed(blocks("tutorial.md")), tmp_path)  # of each file what comes first, with the bug
+    with_bug = [block for block in blocks("tutorial.md") if block.kind != "diff"]
+    write_files(with_bug, tmp_path)
     (tmp_path / "test_own.py").unlink()
     command = ["-m", "pytest_hricdv.report", "mcp", str(tmp_path), "--allow-run"]
 
