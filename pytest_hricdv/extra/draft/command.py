@@ -13,7 +13,7 @@ from pytest_hricdv.extra.draft.code_model import CodeModel
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.first_runs import FirstRuns
 from pytest_hricdv.extra.draft.launch_analysis import analyse_launch, read_launch_file
-from pytest_hricdv.extra.draft.node_analysis import analyse_node
+from pytest_hricdv.extra.draft.node_analysis import analyse_node, with_state_topic
 from pytest_hricdv.extra.draft.observe.observations import (
     Observations,
     is_observations,
@@ -26,7 +26,7 @@ from pytest_hricdv.extra.draft.project.draft import Draft, robot_name
 from pytest_hricdv.extra.draft.project.files import check, write
 from pytest_hricdv.extra.draft.record import add_command as add_command
 from pytest_hricdv.extra.draft.ros.executable import find_executable
-from pytest_hricdv.extra.draft.ros_model import ros_lines
+from pytest_hricdv.extra.draft.ros_model import RosStart, ros_lines
 from pytest_hricdv.extra.draft.settlement import BUDGET_S, Reread
 from pytest_hricdv.extra.draft.settling import settle
 from pytest_hricdv.skeleton.skeleton import name_like
@@ -58,27 +58,93 @@ class DraftOptions:
     budget_s: float = BUDGET_S
 
 
-def draft(package: str, options: DraftOptions) -> Iterator[str]:
+@dataclass(frozen=True)
+class FirstDraft:
+    """A draft before its first runs.
+
+    Args:
+        draft: of what the code and recordings say.
+        lines: for the terminal: what was read.
+        reread: reads the code again with what first runs show; None where nothing more can be known of it.
+        is_runnable: whether first runs can be made.
+    """
+
+    draft: Draft
+    lines: tuple[str, ...]
+    reread: Reread | None = None
+    is_runnable: bool = True
+
+
+def draft(way: str, code: str, options: DraftOptions) -> Iterator[str]:
     """Read the code, run a draft where nothing outside is touched, and write it; yields lines for the terminal.
 
+    Args:
+        way: "from", "ros2" or "launch".
+        code: PACKAGE[:FUNCTION], "PACKAGE EXECUTABLE" or the path of a node's file, or "FILE [name:=value ...]".
+        options: of the draft.
+
     Raises:
-        DraftError: there is no such code, or a file of the draft exists.
+        DraftError: there is no such code, it cannot be read here, or a file of the draft exists.
     """
+    prepared = prepare(way, code, options)
+    yield from prepared.lines
+    yield from _write(prepared, options)
+
+
+def prepare(way: str, code: str, options: DraftOptions) -> FirstDraft:
+    """Read the code for a draft, and nothing more; see `draft`."""
+    begin = {"launch": _prepare_launch, "ros2": _prepare_node, "from": _prepare_package}
+    prepared = begin[way](code, options)
+    made = replace(prepared.draft, earlier=read_answers(prepared.draft.folder))
+    check(made, made.folder)
+    lines = (*prepared.lines, *_summary(made.code))
+    return replace(prepared, draft=made, lines=lines)
+
+
+def _prepare_package(package: str, options: DraftOptions) -> FirstDraft:
     seen, bags = _observations(options.recordings)
-    options = replace(options, recordings=bags)
     reader = CodeReader(package)
 
     def reread(more: Observations | None, faulty: frozenset[str]) -> CodeModel:
         both = merge_observations(part for part in (seen, more) if part is not None)
         return reader.model(both, faulty)
 
-    model, observed = _with_recordings(reader.model(seen), options, {})
+    model, observed = _with_recordings(reader.model(seen), bags, {})
     name = options.robot or robot_name(model)
-    made = _begin(Draft(model, name, options.person, options.folder.resolve(), observed=observed))
-    yield from _summary(model)
-    if model.ros.nodes or model.ros.endpoints:
-        yield NO_NODES
-    yield from _write(made, options, options.runs, reread)
+    made = Draft(model, name, options.person, options.folder.resolve(), observed=observed)
+    has_nodes = bool(model.ros.nodes or model.ros.endpoints)
+    return FirstDraft(made, (NO_NODES,) if has_nodes else (), reread)
+
+
+def _prepare_node(node: str, options: DraftOptions) -> FirstDraft:
+    program = find_executable(node, Path.cwd().resolve())
+    model, start = analyse_node(program)
+    model, observed = _with_recordings(model, options.recordings, program.packages)
+    name = options.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
+    return _of_nodes(model, start, name, observed, options)
+
+
+def _prepare_launch(file: str, options: DraftOptions) -> FirstDraft:
+    start = Path.cwd().resolve()
+    nodes = read_launch_file(file, start)
+    model, how, program = analyse_launch(nodes, start)
+    model, observed = _with_recordings(model, options.recordings, program.packages)
+    name = options.robot or name_like(nodes.file.name.partition(".")[0])
+    python = len(nodes.nodes) - len(how.left_out)
+    line = f"{nodes.file}: starts {len(nodes.nodes)} processes, {python} of them nodes of Python"
+    return _of_nodes(model, how, name, observed, options, line)
+
+
+def _of_nodes(
+    model: CodeModel, start: RosStart, name: str, observed: Observation | None, options: DraftOptions, *lines: str
+) -> FirstDraft:
+    made = Draft(model, name, options.person, options.folder.resolve(), ros=start, observed=observed)
+
+    def reread(seen: Observations | None, _: frozenset[str]) -> CodeModel:
+        return with_state_topic(model, seen)
+
+    is_runnable = all(problem.kind != "missing module" for problem in model.problems)
+    return FirstDraft(made, lines, reread, is_runnable)
 
 
 def _observations(paths: tuple[Path, ...]) -> tuple[Observations | None, tuple[Path, ...]]:
@@ -99,11 +165,11 @@ def _observations(paths: tuple[Path, ...]) -> tuple[Observations | None, tuple[P
 
 
 def _with_recordings(
-    model: CodeModel, options: DraftOptions, packages: Mapping[str, Path]
+    model: CodeModel, recordings: tuple[Path, ...], packages: Mapping[str, Path]
 ) -> tuple[CodeModel, Observation | None]:
-    if not options.recordings:
+    if not recordings:
         return model, None
-    missing = next((path for path in options.recordings if not path.exists()), None)
+    missing = next((path for path in recordings if not path.exists()), None)
     if missing is not None:
         raise DraftError(f"--recording={missing}: there is no file or folder {missing.absolute()}")
     try:
@@ -114,58 +180,16 @@ def _with_recordings(
     except ModuleNotFoundError as error:
         extra = 'pip install "pytest-hricdv[ros2,traces]"'
         raise DraftError(f"--recording: {error.name} is needed to read bags; install the extras: {extra}") from None
-    return with_recordings(model, options.recordings, packages)
+    return with_recordings(model, recordings, packages)
 
 
-def draft_node(node: str, options: DraftOptions) -> Iterator[str]:
-    """The same for a node of ROS 2, "PACKAGE EXECUTABLE" or the path of its file.
-
-    Raises:
-        DraftError: there is no such executable of Python, or a file of the draft exists.
-    """
-    program = find_executable(node, Path.cwd().resolve())
-    model, start = analyse_node(program)
-    model, observed = _with_recordings(model, options, program.packages)
-    name = options.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
-    made = _begin(Draft(model, name, options.person, options.folder.resolve(), ros=start, observed=observed))
-    yield from _summary(model)
-    is_runnable = all(problem.kind != "missing module" for problem in model.problems)
-    yield from _write(made, options, options.runs and is_runnable)
-
-
-def draft_launch(file: str, options: DraftOptions) -> Iterator[str]:
-    """The same for the nodes that a launch file starts, "FILE [name:=value ...]".
-
-    Raises:
-        DraftError: there is no such launch file, it cannot be read here, or it starts no node of Python; or a file of
-            the draft exists.
-    """
-    start = Path.cwd().resolve()
-    nodes = read_launch_file(file, start)
-    model, how, program = analyse_launch(nodes, start)
-    model, observed = _with_recordings(model, options, program.packages)
-    name = options.robot or name_like(nodes.file.name.partition(".")[0])
-    made = _begin(Draft(model, name, options.person, options.folder.resolve(), ros=how, observed=observed))
-    python = len(nodes.nodes) - len(how.left_out)
-    yield f"{nodes.file}: starts {len(nodes.nodes)} processes, {python} of them nodes of Python"
-    yield from _summary(model)
-    is_runnable = all(problem.kind != "missing module" for problem in model.problems)
-    yield from _write(made, options, options.runs and is_runnable)
-
-
-def _begin(made: Draft) -> Draft:
-    """The draft with what somebody has changed in the last one. Raises DraftError where it cannot be written."""
-    made = replace(made, earlier=read_answers(made.folder))
-    check(made, made.folder)
-    return made
-
-
-def _write(made: Draft, options: DraftOptions, runs: bool, reread: Reread | None = None) -> Iterator[str]:
+def _write(prepared: FirstDraft, options: DraftOptions) -> Iterator[str]:
+    made = prepared.draft
     kept = find_edits(made.earlier)
     if kept:
         yield f"drafted before: what was changed since stays as it is, in {', '.join(kept)}"
-    if runs:
-        made, trials = settle(made, reread, options.budget_s, lambda line: print(visible(line), flush=True))
+    if options.runs and prepared.is_runnable:
+        made, trials = settle(made, prepared.reread, options.budget_s, lambda line: print(visible(line), flush=True))
         yield from (
             f"first runs: {_place(trial)}{trial.cause}: the draft is not green" for trial in trials if trial.cause
         )
@@ -201,10 +225,9 @@ class InitCommand:
     """What `hricdv init` does with code."""
 
     def draft(self, asked: Mapping[str, str | None], options: Mapping[str, Any]) -> Iterator[str]:
-        """Draft for "launch", "ros2" or "from", the first one that is not None. Raises DraftError where it cannot."""
-        begin = {"launch": draft_launch, "ros2": draft_node, "from": draft}
+        """Draft for the first way that is not None. Raises DraftError where it cannot."""
         way, code = next((way, code) for way, code in asked.items() if code is not None)
-        return begin[way](code, DraftOptions(**options))
+        return draft(way, code, DraftOptions(**options))
 
     def update(self, folder: Path) -> int:
         """Compare code and testbench of a project; returns the exit status."""

@@ -1,0 +1,1 @@
+"""A courier in an office: threads, queues of dicts, no annotations."""
