@@ -16,6 +16,7 @@ from typing import Any
 
 from pytest_hricdv.extra.draft.code_model import CodeLine
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
+from pytest_hricdv.extra.draft.observe.shape import MAX_LENGTH
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import write
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE
@@ -135,6 +136,8 @@ def _session(draft: Draft, options: Sequence[str], limit_s: float) -> _Session:
             return _Session(text, status, None, used_s, seen, _line_of(error, root), error)
         raised_at = _error_location(report, folder, root)
         content = json.loads(report.read_text(encoding="utf-8"))
+        if draft.ros is not None:
+            seen = _texts_on_topics(content)
         for test in content["tests"]:
             test["failure"] = _shorten(test["failure"], folder, root)
         return _Session(text, status, content, used_s, seen, raised_at)
@@ -243,6 +246,20 @@ def _read(report: dict[str, Any]) -> FirstRuns:
         missing={file["file"]: tuple(file["missing_lines"])
                  for file in (report.get("code_under_test") or {}).get("files", ())},
     )  # fmt: skip
+
+
+def _texts_on_topics(report: dict[str, Any]) -> Observations:
+    """The texts in fields of topics, as the states of attributes are observed."""
+    seen = Observations()
+    for test in report["tests"]:
+        last: dict[str, str] = {}
+        for line in (test.get("timeline") or {}).get("messages", ()):
+            _, _, topic, fields = line.split("\t", 3)
+            for name, text in json.loads(fields).items():
+                if isinstance(text, str) and len(text) <= MAX_LENGTH and last.get(f"{topic}.{name}") != text:
+                    seen.add_state(f"{topic}.{name}", last.get(f"{topic}.{name}"), text)
+                    last[f"{topic}.{name}"] = text
+    return seen
 
 
 def _has_raised(test: dict[str, Any]) -> bool:

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+import ast
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 from pytest_hricdv.extra.draft.analysis import analyse_sources
+from pytest_hricdv.extra.draft.code.attributes import AttributeStates
+from pytest_hricdv.extra.draft.code.contents import ContentReader
 from pytest_hricdv.extra.draft.code.fields import FieldReader
-from pytest_hricdv.extra.draft.code.flow import Flow
+from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
 from pytest_hricdv.extra.draft.code.loading import top_level_without
-from pytest_hricdv.extra.draft.code.sources import DraftError, Sources
+from pytest_hricdv.extra.draft.code.sources import DraftError, Scope, Sources
+from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code.waits import find_guarded_imports
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
     Direction,
+    FieldValue,
     Message,
     MessageField,
     Problem,
     Question,
+    StateMachine,
 )
+from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.ros.executable import Executable
 from pytest_hricdv.extra.draft.ros.interfaces import fields, is_installed
 from pytest_hricdv.extra.draft.ros.nodes import FOLDERS
@@ -58,12 +68,32 @@ def analyse_node(executable: Executable, started: StartedNode | None = None) -> 
     messages = _with_values(_messages(executable, start), model.ros.endpoints, executable.sources)
     questions = [q for q in model.questions if q.about in ("publisher", "subscription", "service", "client",
                                                              "action server", "action client")]  # fmt: skip
-    machines = tuple(replace(machine, field="") for machine in model.machines)
+    machines = (*(replace(machine, field="") for machine in model.machines), *_attribute_machines(executable.sources))
     made = replace(
         model, messages=tuple(messages), machines=machines, entry=None, problems=problems,
         modules=top_level_without(executable.sources, OWN.encode()),  # other nodes of the package are not under test
     )  # fmt: skip
     return replace(made, questions=(*questions, *_questions(made))), start
+
+
+def _attribute_machines(sources: Sources) -> Iterator[StateMachine]:
+    """The states that nodes hold in attributes."""
+    states = AttributeStates(sources, Flow(sources))
+    for scope in sources.classes:
+        if any(base.startswith(f"{OWN}.") for base in sources.bases(scope)):
+            yield from states.machines(scope)
+
+
+def with_state_topic(model: CodeModel, seen: Observations | None) -> CodeModel:
+    """The model, in which a machine has the field of a topic in which first runs saw nothing but its states."""
+    for number, machine in enumerate(model.machines):
+        names = {state.name for state in machine.states}
+        for key, pairs in seen.states.items() if seen is not None else ():
+            texts = {text for pair in pairs for text in pair.split(" -> ")}
+            if len(texts) > 1 and texts <= names:
+                machines = [replace(machine, field=key), *model.machines[:number], *model.machines[number + 1 :]]
+                return replace(model, machines=tuple(machines))
+    return model
 
 
 def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Problem, ...]]:
@@ -136,17 +166,46 @@ def _add(messages: dict[str, Message], message: Message) -> None:
 
 
 def _with_values(messages: Sequence[Message], endpoints: Sequence[Endpoint], sources: Sources) -> Iterator[Message]:
-    """The messages, with the texts that callbacks compare their fields with."""
-    reader = FieldReader(sources, Flow(sources))
+    """The messages, with the texts that callbacks compare their fields with, or take for JSON."""
+    flow = Flow(sources)
+    reader = FieldReader(sources, flow)
+    contents = ContentReader(flow, reader, Usage())
     callbacks = [(e.name, e.callback.rpartition(".")[2]) for e in endpoints if not e.is_outgoing]
     for message in messages:
         names = {callback for name, callback in callbacks if name == message.channel}
         names = names if message.direction != "published" else set()
         functions = [scope for scope in sources.functions if scope.node.name in names]
         yield replace(message, fields=tuple(
-            replace(part, values=reader.values_in(functions, part.name)) if part.kind == "str" else part
+            replace(part, values=reader.values_in(functions, part.name) or _json_texts(part, functions, contents))
+            if part.kind == "str" else part
             for part in message.fields
         ))  # fmt: skip
+
+
+def _json_texts(part: MessageField, functions: Sequence[Scope], contents: ContentReader) -> tuple[FieldValue, ...]:
+    """The texts of JSON that a callback takes a field for: one for each kind and each value that it tells apart."""
+    found: dict[str, FieldValue] = {}
+    for function in functions:
+        assert not isinstance(function.node, ast.ClassDef)
+        for _, argument in contents.kinds(function, parameter_names(function.node)[-1]):
+            for sample in _samples(argument.fields) if "json.dumps(" in argument.source else ():
+                names = {"json": json, "SimpleNamespace": SimpleNamespace, "Neutral": lambda: None}
+                made = eval(argument.source, names, {"m": SimpleNamespace(**sample)})  # of this tool's own making
+                text = getattr(made, part.name, made)
+                text = text.decode() if isinstance(text, bytes) else str(text)
+                found.setdefault(text, FieldValue(text, function.location))
+    return tuple(found.values())
+
+
+def _samples(parts: Sequence[MessageField]) -> Iterator[dict[str, Any]]:
+    """Values of all fields: the first ones, and each other one with the first ones of the others."""
+    options: dict[str, list[Any]] = {}
+    for part in parts:
+        texts = [value.text for value in part.values]
+        options[part.name] = [True, False] if part.kind == "bool" else (texts or [""]) if part.kind == "str" else [1.0]
+    first = {name: values[0] for name, values in options.items()}
+    yield first
+    yield from ({**first, name: value} for name, values in options.items() for value in values[1:])
 
 
 def _questions(model: CodeModel) -> Iterator[Question]:

@@ -61,10 +61,7 @@ class ContentReader:
         return []
 
     def kinds(self, scope: Scope, name: str) -> list[tuple[str, Argument]]:
-        """The kinds of a value that a function tells apart, each with its name; one without a name where it does not.
-
-        A field tells kinds apart where others are only read for some of its texts.
-        """
+        """The kinds of a value that a function tells apart, each with its name; one without where there is only one."""
         return self._kinds_of(lambda: self.of_name(scope, name))
 
     def _kinds_of(self, read: Callable[[], Argument | None]) -> list[tuple[str, Argument]]:
@@ -147,9 +144,7 @@ class ContentReader:
                 separator = first.value if isinstance(first, ast.Constant) else " "
                 value = value.func.value if isinstance(value.func, ast.Attribute) else value
                 while (
-                    isinstance(value, ast.Call)
-                    and last_name(value.func) in TEXT_OF
-                    and isinstance(value.func, ast.Attribute)
+                    isinstance(value, ast.Call) and isinstance(value.func, ast.Attribute) and value.func.attr in TEXT_OF
                 ):
                     value = value.func.value
             if name_with_dots(value) != name or not isinstance(separator, str | None):
@@ -174,7 +169,9 @@ class ContentReader:
                     self._note(word(name), scope, node)
                     above = self._flow.parents.get(id(node))
                     if isinstance(above, ast.Subscript) and above.value is node:  # one of several words
-                        part = self._add_words(part, self._fields.read_value(above, scope, name))
+                        word_of = self._fields.read_value(above, scope, name)
+                        values = {value.text: value for value in (*part.values, *word_of.values)}
+                        part = replace(part, kind=part.kind or word_of.kind, values=tuple(values.values()))
             kind = part.kind or self._uses.kind(scope, name, self._skipped)
             fields.append(replace(part, name=word(name), kind=kind))
         known = tuple(part for part in fields if part.kind)
@@ -184,30 +181,40 @@ class ContentReader:
         texts = [f"str(m.{part.name})" if part.kind != "str" else f"m.{part.name}" for part in known]
         return Argument(f" + {separator!r} + ".join(texts), known)
 
-    @staticmethod
-    def _add_words(part: MessageField, word_of: MessageField) -> MessageField:
-        values = {value.text: value for value in (*part.values, *word_of.values)}
-        return replace(part, kind=part.kind or word_of.kind, values=tuple(values.values()))
-
     def _attributes(self, scope: Scope, name: str) -> Argument | None:
-        """An object of which a function compares attributes."""
+        """An object of which a function compares attributes, or takes numbers out of them."""
         found: dict[str, MessageField] = {}
-        encoded = set()
+        sources: dict[str, str] = {}
         for node in walk_what_runs(scope.node, self._skipped):
             if isinstance(node, ast.Attribute) and name_with_dots(node.value) == name:
                 field = self._fields.read_value(node, scope, word(node.attr))
+                top, is_bytes = self._text_of_bytes(node)
+                if not field.kind and is_bytes and self._uses.kind_at(top) == "float":
+                    sources[node.attr] = "str({}).encode()"
+                    field = replace(field, kind="float", type="int")  # a text that is a whole number is any number
+                elif is_bytes and field.kind == "str":
+                    sources[node.attr] = "{}.encode()"
                 if field.kind:
                     self._note(word(node.attr), scope, node)
                     self._add_key(found, node.attr, field)
-                parent = self._flow.parents.get(id(node))
-                if isinstance(parent, ast.Compare) and any(isinstance(getattr(each, "value", None), bytes)
-                                                           for each in parent.comparators):  # fmt: skip
-                    encoded.add(node.attr)
         if not found:
             return None
-        made = ", ".join(f"{key}=m.{field.name}" + (".encode()" if key in encoded else "")
-                         for key, field in _with_own_names(found))  # fmt: skip
-        return Argument(f"SimpleNamespace({made})", tuple(field for _, field in _with_own_names(found)))
+        pairs = _with_own_names(found)
+        made = ", ".join(f"{key}={sources.get(key, '{}').format(f'm.{field.name}')}" for key, field in pairs)
+        return Argument(f"SimpleNamespace({made})", tuple(field for _, field in pairs))
+
+    def _text_of_bytes(self, node: ast.expr) -> tuple[ast.expr, bool]:
+        """The text that is made of bytes, and whether it is; what is compared with bytes is some, too."""
+        above = self._flow.parents.get(id(node))
+        if isinstance(above, ast.Compare):
+            return node, any(isinstance(getattr(each, "value", None), bytes) for each in above.comparators)
+        is_bytes = False
+        while isinstance(above, ast.Attribute) and above.attr in TEXT_OF:
+            is_bytes |= above.attr == "decode"
+            called = self._flow.parents.get(id(above))
+            node = called if isinstance(called, ast.Call) else above
+            above = self._flow.parents.get(id(node))
+        return node, is_bytes
 
     def _keys_of_argument(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
         """Of a value that is handed on at once, `self.handle(json.loads(line))`, the keys that are read there."""

@@ -190,7 +190,7 @@ class FieldReader:
             yield from ((part.value, module, scope) for part in patterns if isinstance(part, ast.MatchValue))
         elif isinstance(parent, ast.Subscript) and parent.slice is node:
             yield parent.value, module, scope
-        elif isinstance(parent, ast.Attribute) and parent.attr in ("strip", "lower", "upper", "value"):
+        elif isinstance(parent, ast.Attribute) and parent.attr in ("strip", "lower", "upper", "value", "decode"):
             above = self._flow.parents.get(id(parent))
             yield from self._comparisons(above if isinstance(above, ast.Call) else parent, module, scope, names)
         elif isinstance(parent, ast.Attribute) and parent.attr == "startswith":

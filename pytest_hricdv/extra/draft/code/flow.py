@@ -203,14 +203,26 @@ class Flow:
 
     def _arguments(self, scope: Scope, function: Function, name: str) -> Iterator[Origin]:
         """What a parameter is called with."""
-        called = scope.owner.name if scope.owner is not None and function.name == "__init__" else function.name
-        for call in self.calls[called]:
+        is_begin = scope.owner is not None and function.name == "__init__"
+        for call in self._constructions(scope) if is_begin else self.calls[function.name]:
             value = argument_of(call.node, function, name, is_method=scope.owner is not None)
             if value is not None:
                 yield value, call.module, call.scope
         default = default_of(function, name)
         if default is not None:
             yield default, scope.module, None
+
+    def _constructions(self, scope: Scope) -> Iterator[CallSite]:
+        """The calls that run a constructor: of its class, and of those that derive from it and have none or call it."""
+        for each in self.sources.classes:
+            above = (each, *self.sources.base_classes(each))
+            begins = [base.node for base in above for part in base.node.body if getattr(part, "name", "") == "__init__"]
+            if scope.owner not in begins:
+                continue
+            if begins[0] is scope.owner:
+                yield from self.calls[each.node.name]
+            elif begins[1] is scope.owner:
+                yield from (call for call in self.calls["__init__"] if call.scope and call.scope.owner is begins[0])
 
     def _attribute(self, node: ast.Attribute, module: Module, scope: Scope | None) -> Iterator[Origin]:
         if node.attr in ("value", "name"):  # of a member of an enumeration

@@ -61,9 +61,10 @@ class PortReader:
 
     def variable(self, module: Module, name: str, node: ast.AST) -> Port:
         """A variable of a module or of its functions, or an attribute, that the code makes itself."""
-        operations = [self._operation(each, at, scope) for at, scope, each in self._flow.nodes
+        operations = [operation for at, scope, each in self._flow.nodes
                       if isinstance(each, ast.Attribute) and scope is not None and at is module
-                      and name_with_dots(each.value) == name]  # fmt: skip
+                      and name_with_dots(each.value) == name
+                      for operation in self._operations(each, at, scope)]  # fmt: skip
         return self._port(module, name.rpartition(".")[2], None, "", operations, node)
 
     def port(self, scope: Scope, name: str) -> Port:
@@ -92,9 +93,11 @@ class PortReader:
         by_name: dict[str, Operation] = {}
         for operation in operations:
             by_name[operation.name] = _merge(by_name.get(operation.name), operation)
-        declared = tuple(self._declaration(operation, own) for operation in by_name.values())
+        known = {name: self._declaration(operation, own) for name, operation in by_name.items()}
+        typed = {name for name, operation in known.items() if operation.returns}  # their answers have their parts
+        declared = tuple(each for name, each in known.items() if "." not in name or name.partition(".")[0] not in typed)
         used = set(by_name)
-        role = self._role(name, written, default, used, own)
+        role = self._role(name, written, default, {each for each in used if "." not in each}, own)
         received, published = used & {"get", "get_nowait"}, used & {"put", "put_nowait"}
         side = "received" if received and not published else "published" if published and not received else ""
         neutral, imports = neutral_value(self._sources, module, annotation) or ("", ())
@@ -154,7 +157,7 @@ class PortReader:
         """What a function does with a parameter, and those do to which it is passed on."""
         for node in ast.walk(scope.node) if handovers <= MAX_HANDOVERS else ():
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == name:
-                yield self._operation(node, scope.module, scope)
+                yield from self._operations(node, scope.module, scope)
             elif isinstance(node, ast.Call):
                 if isinstance(node.func, ast.Name) and node.func.id == name:
                     yield Operation("__call__", True, scope.module.location(node))
@@ -172,7 +175,7 @@ class PortReader:
             if scope is None:
                 continue
             if isinstance(node, ast.Attribute) and self._is_attribute(node.value, owner, attribute, scope):
-                yield self._operation(node, module, scope)
+                yield from self._operations(node, module, scope)
             elif isinstance(node, ast.Call):
                 if self._is_attribute(node.func, owner, attribute, scope):
                     yield Operation("__call__", True, module.location(node))
@@ -206,6 +209,26 @@ class PortReader:
         if not isinstance(node, ast.Attribute) or node.attr != attribute:
             return False
         return self._flow.owner_of(node.value, scope.module, scope) is owner
+
+    def _operations(self, node: ast.Attribute, module: Module, scope: Scope) -> Iterator[Operation]:
+        """What is done with a method or attribute, and with the parts of what it returns: `nearest().distance`."""
+        whole = self._operation(node, module, scope)
+        parent = self._flow.parents.get(id(node))
+        value = parent if isinstance(parent, ast.Call) and parent.func is node else node
+        yield whole
+        for part in self._parts(value, scope):
+            result = self._used_as(part, scope)
+            if result is not None:
+                yield Operation(f"{whole.name}.{part.attr}", False, module.location(part), result=result)
+
+    def _parts(self, value: ast.expr, scope: Scope) -> Iterator[ast.Attribute]:
+        above = self._flow.parents.get(id(value))
+        if isinstance(above, ast.Attribute):
+            yield above
+        names = [target.id for target, _ in assignments(above or value) if isinstance(target, ast.Name)]
+        for node in ast.walk(scope.node) if names else ():
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in names:
+                yield node
 
     def _operation(self, node: ast.Attribute, module: Module, scope: Scope) -> Operation:
         parent = self._flow.parents.get(id(node))

@@ -104,7 +104,7 @@ class Observations:
     @property
     def is_empty(self) -> bool:
         """Whether nothing crossed the border."""
-        return not (self.made or self.methods or self.calls)
+        return not (self.made or self.methods or self.calls or self.states)
 
     def to_json(self) -> str:
         """The content of a file."""

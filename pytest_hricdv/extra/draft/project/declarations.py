@@ -93,3 +93,12 @@ def time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
     endings = draft.allowed_endings
     lines += [f"            allowed_endings={tuple_text(endings)},  # TODO: which ends are right?"] if endings else []
     return ["        time=VirtualTime(", *lines, "        ),"] if lines else []
+
+
+def state_lines(draft: Draft) -> list[str]:
+    """The field in which the robot publishes its state, and the transitions that are known."""
+    if not draft.states or draft.has_open_states:
+        return []
+    moves = [f"                ({json.dumps(a)}, {json.dumps(b)}),  # {at}" for a, b, at in draft.transitions]
+    moves = ["            transitions=(", *moves, "            ),"] if moves else []
+    return ["        state=StateField(", f'            "{draft.code.state}",', *moves, "        ),"]

@@ -118,7 +118,8 @@ def person(draft: Draft) -> str:
         seen = "".join(f"!see_{word(sensor.name)}; " for sensor in draft.sensors)
         forwards = "; ".join(f"!then_{command}" for command in in_order(draft))
         quickly = "; ".join(f"!quickly_{command}" for command in in_order(draft))
-        lines += [f"@all_in_order +!round : all_in_order <- {seen}{forwards}."]
+        waits = "" if leaves(draft) else "; wait_answer"  # of who leaves out all, too
+        lines += [f"@all_in_order +!round : all_in_order <- {seen}{forwards}{waits}."]
         lines += [
             f"@all_quickly +!round : all_quickly <- {seen}{quickly}; wait_answer.",
             f"@each_once +!round <- {body}.",

@@ -12,6 +12,7 @@ from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
 from pytest_hricdv.extra.draft.project.declarations import (
     command_table_lines,
     model_lines,
+    state_lines,
     time_lines,
     times_lines,
     tuple_text,
@@ -105,7 +106,7 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
     )
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
     names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Field", "Launch", "Model", "Outcome",
-             "Ros2", "RosNode", "Run", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
+             "Ros2", "RosNode", "Run", "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
     head = [
         f'"""The testbench of {draft.robot}, a node of ROS 2, drafted from its code: values have their locations.',
         "",
@@ -196,8 +197,10 @@ def _unique(endpoints: Sequence[Endpoint]) -> list[Endpoint]:
 
 
 def _testbench(draft: Draft, start: RosStart) -> list[str]:
+    machine = draft.code.machine
     values = [(f"{m.topic}.{p.name}", [v.text for v in p.values], p.values[0].location)
               for m in draft.messages for p in m.fields if p.values]  # fmt: skip
+    values += [(machine.field, list(draft.states), machine.location)] if machine is not None else []
     interfaces = [os.path.relpath(folder, draft.folder) for folder in start.interfaces]
     ros = "".join(f'HERE / "{folder}", ' for folder in interfaces)
     virtual = list(dict.fromkeys(name.partition(".")[0] for name in draft.code.modules if "." in name))
@@ -229,6 +232,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         "        ),",
         "        run=run,",
         *time_lines(draft),
+        *state_lines(draft),
     ]
     disturbances = _disturbances(draft)
     lines += ["        disturbances={", *disturbances, "        },"] if disturbances else []
@@ -238,7 +242,9 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
 def _disturbances(draft: Draft) -> list[str]:
     lines = []
     for message in draft.messages:
-        if message.form == "topic":  # lost requests of services and actions leave their clients without an answer
+        if (
+            message.form == "topic" and message.topic != draft.code.state.partition(".")[0]
+        ):  # lost requests of services and actions leave their clients without an answer
             topic = message.topic
             lines.append(f'            "{topic}_lost": Drop("{topic}"),')
             if message.direction != "published":

@@ -11,6 +11,7 @@ from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Message, MessageFie
 from pytest_hricdv.extra.draft.project.declarations import (
     command_table_lines,
     model_lines,
+    state_lines,
     time_lines,
     times_lines,
     tuple_text,
@@ -28,6 +29,8 @@ STAND_INS = ("Neutral", "BusPort", "CallbackCall", "ClockPort", "ConnectionPort"
              "replace_modules")  # fmt: skip
 STANDARD = ("Path", "SimpleNamespace", "json", "import_module")
 TAKEN = ("HERE", "TIMES", "TIMES_OF", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
+
+_CROSS = '        cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})},'
 
 
 def conftest(draft: Draft) -> str:
@@ -120,7 +123,8 @@ def _testbench(draft: Draft) -> list[str]:
         f"        code={tuple_text(draft.code.modules)},",
         "        run=driver.run,",
         *time_lines(draft, draft.code.virtual),
-        *_state_part(draft),
+        *state_lines(draft),
+        *([_CROSS] if has_cross(draft) else []),
     ]
     disturbances = list(_disturbances(draft))
     lines += ["        disturbances={", *disturbances, "        },"] if disturbances else []
@@ -148,20 +152,6 @@ def _fields(draft: Draft) -> list[str]:
             if part.unit:
                 lines.append(f'            "{name}": Field(unit="{part.unit}"),')
     return ["        fields={", *lines, "        },"] if lines else []
-
-
-def _state_part(draft: Draft) -> list[str]:
-    if not draft.states or draft.has_open_states:
-        return []
-    lines = ["        state=StateField(", f'            "{draft.code.state}",']
-    if draft.transitions:
-        lines += ["            transitions=("]
-        lines += [f"                ({json.dumps(a)}, {json.dumps(b)}),  # {at}" for a, b, at in draft.transitions]
-        lines += ["            ),"]
-    lines += ["        ),"]
-    if has_cross(draft):
-        lines += ['        cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})},']
-    return lines
 
 
 def _sensor_commands(sensor: Sensor) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, first_text
 from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S, AsyncInbox, Convert, Inbox
@@ -37,12 +37,12 @@ class Device:
 
 
 class DeviceStandIn(Neutral):
-    """In place of a device."""
+    """In place of a device, or of a number of which nobody knows whether it is one."""
 
-    def __new__(cls, *_: Any, **__: Any) -> DeviceStandIn:
-        return float.__new__(cls)
+    def __new__(cls, border: RunBorder, name: str, device: Device, number: Any = 0.0) -> Self:
+        return float.__new__(cls, number if isinstance(number, float) else 0.0)
 
-    def __init__(self, border: RunBorder, name: str, device: Device) -> None:
+    def __init__(self, border: RunBorder, name: str, device: Device, number: Any = 0.0) -> None:
         kind: Any = AsyncInbox if border.is_async else Inbox
         inboxes = {method: kind(border, kinds) for method, kinds in device.inboxes.items()}
         self.__dict__.update(_border=border, _name=name, _device=device, _inboxes=inboxes)
@@ -94,13 +94,20 @@ class DeviceStandIn(Neutral):
             border.pass_time()
             border.on_crossing()
         if name in device.senses:
-            value = border.senses[f"{port}.{name}"]
-            value = NeutralNumber(value) if isinstance(value, float) else value
+            value = _value_of_sense(border, f"{port}.{name}")
         else:
             make = device.answers.get(name)
             value = make() if make is not None else _Answer(border, f"{port}.{name}", text)
         border.answer(port, name, value)
         return value
+
+
+def _value_of_sense(border: RunBorder, name: str) -> Any:
+    """What a person has set; a truth with parts has them."""
+    value = border.senses[name]
+    if isinstance(value, bool) and any(other.startswith(f"{name}.") for other in border.senses):
+        return _Answer(border, name, truth=value)
+    return NeutralNumber(value) if isinstance(value, float) else value
 
 
 class _Unknown(Neutral):
@@ -161,13 +168,18 @@ class _Answer(_Unknown):
     run: nobody knows what comes.
     """
 
-    def __init__(self, border: RunBorder, name: str, text: str = "") -> None:
-        self.__dict__.update(_border=border, _called=name, _text=text)
+    def __init__(self, border: RunBorder, name: str, text: str = "", truth: bool = False) -> None:
+        self.__dict__.update(_border=border, _called=name, _text=text, _truth=truth)
+
+    def __bool__(self) -> bool:
+        self._note_use(False)
+        return bool(self.__dict__["_truth"])
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        return _Answer(self.__dict__["_border"], f"{self.__dict__['_called']}.{name}")
+        border, part = self.__dict__["_border"], f"{self.__dict__['_called']}.{name}"
+        return _value_of_sense(border, part) if part in border.senses else _Answer(border, part)
 
     def _note_use(self, other: object) -> None:
         if self.__dict__["_called"].count(".") == 1:  # and not of a part of it

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-import threading
 from collections.abc import Callable, Mapping
 from contextlib import chdir, nullcontext
 from dataclasses import dataclass, field
@@ -21,6 +20,7 @@ from pytest_hricdv.extra.draft.stand_ins.ports import Replace
 from pytest_hricdv.extra.draft.stand_ins.say import CallbackCall, MethodCall, Say
 from pytest_hricdv.extra.draft.stand_ins.visit import LOOKS_EACH_S, Manners, Visit
 from pytest_hricdv.runtime import text_of, topic_of
+from pytest_hricdv.runtime.virtual.threads import active_count
 from pytest_hricdv.testbench import Outcome, Run
 
 __tracebackhide__ = True  # a failing test shows the frames of the code; pytest's --full-trace shows these, too
@@ -147,12 +147,12 @@ class ActiveRobot:
 
     def work(self) -> None:
         """The body of the robot's node."""
-        threads = threading.active_count()
+        threads = active_count()
         if self._driver.is_async:
             asyncio.run(self._work_async())
         else:
             self._work()
-        if threading.active_count() > threads or (self._driver.reaches and not self._driver.may_end):
+        if active_count() > threads or (self._driver.reaches and not self._driver.may_end):
             self._kernel.sleep(REST_OF_RUN_S)  # its threads work on, or it is only called
         self._border.record("robot_works", False)
         if self._driver.may_end:
