@@ -99,7 +99,7 @@ def _agents_print(folder: Path) -> str:
 
 
 def test_pages_have_examples() -> None:
-    assert len(SECTIONS) > 10
+    assert len(SECTIONS) >= 10
 
 
 def test_page_names_every_standard_action_and_no_other() -> None:
