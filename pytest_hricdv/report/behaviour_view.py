@@ -68,6 +68,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any] | None:
     if change is None:
         return None
     return {
+        "against": report.changes.against if report.changes else "",
         "text": change.text,
         "time": change.time_s,
         "topic": change.topic,

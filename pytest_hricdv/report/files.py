@@ -10,7 +10,7 @@ from pathlib import Path
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv._base.contained import inside
 from pytest_hricdv.report.tests_view import FOLDER
-from pytest_hricdv.results.codec import REPORT_NAME, ReportError, canonical
+from pytest_hricdv.results.codec import REPORT_NAME, ReportError, canonical, load
 from pytest_hricdv.results.journal import NAME as JOURNAL_NAME
 from pytest_hricdv.results.model import Report
 
@@ -75,6 +75,16 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
             shutil.rmtree(earlier)
         _move(names, directory, earlier)
     return bool(names)
+
+
+def read_superseded(directory: Path) -> Report | None:
+    """The report of the session before; None where there is none, or another version wrote it."""
+    for name in (EARLIER, WHOLE):
+        try:
+            return load(directory / name / REPORT_NAME)
+        except ReportError:
+            continue
+    return None
 
 
 def keep_whole(directory: Path) -> None:

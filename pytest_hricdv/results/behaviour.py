@@ -7,7 +7,7 @@ its world, or a library has changed.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainRecord
 
@@ -96,7 +96,7 @@ class ChangeKind(PlainRecord, frozen=True, kw_only=True):
 
 
 class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
-    """A session's tests compared with a baseline.
+    """A session's tests compared with a baseline, or where there is none with the session before.
 
     Args:
         compared: how many tests ran and are in the baseline.
@@ -105,6 +105,7 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
         new: ids of tests that ran and are not in the baseline.
         removed: tests of the baseline that the suites no longer have; of a part of the tests none is listed.
         notes: what is to be known about the comparison, a sentence each.
+        against: what they are compared with.
     """
 
     compared: Count
@@ -113,6 +114,7 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
     new: Names
     removed: Names
     notes: Names
+    against: Literal["baseline", "session before"] = "baseline"
 
 
 class Difference(PlainRecord, frozen=True, kw_only=True):

@@ -7,9 +7,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any, NamedTuple
 
+from msgspec.structs import replace
+
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import hash_seed_difference
-from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of, environment_of, hash_seed
+from pytest_hricdv.results.baseline import (
+    Baseline,
+    SuiteBaseline,
+    baseline_of,
+    behaviour_of,
+    environment_of,
+    hash_seed,
+)
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChange, BehaviourChanges, BusMessage, ChangeKind
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -52,6 +61,18 @@ def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> Beh
     )
 
 
+def compare_with_session_before(report: Report, before: Report) -> BehaviourChanges | None:
+    """Compare what each test did with the session before; None where nothing changed, or nothing can be compared."""
+    seeds = {suite.name: suite.seed for suite in report.suites}
+    suites = tuple(suite for suite in before.suites if seeds.get(suite.name) == suite.seed)
+    records = {test.nodeid: test.record_sha256 for test in before.tests}
+    same = all(records.get(test.nodeid, test.record_sha256) == test.record_sha256 for test in report.tests)
+    if same or before.testbench != report.testbench:
+        return None
+    changes = compare_behaviour(report, baseline_of(replace(before, suites=suites)), whole=False)
+    return replace(changes, against="session before", new=()) if changes.changed else None
+
+
 def _has_behaviour(suite: SuiteBaseline | None) -> bool:
     """Whether a test that it lacks is new: what an older version wrote lacks all tests."""
     return suite is None or suite.tests is not None
@@ -63,13 +84,13 @@ def _before(suite: SuiteBaseline | None, test: TestResult) -> Behaviour | None:
 
 
 def headline(changes: BehaviourChanges) -> str:
-    """`12 of 134 tests behave differently from the baseline`."""
+    """`12 of 134 tests behave differently from the baseline`, or from the session before."""
     count = len(changes.changed)
     if not changes.compared:
-        return "the behaviour of no test was compared with the baseline"
+        return f"the behaviour of no test was compared with the {changes.against}"
     if not count:
-        return f"all {changes.compared} tests behave as in the baseline"
-    return f"{count} of {changes.compared} tests behave{'s' * (count == 1)} differently from the baseline"
+        return f"all {changes.compared} tests behave as in the {changes.against}"
+    return f"{count} of {changes.compared} tests behave{'s' * (count == 1)} differently from the {changes.against}"
 
 
 def change_of(before: Behaviour, now: Behaviour) -> BehaviourChange | None:
@@ -90,9 +111,9 @@ def change_of(before: Behaviour, now: Behaviour) -> BehaviourChange | None:
 def first_difference(before: Behaviour, now: Behaviour) -> FirstDifference:
     """The first difference of two runs that are not the same: of messages; else of the end; else of signals."""
     if now.record_sha256 is None:
-        return FirstDifference("ends in error", "the test is in error; in the baseline its run came to its end")
+        return FirstDifference("ends in error", "the test is in error; before, its run came to its end")
     if before.record_sha256 is None:
-        return FirstDifference("no longer in error", "the run came to its end; in the baseline the test was in error")
+        return FirstDifference("no longer in error", "the run came to its end; before, the test was in error")
     first = _first_message(before.messages, now.messages) or _other_end(before, now) or _other_signals(before, now)
     if before.parameters == now.parameters:
         return first
@@ -185,7 +206,7 @@ def _describe_late_message(old: BusMessage, new: BusMessage) -> FirstDifference:
     by_s = new.time_s - old.time_s
     size = f"{abs(by_s):.1f} s" if abs(by_s) >= 0.05 else f"{abs(by_s):.3f} s"
     how = "later" if by_s > 0 else "earlier"
-    text = f"at {_tenths(new.time_s)} {_message_text(new)}, {size} {how} than in the baseline"
+    text = f"at {_tenths(new.time_s)} {_message_text(new)}, {size} {how} than before"
     return FirstDifference(f"{_message_text(new, words=True)} {how}", text, min(old.time_s, new.time_s), new.topic)
 
 
@@ -309,16 +330,16 @@ def _causes(before: SuiteBaseline, report: Report, suite: SuiteResult) -> Iterat
     for name, version in environment_of(report, suite).items():
         old = before.environment.get(name, version)
         if old != version:
-            yield f"the baseline was made with {name} {old}, this run with {version}: records may differ for that"
+            yield f"{name} was {old} before, and is {version} now: records may differ for that"
     other_seed = hash_seed_difference(before.hash_seed, hash_seed(report))
     if other_seed:
         yield (
-            f"Python's hash seed is not that of the baseline ({other_seed}): code that goes through a set does so in "
+            f"Python's hash seed is another one than before ({other_seed}): code that goes through a set does so in "
             f"another order; set PYTHONHASHSEED={before.hash_seed if before.hash_seed.isdigit() else '0'} for both"
         )
     if before.code_sha256 == report.code_under_test.sha256:
         yield (
-            "the code under test is the same as in the baseline, so the testbench, its world, the model or a library "
+            "the code under test is the same as before, so the testbench, its world, the model or a library "
             f"has changed, {'if it is not the hash seed, ' if other_seed else ''}or runs depend on what is another one "
             "each time, such as a clock"
         )

@@ -20,7 +20,7 @@ from pytest_hricdv.results.baseline import (
     read_baseline,
     write_baseline,
 )
-from pytest_hricdv.results.behaviour_diff import compare_behaviour
+from pytest_hricdv.results.behaviour_diff import compare_behaviour, compare_with_session_before
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.gate_check import check_gates
 from pytest_hricdv.results.model import SCHEMA, GateResult, Report
@@ -238,11 +238,17 @@ class GateCheck:
     def compare(self, report: Report, *, whole: bool) -> Report:
         """The report, with how its tests behave compared with the baseline, unless this is written anew.
 
+        Without a baseline they are compared with those of the session before, whose report is kept.
+
         Args:
             whole: all tests of the suites were selected.
         """
-        if self._baseline is None or self.options.update_baseline:
+        if self.options.update_baseline:
             return report
+        if self._baseline is None:
+            before = files.read_superseded(self.options.report)
+            changes = None if before is None else compare_with_session_before(report, before)
+            return report if changes is None else structs.replace(report, changes=changes)
         return structs.replace(report, changes=compare_behaviour(report, self._baseline, whole=whole))
 
     @cached_property

@@ -73,7 +73,7 @@ def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytes
             "4 of 4 tests behave differently from the baseline",
             "  3  `switched` later",
             "     first difference in by-hand-hall-curt-*: at 1.8 s",
-            "     `switched(level=10)`, 0.2 s later than in the baseline",
+            "     `switched(level=10)`, 0.2 s later than before",
             "  1  `switched` with another `level`",
             "     first difference in by-hand-cellar-polite-*: at 2.5 s",
             "     `switched(level=70)` instead of `switched(level=80)` at 2.3 s",
@@ -138,7 +138,7 @@ def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: p
             "  4  has other parameters",
             "     first difference in by-hand-*: the test itself has",
             "     other parameters; at *",
-            "  the code under test is the same as in the baseline, so the testbench, its",
+            "  the code under test is the same as before, so the testbench, its*",
         ]
     )
 
@@ -248,8 +248,8 @@ def test_a_baseline_made_with_other_versions_is_said(kept: pytest.Pytester) -> N
     assert "made with" not in kept.runpytest_inprocess("-vv", *BY_HAND).stdout.str()  # nothing is to be explained
     slower(kept)
     told = " ".join(kept.runpytest_inprocess("-vv", *BY_HAND).stdout.str().split())
-    assert "the baseline was made with python 3.10.1, this run with 3.1" in told
-    assert "the baseline was made with machine Plan9 mips, this run with Linux" in told
+    assert "python was 3.10.1 before, and is 3.1" in told
+    assert "machine was Plan9 mips before, and is Linux" in told
 
 
 @pytest.mark.slow
@@ -286,3 +286,25 @@ def test_each_shard_and_the_merged_report_are_compared(kept: pytest.Pytester) ->
     other = command("gate", "all", "--baseline=base.json")
     assert other.returncode == 2
     assert other.stderr.startswith("error: base.json: of suite by-hand with seed 3; this run has seed 0")
+
+
+def test_without_a_baseline_the_session_before_is_compared(lamps: pytest.Pytester) -> None:
+    first = lamps.runpytest_inprocess("--hri-suite=by-hand")
+    lamps.runpytest_inprocess("--hri-suite=by-hand")
+    assert report(lamps.path).get("changes") is None  # all the same, as at the first time
+    first.stdout.no_fnmatch_line("*the session before*")
+    change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 0.5")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
+    result.stdout.fnmatch_lines(["4 of 4 tests behave differently from the session before", "PASSED *"])
+    assert result.ret == 0
+    changes = report(lamps.path)["changes"]
+    assert changes["against"] == "session before"
+    assert changes["new"] == changes["removed"] == []
+    one, _other = sorted(changes["changed"])[:2]
+    lamps.runpytest_inprocess(one, "--hri-suite=by-hand")
+    assert report(lamps.path).get("changes") is None
+    change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.5", "SWITCHING_S = 0.3")
+    lamps.runpytest_inprocess(one, "--hri-suite=by-hand")
+    assert list(report(lamps.path)["changes"]["changed"]) == [one]
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-seed=1")
+    assert report(lamps.path).get("changes") is None  # nothing can be compared

@@ -60,15 +60,15 @@ def test_the_terminal_lists_kinds_with_an_example_each_within_its_width() -> Non
     assert shown == [
         "4 of 5 tests behave differently from the baseline",
         f"  2  {LATER}",
-        f"     first difference in {min(first, second)}: at 7.0 s `request`, 1.5 s later than in the baseline",
+        f"     first difference in {min(first, second)}: at 7.0 s `request`, 1.5 s later than before",
         f"  1  {OTHER}",
         f"     first difference in {third}: at 2.0 s `state(Give up)` instead of `state(Offer)`",
         "  1  only signals differ",
         f"     first difference in {fourth}: the messages are the same, but signal arm_speed is new",
         f"  1 test not in the baseline: {fifth}",
         "  1 test only in the baseline: rl-old",
-        "  the code under test is the same as in the baseline, so the testbench, its world, the model or a library has",
-        "  changed, or runs depend on what is another one each time, such as a clock",
+        "  the code under test is the same as before, so the testbench, its world, the model or a library has changed,",
+        "  or runs depend on what is another one each time, such as a clock",
     ]
     assert all(width(line.text) <= 60 for line in lines(report, 60))
     assert list(lines(sample.report(), 100)) == []
@@ -88,7 +88,7 @@ def test_a_ci_job_gets_one_line_and_a_property() -> None:
     report = changed()
     (line,) = [line for line in markdown(report).splitlines() if line.startswith("Behaviour: ")]
     assert line.startswith("Behaviour: 4 of 5 tests behave differently from the baseline; first difference in rl-leg")
-    assert line.endswith("at 7.0 s \\`request\\`, 1.5 s later than in the baseline")
+    assert line.endswith("at 7.0 s \\`request\\`, 1.5 s later than before")
     assert ("hri.behave_otherwise", "4") in junit_suite_properties(report)
     without = sample.report()
     assert sentence(without) == ""
@@ -134,7 +134,7 @@ def test_the_page_of_a_changed_test_shows_both_timelines(browser: Any, tmp_path:
     assert page.evaluate("document.documentElement.scrollWidth") <= columns
     watched.show("tests/changed/0")
     listed(page).to_have_text(sorted(test.id for test in report.tests[:2]))
-    assert "that behave differently from the baseline: `request` later" in page.locator("#tests .notice").inner_text()
+    assert "that behave differently than before: `request` later" in page.locator("#tests .notice").inner_text()
     watched.show("tests/changed")
     listed(page).to_have_count(4)
     watched.assert_quiet()

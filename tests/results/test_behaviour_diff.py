@@ -90,22 +90,22 @@ def with_fields(message: BusMessage, **fields: Any) -> BusMessage:
         (
             (REQUEST, READY._replace(time_s=22.75), DONE),
             "`leg_ready` later",
-            "at 22.8 s `leg_ready(turn=1)`, 1.5 s later than in the baseline",
+            "at 22.8 s `leg_ready(turn=1)`, 1.5 s later than before",
         ),
         (
             (REQUEST, READY, DONE._replace(time_s=31.196)),
             "`turn_done(released)` earlier",
-            "at 31.2 s `turn_done(turn=1, outcome=released)`, 0.004 s earlier than in the baseline",
+            "at 31.2 s `turn_done(turn=1, outcome=released)`, 0.004 s earlier than before",
         ),
         (
             (REQUEST, DONE._replace(time_s=20.0), READY),
             "`turn_done(released)` earlier",
-            "at 20.0 s `turn_done(turn=1, outcome=released)`, 11.2 s earlier than in the baseline",
+            "at 20.0 s `turn_done(turn=1, outcome=released)`, 11.2 s earlier than before",
         ),
         (
             (REQUEST, DONE, READY._replace(time_s=33.25)),
             "`leg_ready` later",
-            "at 33.2 s `leg_ready(turn=1)`, 12.0 s later than in the baseline",
+            "at 33.2 s `leg_ready(turn=1)`, 12.0 s later than before",
         ),
         (
             (REQUEST, DONE._replace(time_s=READY.time_s), READY),
@@ -163,7 +163,7 @@ def test_long_texts_are_cut_unless_only_their_ends_differ() -> None:
         ),
         ({"outcomes": ()}, "other outcomes", "the messages are the same, but it had the outcomes none instead of rel"),
         ({"errors": ("node a at 3 s: it broke",)}, "other faults", "had the faults node a at 3 s: it broke instead of"),
-        ({"record_sha256": None}, "ends in error", "the test is in error; in the baseline its run came to its end"),
+        ({"record_sha256": None}, "ends in error", "the test is in error; before, its run came to its end"),
         (
             {"record_sha256": "other", "parameters": "ff"},
             "has other parameters",
@@ -309,7 +309,7 @@ def notes(before: Report, now: Report, folder: Path) -> tuple[str, ...]:
 def test_notes_say_what_can_be_the_cause(tmp_path: Path) -> None:
     before, changed = reports.report([ran(1, *RUN)]), reports.report([ran(1, REQUEST)])
     (same_code,) = notes(before, changed, tmp_path)
-    assert same_code.startswith("the code under test is the same as in the baseline, so the testbench")
+    assert same_code.startswith("the code under test is the same as before, so the testbench")
     other_code = replace(changed, code_under_test=replace(changed.code_under_test, sha256="00"))
     assert notes(before, other_code, tmp_path) == ()
     unnoticed = replace(before, code_under_test=replace(before.code_under_test, sha256="00"))
@@ -318,7 +318,7 @@ def test_notes_say_what_can_be_the_cause(tmp_path: Path) -> None:
     before = replace(before, environment=older.environment)
     assert notes(before, older, tmp_path) == ()
     (versions,) = notes(before, newer, tmp_path)
-    assert versions.startswith("the baseline was made with python 3.11, this run with 3.12")
+    assert versions.startswith("python was 3.11 before, and is 3.12 now")
 
 
 def test_a_line_of_the_baseline_that_is_wrong_is_located(tmp_path: Path) -> None:

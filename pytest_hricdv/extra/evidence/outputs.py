@@ -84,7 +84,7 @@ def _problems(report: Report) -> Iterator[str]:
 
 def _changes(report: Report) -> str:
     changes = report.changes
-    if changes is None:
+    if changes is None or changes.against != "baseline":
         return ""
     parts = [f"{len(changes.changed)} of {changes.compared} tests behave differently from the baseline"]
     parts += [f"{len(names)} {what}" for names, what in ((changes.new, "new"), (changes.removed, "removed")) if names]

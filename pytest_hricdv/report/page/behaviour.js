@@ -1,4 +1,4 @@
-// How a test's run differs from the one of the baseline: both timelines, and the messages around the first difference.
+// How a test's run differs from the one before: both timelines, and the messages around the first difference.
 
 const MESSAGES_BEFORE = 3, MESSAGES_AFTER = 9;
 
@@ -7,7 +7,7 @@ function coded(text) {
   return text.split("`").map((part, n) => (n % 2 ? h("code", {}, part) : part));
 }
 
-/** Messages only: of the run of the baseline nothing else is kept. */
+/** Messages only: of the run before nothing else is kept. */
 function messagesOf({ end_s, messages }) {
   return { end_s, messages, signals: {}, triggers: {} };
 }
@@ -15,9 +15,9 @@ function messagesOf({ end_s, messages }) {
 function behaviourView({ changed, timeline, abstract }) {
   const rest = changed.also.length > 0 && h("ul", { class: "small" }, changed.also.map((text) => h("li", {}, text)));
   const first = h("p", {}, "First difference: ", coded(changed.text), ".");
-  if (!timeline || !changed.before.messages.length) return section("Compared with the baseline", first, rest);
-  const runs = [["Baseline", changed.before], ["This run", messagesOf(timeline)]];
-  return section("Compared with the baseline", first, rest, twoTimelines(runs, changed, abstract), messageTable(runs));
+  if (!timeline || !changed.before.messages.length) return section("Compared with the " + changed.against, first, rest);
+  const runs = [["Before", changed.before], ["This run", messagesOf(timeline)]];
+  return section("Compared with the " + changed.against, first, rest, twoTimelines(runs, changed, abstract), messageTable(runs));
 }
 
 /** Both runs with the same lanes and the same axis of time; the first difference is marked in each. */

@@ -23,7 +23,7 @@ const FILTERS = {
   changed: ([n]) => {
     const kinds = n === undefined ? DATA.changes : [DATA.changes[n]], numbers = new Set(kinds.flatMap((each) => each.tests));
     const which = n === undefined ? "" : ": " + kinds[0].kind;
-    return { text: "that behave differently from the baseline" + which, kept: (test) => numbers.has(test.number) };
+    return { text: "that behave differently than before" + which, kept: (test) => numbers.has(test.number) };
   },
   verdict: ([word, n]) => ({
     text: "that " + ["passed", "failed", "did not check"][word] + " " + DATA.requirements[n],
