@@ -20,7 +20,6 @@ from pytest_hricdv.extra.closing.records import (
 )
 from pytest_hricdv.report.formatting import (
     Line,
-    Style,
     and_more,
     by_requirement,
     pad,
@@ -72,9 +71,8 @@ class ClosingView(View):
         room = max([14, *(width(visible(kind_text(kind))) for kind in result.kinds)])
         yield Line(f"  {pad('points', room)}{'hit':>7}{'impossible':>12}{'open':>7}", "dim")
         for kind, count in result.kinds.items():
-            style: Style = "warn" if count.open else "plain"
             text = f"  {pad(visible(kind_text(kind)), room)}{count.hit:>7}{count.impossible:>12}{count.open:>7}"
-            yield Line(text, style)
+            yield Line(text)
         for text in notes(result):
             yield Line(f"  {text}", "dim")
         yield from _violations(result)
