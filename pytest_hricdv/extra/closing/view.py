@@ -114,8 +114,12 @@ class ClosingView(View):
 VIEW = ClosingView()
 
 
+_LISTED_ANYWAY = frozenset({"statement", "branch", "plan", "bin"})
+"""Kinds of points that are among what is not covered, with or without a closing loop."""
+
+
 def _select_points(points: Sequence[OpenPoint]) -> list[OpenPoint]:
-    """Some points of each kind, those that most runs were aimed at."""
+    """Some points of each kind, those that most runs were aimed at; last the kinds that every summary lists."""
     most_tried = sorted(points, key=lambda point: -point.tries)
     places: Counter[str] = Counter()
     ranked = []
@@ -125,7 +129,7 @@ def _select_points(points: Sequence[OpenPoint]) -> list[OpenPoint]:
     chosen = {number for _, number in sorted(ranked)[:_MAX_OPEN]}
     kinds = list(dict.fromkeys(point.point[0] for point in points))
     shown = [point for number, point in enumerate(most_tried) if number in chosen]
-    return sorted(shown, key=lambda point: kinds.index(point.point[0]))
+    return sorted(shown, key=lambda point: (point.point[0] in _LISTED_ANYWAY, kinds.index(point.point[0])))
 
 
 def _violations(result: ClosingResult) -> Iterator[Line]:
