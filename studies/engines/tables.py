@@ -62,6 +62,7 @@ def _requirements(by_session: Mapping[str, Agreement]) -> str:
             f"{margins[name]:.3g}" if name in margins else "-",
         ]
         for name in sorted({name for name, _ in totals}, key=natural)
+        if margins.get(name) or min(totals[name, "same"], totals[name, "triggers"]) < totals[name, "tests"]
     ]
     return page.table(["requirement", "same verdict", "same number of triggers", "margins differ by at most"], rows)
 

@@ -23,8 +23,8 @@ _FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 _NAMED = re.compile(r"\A```(?P<language>\w+) (?P<name>\S+)\n")
 _CODE = re.compile(r"`[^`\n]*`")
 _LINK = re.compile(r"\]\((?P<target>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
-_LISTED = re.compile(r"\]\(([^\s:]+?)\.md\)")
-_ENTRY = re.compile(r"^- .*(?:\n  .*)*", re.MULTILINE)
+_LISTED = re.compile(r"\[(?P<text>[^\]]*)\]\((?P<page>[^\s:]+?)\.md\)")
+_LINE = re.compile(r"^- .*(?:\n  .*)*", re.MULTILINE)
 """A line of a list, with the lines that go on with it."""
 _SEARCHED = re.compile(r"^<!-- search: (?P<words>.*) -->$", re.MULTILINE)
 OVERVIEWS = {"public-api": "api/", "studies/index": "studies/"}
@@ -118,25 +118,35 @@ def _navigation(index: str) -> str:
     titles = [*_SECTION.finditer(index)]
     ends = [match.start() for match in titles[1:]] + [len(index)]
     return "\n".join(
-        _tree([pages[0] for pages in entries(index[match.end() : end])], match["title"])
+        _tree([_entry(*line[0]) for line in entries(index[match.end() : end])], match["title"])
         for match, end in zip(titles, ends, strict=True)
     )
 
 
-def entries(text: str) -> list[list[str]]:
-    """The pages that each line of a text's lists links to, without the lines that link to none."""
-    found = (list(dict.fromkeys(_LISTED.findall(match[0]))) for match in _ENTRY.finditer(text))
+def entries(text: str) -> list[list[tuple[str, str]]]:
+    """The pages that each line of a text's lists links to, with the link's text; without lines that link to none."""
+    found = ([(link["text"], link["page"]) for link in _LISTED.finditer(line[0])] for line in _LINE.finditer(text))
     return [pages for pages in found if pages]
+
+
+def listed(text: str, overview: str) -> list[str]:
+    """The pages of an overview's folder, relative to docs/, that its text links to, in order."""
+    pages = (os.path.normpath(Path(overview).parent / link["page"]) for link in _LISTED.finditer(text))
+    return [page for page in dict.fromkeys(pages) if page.startswith(OVERVIEWS[overview])]
 
 
 def _below(page: str, text: str) -> list[str]:
     """The pages below one in the navigation: the others of its line on the first page, or those of its folder."""
     if page in OVERVIEWS:
-        folder = Path(page).parent
-        pages = [os.path.normpath(folder / linked) for linked in dict.fromkeys(_LISTED.findall(text))]
-        return [Path(os.path.relpath(each, folder)).as_posix() for each in pages if each.startswith(OVERVIEWS[page])]
+        return [f"/{each}" for each in listed(text, page)]
     lines = entries((DOCS / "index.md").read_text(encoding="utf-8"))
-    return [f"/{each}" for first, *others in lines if first == page for each in others]
+    return [_entry(title, f"/{each}") for (_, first), *others in lines if first == page for title, each in others]
+
+
+def _entry(title: str, page: str) -> str:
+    """A line of a table of contents: the link's text, as a title."""
+    title = " ".join(title.split())
+    return f"{title[:1].upper()}{title[1:]} <{page}>"
 
 
 def _tree(pages: list[str], caption: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from pytest_hricdv.__main__ import main
 from pytest_hricdv.run import Run
 from pytest_hricdv.session.option_table import all_options
 from pytest_hricdv.testbench import Testbench
-from studies.site.pages import OVERVIEWS, entries
+from studies.site.pages import OVERVIEWS, entries, listed
 from tests.docs.page import DOCS
 
 PAGES = sorted([*DOCS.rglob("*.md"), *DOCS.parent.glob("*.md")])
@@ -84,13 +83,10 @@ def test_commands_name_modules_that_exist(page: Path) -> None:
 
 
 def test_the_overviews_list_every_page_once() -> None:
-    listed = [Path(page).as_posix() for line in entries(_text("index.md")) for page in line]
-    for overview, folder in OVERVIEWS.items():
-        pages = re.findall(r"\]\((\S+?)\.md\)", _text(f"{overview}.md"))
-        below = dict.fromkeys(os.path.normpath(Path(overview).parent / page) for page in pages)
-        listed += [page for page in below if page.startswith(folder)]
+    shown = [page for line in entries(_text("index.md")) for _, page in line]
+    shown += [page for overview in OVERVIEWS for page in listed(_text(f"{overview}.md"), overview)]
     there = {page.relative_to(DOCS).with_suffix("").as_posix() for page in DOCS.rglob("*.md")} - {"index"}
-    assert sorted(listed) == sorted(there)
+    assert sorted(shown) == sorted(there)
 
 
 def test_the_reference_names_each_command(capsys: pytest.CaptureFixture[str]) -> None:

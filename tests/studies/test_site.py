@@ -65,22 +65,32 @@ def test_the_page_of_a_file_links_to_it_on_github(name: str) -> None:
 
 
 def trees_of(page: str, text: str) -> list[list[str]]:
-    return [tree.partition("```\n")[0].split() for tree in read(text, page).split("{toctree}")[1:]]
+    return [tree.partition("\n```\n")[0].splitlines()[1:] for tree in read(text, page).split("{toctree}")[1:]]
 
 
 def test_the_navigation_has_the_first_page_of_each_line_of_the_index() -> None:
-    text = "# Home\n[not here](zero.md)\n## Begin\n- [b](b.md),\n  [a](a.md)\n- [d](d.md)\n## Look up\n- [c](api/c.md)"
+    lists = [
+        "[not here](zero.md)",
+        "## Begin",
+        "- [b](b.md),",
+        "  [a](a.md)",
+        "- [d",
+        "  e](d.md)",
+        "## Look up",
+        "- [c](c.md)",
+    ]
+    text = "\n".join(lists)
     assert trees_of("index", text) == [
-        [":hidden:", ":caption:", "Begin", "b", "d"],
-        [":hidden:", ":caption:", "Look", "up", "api/c"],
+        [":hidden:", ":caption: Begin", "", "B <b>", "D e <d>"],
+        [":hidden:", ":caption: Look up", "", "C <c>"],
     ]
 
 
 def test_other_pages_of_a_line_and_those_of_a_folder_are_below_its_first_page() -> None:
-    assert trees_of("requirements", "# Requirements\n") == [[":hidden:", "/patterns"]]
+    assert trees_of("requirements", "# Requirements\n") == [[":hidden:", "", "Patterns </patterns>"]]
     assert trees_of("patterns", "# Patterns\n") == []
-    assert trees_of("public-api", "| [a](api/run.md) | [b](tutorial.md) |\n") == [[":hidden:", "api/run"]]
-    assert trees_of("studies/index", "[a](speed.md), [b](../tutorial.md)\n") == [[":hidden:", "speed"]]
+    assert trees_of("public-api", "| [a](api/run.md) | [b](tutorial.md) |\n") == [[":hidden:", "", "/api/run"]]
+    assert trees_of("studies/index", "[a](speed.md), [b](../tutorial.md)\n") == [[":hidden:", "", "/studies/speed"]]
 
 
 def test_words_that_readers_search_for_are_main_entries_of_the_index() -> None:
