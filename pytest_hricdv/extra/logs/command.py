@@ -3,6 +3,7 @@
     hricdv check hri-report/traces              # files of --hri-mcap: nothing else is needed
     hricdv check run1.mcap --map-draft          # a map of topics and fields, to be completed
     hricdv check run1.mcap bag/ --map map.toml
+    hricdv check run1.mcap --map map.toml --to-tests logged.txt   # then: pytest --hri-suite=logged.txt
 
 Logs are MCAP files (JSON, ROS 2), and bags of ROS 2 (folders, *.db3). Several are a suite. Where a log has no data, or
 lacks a topic, requirements that read it are unknown, and never passed; where its clock jumps, it is judged in parts.
@@ -26,6 +27,7 @@ from pytest_hricdv._base.message import InputError, visible
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.logs.judging import LoggedRun, LogVerdict
+    from pytest_hricdv.generate.concrete import Concretization
     from pytest_hricdv.monitor.requirement import Requirement
     from pytest_hricdv.monitor.vocabulary import Vocabulary
     from pytest_hricdv.recordings.recording import Recording
@@ -43,6 +45,9 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--map", type=Path, metavar="MAP.toml", help="which topic and field is which message and signal"
     )
     parser.add_argument("--map-draft", action="store_true", help="print such a map, as far as names say it")
+    parser.add_argument(
+        "--to-tests", type=Path, metavar="FILE.txt", help="write what people do in the logs as abstract tests"
+    )
     parser.add_argument("--json", action="store_true", help="print the verdicts as JSON, a line for each log")
 
 
@@ -62,6 +67,8 @@ class _Checking:
         context = RunContext(Collection(config, read_options(config)))
         vocabulary, requirements = context.collection.testbench.vocabulary(), formulas(context.requirements)
         try:
+            if self._options.to_tests is not None:
+                return _write_tests(self._options, vocabulary, context.collection.testbench.concretization)
             return _check(self._options, vocabulary, requirements)
         except InputError as error:
             print(visible(f"error: check: {error}"), file=sys.stderr)
@@ -109,6 +116,33 @@ def _check(options: argparse.Namespace, vocabulary: Vocabulary, requirements: Se
     if not is_read:
         return USAGE
     return OK if all(count["Passed"] and not count["Failed"] for count in counts.values()) else VIOLATED
+
+
+def _write_tests(options: argparse.Namespace, vocabulary: Vocabulary, concretization: Concretization) -> int:
+    from pytest_hricdv._base.atomic_file import write_text
+    from pytest_hricdv.extra.logs import log_map, logged_actions
+    from pytest_hricdv.generate.abstract import identify
+    from pytest_hricdv.generate.suite_files import dump_tests
+    from pytest_hricdv.recordings.recording import read_recordings
+
+    given = log_map.read_map(options.map, vocabulary) if options.map else None
+    if given is None or not given.actions:
+        raise InputError("--to-tests: expected --map with [actions.NAME]: a topic and the command that it stands for")
+    logged, is_read = logged_actions.LoggedActions(concretization, given), True
+    topics = {source.topic for source in given.actions.values()}
+    for recording in read_recordings(options.logs, topics.__contains__, lambda kind: None):
+        is_read &= _say_problems(recording)
+        logged.add(recording)
+    for text in logged.notes:
+        print(visible(f"note: {text}"), file=sys.stderr)
+    if not logged.drafts:
+        raise InputError("--to-tests: in no log does anybody do anything that the map knows; nothing was written")
+    try:
+        write_text(options.to_tests, dump_tests(identify("logged", 0, logged.drafts)))
+    except OSError as error:
+        raise InputError(f"--to-tests: {options.to_tests}: {error.strerror or error}") from None
+    print(visible(f"{len(logged.drafts)} tests in {options.to_tests}; now: pytest --hri-suite={options.to_tests}"))
+    return OK if is_read else USAGE
 
 
 def _say_problems(recording: Recording) -> bool:

@@ -82,7 +82,7 @@ def runs_of(recording: Recording, made: LogMap, vocabulary: Vocabulary) -> Itera
 
 def _run_of(name: str, part: Sequence[RecordedSample], made: LogMap, vocabulary: Vocabulary) -> LoggedRun:
     sources = dict(field_sources(made, vocabulary))
-    begin_s = 0.0 if made.is_own else min(_time(sample, made.time) for sample in part)
+    begin_s = 0.0 if made.is_own else min(time_of(sample, made.time) for sample in part)
     messages: list[RecordedSample] = []
     series: dict[str, tuple[list[float], list[Value]]] = {}
     seen: dict[str, list[float]] = {}
@@ -91,7 +91,7 @@ def _run_of(name: str, part: Sequence[RecordedSample], made: LogMap, vocabulary:
         by_topic.setdefault(source.topic, []).append((own, source))
     for sample in part:
         for own, source in by_topic.get(sample.topic, ()):
-            time_s = _time(sample, source.time or made.time) - begin_s
+            time_s = time_of(sample, source.time or made.time) - begin_s
             seen.setdefault(own, []).append(time_s)
             if isinstance(source, SignalSource):
                 times, values = series.setdefault(own, ([], []))
@@ -103,7 +103,7 @@ def _run_of(name: str, part: Sequence[RecordedSample], made: LogMap, vocabulary:
                 member: value_of(path, sources[path], sample.fields, vocabulary) for member, path in names.items()
             }
             messages.append(RecordedSample(time_s, own, fields))
-    end_s = max(_time(sample, made.time) for sample in part) - begin_s
+    end_s = max(time_of(sample, made.time) for sample in part) - begin_s
     end_s = max(end_s, *(times[-1] for times in seen.values()), 0.0) if seen else end_s
     messages.sort(key=lambda message: message.time_s)
     signals: dict[str, Series] = {own: _in_order(*values) for own, values in series.items()}
@@ -116,7 +116,8 @@ def _run_of(name: str, part: Sequence[RecordedSample], made: LogMap, vocabulary:
     return LoggedRun(name, Log(signals, messages, end_s), gaps, frozenset(needed - seen.keys()))
 
 
-def _time(sample: RecordedSample, clock: str) -> float:
+def time_of(sample: RecordedSample, clock: str) -> float:
+    """When a message was recorded (s), or the stamp in its header. Raises InputError where it has none."""
     if clock == "log":
         return sample.time_s
     stamp = (sample.fields.get("header.stamp.sec"), sample.fields.get("header.stamp.nanosec"))

@@ -60,18 +60,41 @@ class SignalSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields
     value: str | FieldSource
 
 
+class ActionSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An action of a person: the topic whose messages say that it begins.
+
+    Attributes:
+        command: as the testbench has it; `{path}` stands for a field of the message.
+        only: field -> the value that it must have, where other messages of the topic are no such action.
+        since: its parameter that is the time (s) since the action before, or since the log began.
+        parameters: others of its parameters -> where they are in the message.
+    """
+
+    command: str
+    only: Mapping[str, str | float | bool] = {}
+    since: str = ""
+    parameters: Mapping[str, str | FieldSource] = {}
+
+    @property
+    def parameter_sources(self) -> dict[str, FieldSource]:
+        """Parameter -> where it is."""
+        return {name: _source(value) for name, value in self.parameters.items()}
+
+
 class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Topics and fields of a log as messages and signals of the testbench.
 
     Attributes:
         time: whose times count, where a message or signal does not say.
         gap_s: no data for longer (s) is a gap, likewise; None: five times the period of a periodic topic.
+        actions: what people do, for tests of a log; their names are for people.
     """
 
     time: Clock = "log"
     gap_s: float | None = None
     messages: Mapping[str, MessageSource] = {}
     signals: Mapping[str, SignalSource] = {}
+    actions: Mapping[str, ActionSource] = {}
 
     @property
     def is_own(self) -> bool:
@@ -153,6 +176,16 @@ def value_of(name: str, source: FieldSource, fields: Mapping[str, Value], vocabu
         wanted = "nothing" if kind is None else kind.__name__
         raise InputError(f"{name}: {source.path} is {quote(value)}; expected a {wanted}")
     return value
+
+
+def number_of(name: str, source: FieldSource, fields: Mapping[str, Value]) -> float:
+    """A number in a message of the log. Raises InputError where it is none."""
+    value = fields.get(source.path)
+    if source.unit or source.equals is not None:
+        raise InputError(f"{name}: expected a path, scale and offset only; a parameter's unit is in its name")
+    if isinstance(value, bool) or not isinstance(value, float):
+        raise InputError(f"{name}: {source.path} is {quote(value)}; expected a number{nearest(source.path, fields)}")
+    return value * source.scale + source.offset
 
 
 def of_own_trace(topics: Mapping[str, str], vocabulary: Vocabulary) -> LogMap:

@@ -195,3 +195,72 @@ def test_traces_of_tests_have_the_verdicts_and_margins_of_their_runs(lamps: pyte
     assert (status, len(logs)) == (2, 4)
     assert "conftest.py: the file is neither *.mcap nor *.db3" in said
     assert "error: check: foreign.mcap: no trace of --hri-mcap: expected --map" in said
+
+
+ACTIONS = """
+[actions.enter]
+topic = "/door"
+command = "enter {room}"
+since = "pause_s"
+
+[actions.greet]
+topic = "/speech"
+command = "greet"
+only = { said = "hello" }
+since = "pause_s"
+
+[actions.wish]
+topic = "/wish"
+command = "set_lamp level = {percent}"
+parameters.pause_s = { path = "thought_ms", scale = 0.001 }
+"""
+FIELD_LOG: list[Entry] = [
+    (0.0, "/door", {"room": "hall"}),
+    (0.75, "/speech", {"said": "hello"}),
+    (1.0, "/speech", {"said": "well"}),
+    (4.0, "/wish", {"percent": 10.0, "thought_ms": 900.0}),
+]
+
+
+def to_tests(folder: Path, made: Sequence[Entry], actions: str = ACTIONS) -> subprocess.CompletedProcess[str]:
+    """What `--to-tests` makes of a log, in `logged.txt`."""
+    write_mcap(folder / "field.mcap", made)
+    (folder / "map.toml").write_text(actions)
+    command = [sys.executable, "-m", "pytest_hricdv", "check", "field.mcap", "--map=map.toml", "--to-tests=logged.txt"]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def test_what_the_person_did_in_a_log_is_a_test_that_runs(lamps: pytest.Pytester) -> None:
+    done = to_tests(lamps.path, FIELD_LOG)
+    assert (done.returncode, done.stdout) == (0, "1 tests in logged.txt; now: pytest --hri-suite=logged.txt\n"), done
+    assert done.stderr == (
+        "note: field.mcap: action 1, enter hall: pause_s is 0, outside of its range [0.5, 1] s: it is drawn\n"
+    )
+    text = (lamps.path / "logged.txt").read_text()
+    assert "# values 2: pause_s 0.75\n# values 3: pause_s 0.9\nenter hall\ngreet\nset_lamp level = 10\n" in text
+    assert lamps.runpytest_inprocess("--hri-suite=logged.txt", "-p", "no:xdist").ret == 0
+    (test,) = project.report(lamps.path)["tests"]
+    assert test["concrete"]["actions"][1]["parameters"]["pause_s"] == 0.75
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('"hall"', '"attic"', "field.mcap: /door is 'enter attic', which the testbench has no command for; nearest: "),
+        ('"{room}"', '"{rom}"', "/door: its messages have no field rom; nearest: room"),
+        ('command = "greet"', 'command = "greet("', "/speech: 'greet(' is no command; expected "),
+        ('"thought_ms"', '"thought"', "actions./wish.pause_s: thought is None; expected a number; nearest: thought_ms"),
+        ("parameters.pause_s", "parameters.paus_s", "has no parameter paus_s; nearest: pause_s"),
+        ("hello", "bye", ""),
+    ],
+)
+def test_an_action_that_cannot_be_one_is_refused_with_its_topic(
+    lamps: pytest.Pytester, old: str, new: str, told: str
+) -> None:
+    made = [(t, topic, {k: "attic" if v == "hall" and old == '"hall"' else v for k, v in fields.items()})
+            for t, topic, fields in FIELD_LOG]  # fmt: skip
+    old, new = old.strip('"'), new.strip('"')
+    done = to_tests(lamps.path, made, ACTIONS.replace(old, new))
+    assert told in done.stderr
+    assert (done.returncode == 0) == (not told)
+    assert (lamps.path / "logged.txt").exists() == (not told)

@@ -1,0 +1,105 @@
+"""Abstract tests of logs: what the person did, with the values that were observed.
+
+A test of one log says what happened once. As a suite it is run against the code under test, shrunk, and varied by the
+closing loop and by concretizations like any other test.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from pytest_hricdv._base.message import InputError, quote
+from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.extra.logs.judging import time_of
+from pytest_hricdv.extra.logs.log_map import ActionSource, LogMap, number_of
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import AbstractDraft, canonical_command, target_of_commands
+from pytest_hricdv.generate.concrete import Concretization
+from pytest_hricdv.recordings.bags import Value
+from pytest_hricdv.recordings.recording import RecordedSample, Recording
+
+_PLACE = re.compile(r"\{([^{}]*)\}")
+
+
+@dataclass
+class LoggedActions:
+    """The tests of logs, in their order, and what of the logs is not in them.
+
+    Args:
+        concretization: the commands that can be executed, and the ranges of their parameters.
+        made: the map, with its actions.
+    """
+
+    concretization: Concretization
+    made: LogMap
+    drafts: list[AbstractDraft] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, recording: Recording) -> None:
+        """Add a test for each part of a log in which the person does something.
+
+        Raises:
+            InputError: an action is no command that can be executed, or its message lacks a field that the map names.
+        """
+        for part in recording.parts:
+            lines, values = self._read(recording.name, part)
+            draft = AbstractDraft(target_of_commands(lines), (), tuple(lines), values=values)
+            if lines and draft not in self.drafts:
+                self.drafts.append(draft)
+            elif not lines:
+                self.notes.append(f"{recording.name}: nobody does anything that the map knows")
+
+    def _read(self, name: str, part: Sequence[RecordedSample]) -> tuple[list[str], dict[int, dict[str, float]]]:
+        lines: list[str] = []
+        values: dict[int, dict[str, float]] = {}
+        last_s = part[0].time_s if part and self.made.time == "log" else None  # stamps are of what is read only
+        for time_s, source, fields in sorted(self._actions(part), key=lambda action: action[0]):
+            line = self._command(name, source, fields)
+            lines.append(line)
+            observed = {source.since: time_s - last_s} if source.since and last_s is not None else {}
+            for parameter, place in source.parameter_sources.items():
+                observed[parameter] = number_of(f"actions.{source.topic}.{parameter}", place, fields)
+            if kept := dict(self._within_ranges(f"{name}: action {len(lines)}", line, observed)):
+                values[len(lines)] = kept
+            last_s = time_s
+        return lines, values
+
+    def _actions(self, part: Sequence[RecordedSample]) -> Iterator[tuple[float, ActionSource, Mapping[str, Value]]]:
+        for sample in part:
+            for source in self.made.actions.values():
+                if sample.topic == source.topic and all(sample.fields.get(k) == v for k, v in source.only.items()):
+                    yield time_of(sample, source.time or self.made.time), source, sample.fields
+
+    def _command(self, name: str, source: ActionSource, fields: Mapping[str, Value]) -> str:
+        def filled(match: re.Match[str]) -> str:
+            value = fields.get(match[1])
+            if not isinstance(value, str | float | bool):
+                raise InputError(f"{source.topic}: its messages have no field {match[1]}{nearest(match[1], fields)}")
+            return f"{value:g}" if isinstance(value, float) and not isinstance(value, bool) else str(value)
+
+        text = _PLACE.sub(filled, source.command)
+        try:
+            command = canonical_command(text)
+        except GenerateError as error:
+            raise InputError(f"{source.topic}: {error}") from None
+        commands = self.concretization.commands
+        if command not in commands:
+            raise InputError(
+                f"{name}: {source.topic} is {quote(command)}, which the testbench has no command for"
+                f"{nearest(command, commands)}"
+            )
+        return command
+
+    def _within_ranges(self, where: str, command: str, observed: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+        samplers = self.concretization.commands[command]
+        for parameter, value in observed.items():
+            if parameter not in samplers:
+                raise InputError(f"{command!r} has no parameter {parameter}{nearest(parameter, samplers)}")
+            if samplers[parameter].contains(value):
+                yield parameter, value
+            else:
+                self.notes.append(
+                    f"{where}, {command}: {parameter} is {value:.6g}, outside of its {samplers[parameter]}: it is drawn"
+                )
