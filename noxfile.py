@@ -53,6 +53,7 @@ def lint(session: nox.Session) -> None:
 
 @nox.session
 def docs(session: nox.Session) -> None:
-    """The documentation as a site; a warning is an error."""
-    install(session)
+    """The documentation as a site; a warning is an error. It needs the project and its own tools, nothing else."""
+    groups = nox.project.dependency_groups(nox.project.load_toml("pyproject.toml"), "docs")
+    session.install("--editable", ".", *groups)
     session.run("python", "-m", "sphinx", "--builder", "html", "--fail-on-warning", "--quiet", "docs", "docs/_build")
