@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.__main__ import main
-from pytest_hricdv.extra.draft.node_analysis import analyse_node
+from pytest_hricdv.extra.draft.node_analysis import analyse_node, with_state_topic
+from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.ros.executable import find_executable
@@ -289,3 +291,50 @@ def test_the_code_of_a_node_is_what_it_imports_and_not_the_other_nodes_of_its_pa
     (package / "__init__.py").write_text("from home_robot import door\n", encoding="utf-8")
     model, _ = analyse_node(find_executable("home_robot door", workspace))
     assert model.modules == ("home_robot",)
+
+
+SHUTTER = """
+import json
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import String
+
+
+class Shutter(Node):
+    def __init__(self):
+        super().__init__("shutter")
+        self.mode = "shut"
+        self.pub = self.create_publisher(String, "mode", 10)
+        self.create_subscription(String, "wish", self.on_wish, 10)
+
+    def on_wish(self, msg):
+        wish = json.loads(msg.data)
+        if wish["do"] == "open":
+            self.mode = "open"
+        elif wish["do"] == "tilt":
+            self.tilt(wish["angle"] / 2)
+        self.pub.publish(String(data=self.mode))
+
+    def tilt(self, angle):
+        self.mode = "tilted"
+"""
+
+
+@pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy")
+def test_a_person_says_the_json_that_a_callback_takes_a_text_for(tmp_path: Path) -> None:
+    (tmp_path / "shutter.py").write_text(SHUTTER, encoding="utf-8")
+    draft, texts = drafted(tmp_path, "shutter.py")
+    (wish,) = draft.inputs
+    assert [value.text for value in wish.message.fields[0].values] == ['{"do": "open"}', '{"do": "tilt", "angle": 1.0}']
+    assert '{"data": "{\\"do\\": \\"open\\"}"}' in texts["conftest.py"]
+
+
+@pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy")
+def test_a_topic_that_has_only_states_of_an_attribute_is_the_state(tmp_path: Path) -> None:
+    (tmp_path / "shutter.py").write_text(SHUTTER, encoding="utf-8")
+    draft, _ = drafted(tmp_path, "shutter.py")
+    assert draft.states == ()
+    seen = Observations(states={"mode.data": {"shut": 2, "shut -> open": 1}, "wish.data": {"a": 1, "a -> b": 1}})
+    made = replace(draft, code=with_state_topic(draft.code, seen))
+    assert (made.code.state, made.states) == ("mode.data", ("shut", "open", "tilted"))
+    assert 'state=StateField(\n            "mode.data",' in dict(files(made))["conftest.py"]

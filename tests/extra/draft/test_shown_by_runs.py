@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +24,7 @@ from pytest_hricdv.extra.draft.record import record
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE, RunBorder
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort, ServerStandIn, StreamStandIn
 from pytest_hricdv.extra.draft.stand_ins.device import Device
+from pytest_hricdv.extra.draft.stand_ins.ports import RunParameter
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 
 GATE = """
@@ -164,6 +167,51 @@ def test_an_answer_that_the_code_tests_or_compares_is_a_sensor_of_the_next_draft
     }
     assert sensors["hall_visitors"].levels == (("low", "Uniform(0, 3)"), ("high", "Uniform(3, 6)"))
     assert [message.channel for message in draft.code.outputs] == ["driver.move"]
+
+
+HOST = """
+class Host:
+    def __init__(self, camera, gain):
+        self.camera, self.gain = camera, gain
+
+    def step(self):
+        person = self.camera.nearest()
+        if person and person.distance < 2.5:
+            self.camera.greet(self.gain * 2)
+"""
+
+
+def test_the_parts_of_an_answer_are_sensors_and_the_answer_has_them(tmp_path: Path) -> None:
+    draft = Draft(read(tmp_path, HOST), "host", "person", tmp_path.resolve() / "hri")
+    assert [(sensor.name, sensor.field.kind) for sensor in draft.sensors] == [("camera_nearest.distance", "float")]
+
+    def body(border: RunBorder) -> None:
+        camera = Device(senses=("nearest", "nearest.distance")).make(border, "camera")
+        border.senses |= {"camera.nearest": True, "camera.nearest.distance": 1.5}
+        person = camera.nearest()
+        assert person
+        assert person.distance < 2.5
+        border.senses["camera.nearest"] = False
+        assert not camera.nearest()
+
+    run(body, {})
+
+
+def test_what_seemed_to_be_a_number_is_a_device_where_runs_call_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def body(border: RunBorder) -> None:
+        border.run.test = SimpleNamespace(run={"gain": 1.5})  # type: ignore[assignment]
+        gain = RunParameter("gain").make(border, "gain")
+        assert gain * 2 == 3.0
+        assert not gain.is_set("now")
+
+    roles = []
+    for seen in (None, observe(monkeypatch, tmp_path, body)):
+        entry = read(tmp_path, HOST, seen).entry
+        assert entry is not None
+        roles.append({port.name: port.role for port in entry.ports}["gain"])
+    assert roles == ["parameter", "device"]
 
 
 def test_an_attribute_that_the_code_tests_is_read_and_not_called(
@@ -309,3 +357,32 @@ def test_what_was_observed_is_of_the_entry_that_ran(tmp_path: Path) -> None:
     assert first.entry is not None
     assert again.entry is not None
     assert (first.entry.name, again.entry.name) == ("Gate", "Gate")
+
+
+WORKER = """
+import threading
+import time
+
+
+class Worker:
+    def __init__(self, jobs, lamp):
+        self.jobs, self.lamp = jobs, lamp
+
+    def start(self):
+        threading.Thread(target=self._work, daemon=True).start()
+
+    def _work(self):
+        while True:
+            if self.jobs.get() == "light":
+                time.sleep(1.0)
+                self.lamp.show("green")
+"""
+
+
+@pytest.mark.slow
+def test_code_whose_threads_work_on_has_not_ended(tmp_path: Path) -> None:
+    (tmp_path / "worker.py").write_text(WORKER, encoding="utf-8")
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "hri", "--from", "worker"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "hollow" not in done.stdout
+    assert 'allowed_endings=("early"' not in (tmp_path / "hri" / "conftest.py").read_text(encoding="utf-8")
