@@ -19,10 +19,17 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Element:
-    """Something that is to be found: its kind, "message", "value" or "state", and the names that it may have."""
+    """Something that is to be found.
+
+    Args:
+        kind: "message", "value" or "state".
+        names: that it may have.
+        is_example: whether it is a text that only a recording has: the code compares it with nothing.
+    """
 
     kind: str
     names: frozenset[str]
+    is_example: bool = False
 
     def is_like(self, other: Element) -> bool:
         """Whether both are the same thing: a kind of message may also be a value that tells kinds apart."""
@@ -76,16 +83,16 @@ def elements(draft: Draft) -> list[Element]:
     if draft.ros is not None:
         incoming = ("subscription", "service", "action server")
         found = [_message(each.name) for each in draft.ros.declared if each.kind in incoming]
-    values = [value.text for part in fields if part.kind == "str" for value in part.values]
-    texts = dict.fromkeys(text for value in values for text in _texts(value) if text.strip())
-    found += [Element("value", _names([text, _last(text)])) for text in texts]
+    values = [value for part in fields if part.kind == "str" for value in part.values]
+    texts = {text: value.is_observed for value in reversed(values) for text in _texts(value.text) if text.strip()}
+    found += [Element("value", _names([text, _last(text)]), is_example) for text, is_example in texts.items()]
     return found + [Element("state", _names([state])) for state in draft.states]
 
 
 def counts(found: list[Element], robot: Robot) -> tuple[int, int, int, int]:
     """How many elements of the truth were found, how many there are; how many found ones are right, of how many."""
-    judged = [each for each in found
-              if any(map(each.is_like, robot.truth)) or not any(map(each.is_like, robot.also))]  # fmt: skip
+    judged = [each for each in found if any(map(each.is_like, robot.truth))
+              or not (each.is_example or any(map(each.is_like, robot.also)))]  # fmt: skip
     right = sum(any(map(each.is_like, robot.truth)) for each in judged)
     return sum(any(map(each.is_like, found)) for each in robot.truth), len(robot.truth), right, len(judged)
 
