@@ -14,7 +14,6 @@ from pytest_hricdv.extra.draft.code.messages import MessageFinder
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Sources
 from pytest_hricdv.extra.draft.code.states import StateMachines
-from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code.waits import constants, parameters, problems, virtual, waits
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
@@ -46,16 +45,14 @@ def analyse(package: str, start: Path | None = None) -> CodeModel:
     return analyse_sources(find(name, (start or Path.cwd()).resolve()), name, entry_name)
 
 
-def analyse_sources(
-    sources: Sources, name: str, entry_name: str, usage: Usage | None = None, flow: Flow | None = None
-) -> CodeModel:
-    """The same of code that was read; `usage` is how programs use it.
+def analyse_sources(sources: Sources, name: str, entry_name: str, flow: Flow | None = None) -> CodeModel:
+    """The same of code that was read.
 
     Raises:
         DraftError: there is no such function.
     """
     flow = flow or Flow(sources)
-    entry = EntryFinder(sources, flow, usage).entry(entry_name)
+    entry = EntryFinder(sources, flow).entry(entry_name)
     messages = MessageFinder(sources, flow).messages()
     machines = _with_fields(_unique(StateMachines(sources, flow).machines()), messages, flow)
     ros = ros_nodes(sources, flow)

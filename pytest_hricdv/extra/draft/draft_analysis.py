@@ -21,7 +21,7 @@ from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope
 from pytest_hricdv.extra.draft.code.stimuli import StimulusReader, is_reader
-from pytest_hricdv.extra.draft.code.usage import read_usage
+from pytest_hricdv.extra.draft.code.usage import read_calls
 from pytest_hricdv.extra.draft.code.waits import parameters
 from pytest_hricdv.extra.draft.code_model import (
     OWN_MODULE,
@@ -77,12 +77,12 @@ class CodeReader:
 
     def _read(self, start: Path) -> None:
         self._sources = find(self.name, start)
-        self._usage = read_usage(self._sources)
+        self._used = read_calls(self._sources)
         self._flow = Flow(self._sources)
-        self._stimuli = StimulusReader(self._sources, self._flow, self._usage)
+        self._stimuli = StimulusReader(self._sources, self._flow)
         self._inner = InnerObjects(self._sources, self._flow)
         self._states = AttributeStates(self._sources, self._flow)
-        self._entries = EntryFinder(self._sources, self._flow, self._usage)
+        self._entries = EntryFinder(self._sources, self._flow)
         self._chosen: Entry | None = None  # what was observed is of this one
 
     def model(self, seen: Observations | None = None, faulty: frozenset[str] = frozenset()) -> CodeModel:
@@ -97,7 +97,7 @@ class CodeReader:
 
     def _model(self, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
         asked = self._asked or (best_entry(seen, self._sources) if seen is not None and self._chosen is None else "")
-        model = analyse_sources(self._sources, self.name, asked, self._usage, self._flow)
+        model = analyse_sources(self._sources, self.name, asked, self._flow)
         others = [] if asked or model.ros.endpoints else [entry for entry, _ in self._entries.entries()]
         every = dict.fromkeys(entry for entry in (model.entry, *others[:MAX_ENTRIES]) if entry is not None)
         found: tuple[Entry, CodeModel] | None = None
@@ -153,8 +153,7 @@ class CodeReader:
         yield from handed
         methods = list(self._stimuli.methods(entry, called)) if entry.is_class and not has_inputs else []
         if handed:
-            used = called | frozenset(self._usage.calls)
-            methods = [message for message in methods if message.channel in used]
+            methods = [each for each in methods if each.channel in called or each.channel in self._used]
         handled = list(self._stimuli.handlers(entry)) if not (has_inputs or handed) else []
         open_ones = [each for each in methods if each.fields or "Neutral" not in each.delivery]
         yield from open_ones
@@ -230,23 +229,16 @@ class CodeReader:
             assert not isinstance(method.node, ast.ClassDef)
             parameters = parameters_of(method.node)[1:]
             times, period_s = period_of(seen, entry, name) if seen is not None else (0, 0.0)
-            calls = self._usage.of(name)
-            texts = [value for values in calls.values.values() for value in values if not _is_number(value)]
-            repeated = times or (calls.in_loop if not texts else 0)
             made = bool(times), len(list(ast.walk(method.node))), name
-            numbers = [value for values in calls.values.values() for value in values if _is_number(value)]
-            is_slow = bool(numbers) and not any(0.001 <= number <= MAX_PERIOD_S for number in numbers)
-            if repeated and not is_slow and not is_reader(method) and len(parameters) <= 1 and not name.startswith("_"):
+            is_step = not is_reader(method) and len(parameters) <= 1 and not name.startswith("_")
+            if (times or self._used[name]) and period_s <= MAX_PERIOD_S and is_step:
                 best = made if best is None else max(best, made)
         if best is None:
             return None
         parts = tuple(PortReader(self._sources, self._flow).ports(methods_of(self._sources, scope)[best[2]], skip=1))
-        numbers = [value for values in self._usage.of(best[2]).values.values() for value in values if _is_number(value)]
-        seconds = period_of(seen, entry, best[2])[1] if seen is not None else 0.0
-        period_s = next((float(number) for number in numbers if 0.001 <= number <= MAX_PERIOD_S), seconds or PERIOD_S)
+        period_s = (period_of(seen, entry, best[2])[1] if seen is not None else 0.0) or PERIOD_S
         given = tuple(replace(part, role="parameter", neutral=f"{period_s:g}", annotation="fixed")
-                      for part in parts if not part.default or numbers)  # fmt: skip
-        given = tuple(replace(part, default="") for part in given)
+                      for part in parts if not part.default)  # fmt: skip
         is_async = isinstance(methods_of(self._sources, scope)[best[2]].node, ast.AsyncFunctionDef)
         if is_async:
             return None
@@ -274,10 +266,6 @@ class CodeReader:
                 every = (replace(machine, field=f"{STATE_TOPIC}.state"), *others)
                 return replace(model, machines=every, messages=(*model.messages, message))
         return model
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _has_inputs(model: CodeModel) -> bool:

@@ -16,7 +16,6 @@ from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
 from pytest_hricdv.extra.draft.code.loading import top_level_without
 from pytest_hricdv.extra.draft.code.sources import DraftError, Scope, Sources
-from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code.waits import find_guarded_imports
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
@@ -169,7 +168,7 @@ def _with_values(messages: Sequence[Message], endpoints: Sequence[Endpoint], sou
     """The messages, with the texts that callbacks compare their fields with, or take for JSON."""
     flow = Flow(sources)
     reader = FieldReader(sources, flow)
-    contents = ContentReader(flow, reader, Usage())
+    contents = ContentReader(flow, reader)
     callbacks = [(e.name, e.callback.rpartition(".")[2]) for e in endpoints if not e.is_outgoing]
     for message in messages:
         names = {callback for name, callback in callbacks if name == message.channel}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from pytest_hricdv.extra.draft.code.branches import Branches
@@ -12,12 +12,14 @@ from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code.sources import Function, Scope, name_with_dots
-from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code.uses import UseReader, walk_what_runs
-from pytest_hricdv.extra.draft.code_model import FieldValue, Imports, MessageField
+from pytest_hricdv.extra.draft.code_model import Imports, MessageField
 
 TEXT_OF = ("strip", "rstrip", "lstrip", "decode", "lower", "upper")
 """Methods of a text, or of its bytes, that return it, as far as it is taken apart."""
+
+_KINDS = {bool: "bool", str: "str", int: "float", float: "float"}
+"""Type of the default of a key -> kind of its values."""
 
 MAX_HANDOVERS = 2
 """Calls through which a dict is followed."""
@@ -40,8 +42,8 @@ class Argument:
 class ContentReader:
     """Reads what functions take out of a value."""
 
-    def __init__(self, flow: Flow, fields: FieldReader, usage: Usage) -> None:
-        self._flow, self._fields, self._usage = flow, fields, usage
+    def __init__(self, flow: Flow, fields: FieldReader) -> None:
+        self._flow, self._fields = flow, fields
         self._uses = UseReader(flow)
         self._skipped: frozenset[int] = frozenset()
         self._places: dict[str, list[tuple[Scope, ast.AST]]] = {}
@@ -55,7 +57,7 @@ class ContentReader:
             decides = len(kinds) > 1 or any(part.values for _, argument in kinds for part in argument.fields)
             return kinds if decides else []  # such as the bytes and the sender of a datagram
         for name in self._names_of(node):
-            found = self.kinds(scope, name) or self._text(scope, name, node)
+            found = self.kinds(scope, name)
             if found:
                 return found
         return []
@@ -83,16 +85,6 @@ class ContentReader:
             if len({tuple(each.name for each in argument.fields) for _, argument in made}) > 1:
                 return made
         return [("", whole)]
-
-    def _text(self, scope: Scope, name: str, node: ast.Call) -> list[tuple[str, Argument]]:
-        """A text, or bytes of one, that a function compares."""
-        part = self._fields.parameter(scope, name, None)
-        above = self._flow.parents.get(id(node))
-        is_bytes = isinstance(above, ast.Attribute) and above.attr == "decode"
-        if part.kind != "str" or not part.values:
-            return []  # of a number that follows a text, some number
-        texts = (value if value.text[-1].isalnum() else replace(value, text=f"{value.text}1") for value in part.values)
-        return [("", Argument(f"m.{name}" + (".encode()" if is_bytes else ""), (replace(part, values=tuple(texts)),)))]
 
     def _names_of(self, node: ast.AST) -> Iterator[str]:
         """The names that get a value, also through `json.loads`."""
@@ -272,11 +264,8 @@ class ContentReader:
 
     def _read_key(self, scope: Scope, node: ast.expr, key: str, default: object) -> MessageField:
         read = self._fields.read_value(node, scope, word(key))
-        use = self._uses.kind_at(node)
-        passed = self._usage.keys.get(key, [])
-        known = [*passed, *([default] if default is not None else [])]
-        is_whole = bool(known) and all(type(value) is int for value in known)
-        return with_constants(replace(read, kind=kind_of(known, read) or use, type="int" if is_whole else ""), passed)
+        kind = read.kind or _KINDS.get(type(default), "") or self._uses.kind_at(node)
+        return replace(read, kind=kind, type="int" if type(default) is int else "")
 
     def _add_key(self, found: dict[str, MessageField], key: str, field: MessageField) -> None:
         before = found.get(key)
@@ -327,24 +316,3 @@ def _with_own_names(found: dict[str, MessageField]) -> list[tuple[str, MessageFi
 
 def _fields_of_keys(keys: list[tuple[str, MessageField]]) -> tuple[MessageField, ...]:
     return tuple(field for _, field in keys if field.kind)
-
-
-def kind_of(values: Sequence[object], field: MessageField) -> str:
-    """The kind of a parameter that the code does not annotate, by what programs pass and what it compares with."""
-    if field.values:
-        return "str"
-    if field.compared:
-        return "float"
-    for kind, name in ((bool, "bool"), (str, "str"), (int, "float"), (float, "float")):
-        if values and all(isinstance(value, kind) for value in values):
-            return name
-    return ""
-
-
-def with_constants(field: MessageField, constants: Sequence[object]) -> MessageField:
-    """A field with the texts that programs pass, some of all, where the code names none: else they try others, too."""
-    if field.kind != "str" or field.by_type or field.values:
-        return field
-    texts = dict.fromkeys(text for text in constants if isinstance(text, str) and text)
-    return replace(field, values=tuple(FieldValue(text, field.location) for text in list(texts)[:8]),
-                   is_partial=field.is_partial or bool(texts))  # fmt: skip

@@ -12,7 +12,6 @@ from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
 from pytest_hricdv.extra.draft.code.flow import Flow, default_of, last_name, parameter_names
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import DraftError, Scope, Sources
-from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code_model import Entry
 
 _RUNS = ("run", "main", "work", "serve", "loop", "start", "spin")
@@ -34,8 +33,8 @@ class _Candidate:
 class EntryFinder:
     """Finds the entry, and reads its ports."""
 
-    def __init__(self, sources: Sources, flow: Flow, usage: Usage | None = None) -> None:
-        self._sources, self._flow, self._usage = sources, flow, usage or Usage()
+    def __init__(self, sources: Sources, flow: Flow) -> None:
+        self._sources, self._flow = sources, flow
         self._ports = PortReader(sources, flow)
 
     def entry(self, name: str) -> Entry | None:
@@ -102,8 +101,6 @@ class EntryFinder:
         """More where nothing of the code calls it, most where its main program does."""
         calls = [call.scope for call in self._flow.calls.get(scope.node.name, ())
                  if call.scope is None or call.scope.node is not scope.node]  # fmt: skip
-        if self._usage.of(scope.node.name).count:
-            return 2.5 if calls else 3.5
         return 2.5 if None in calls else -1.0 if calls else 1.5
 
     def _read(self, candidate: _Candidate, *, is_certain: bool) -> Entry:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -265,10 +264,6 @@ def _state(value: Any) -> str:
     return value.text if isinstance(value, Member) else _name(value)
 
 
-_TABLES = re.compile(r"transition", re.IGNORECASE)
-"""Names of tables whose rows are transitions, where neither their shape nor an enumeration says so."""
-
-
 def _table_machines(sources: Sources) -> Iterator[StateMachine]:
     """A machine for each constant of a module or class that is a table of transitions."""
     for module in sources.modules:
@@ -278,7 +273,7 @@ def _table_machines(sources: Sources) -> Iterator[StateMachine]:
                 content = evaluate(sources, module, value)
             except UnknownConstantError:
                 continue
-            rows = _rows(content, _TABLES.search(name_with_dots(name)) is not None)
+            rows = _rows(content) if isinstance(content, dict) else []
             if len({source for source, _, _ in rows}) > 1:
                 builder = _Builder(name_with_dots(name), "table", module.location(value))
                 locations = {node.value: module.location(node) for node in reversed(list(ast.walk(value)))
@@ -290,23 +285,19 @@ def _table_machines(sources: Sources) -> Iterator[StateMachine]:
                 yield builder.build()
 
 
-def _rows(content: Any, is_named: bool) -> list[tuple[str, str, str]]:
+def _rows(content: dict[Any, Any]) -> list[tuple[str, str, str]]:
     """Source, target and event of each row of a table; none where it is no table of transitions.
 
-    Tables are `{(state, event): state}`, `{state: {event: state}}`, `{state: (state, ...)}`, `((state, state), ...)`.
-    Of the last two, all names have to be of one enumeration, or the table is called after transitions.
+    Tables are `{(state, event): state}`, `{state: {event: state}}`, and `{state: (state, ...)}` of one enumeration.
     """
     rows: list[tuple[Any, Any, Any]] = []
-    if isinstance(content, dict):
-        for key, value in content.items():
-            if isinstance(key, tuple) and len(key) == 2:
-                rows.append((key[0], value[0] if isinstance(value, tuple) and value else value, key[1]))
-            elif isinstance(value, dict):
-                rows += [(key, target, event) for event, target in value.items()]
-            elif is_named or _is_of_one_enum((key, value)):
-                rows += [(key, target, "") for target in (value if isinstance(value, tuple) else (value,))]
-    elif is_named and isinstance(content, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in content):
-        rows = [(*row, "") for row in content]
+    for key, value in content.items():
+        if isinstance(key, tuple) and len(key) == 2:
+            rows.append((key[0], value[0] if isinstance(value, tuple) and value else value, key[1]))
+        elif isinstance(value, dict):
+            rows += [(key, target, event) for event, target in value.items()]
+        elif _is_of_one_enum((key, value)):
+            rows += [(key, target, "") for target in (value if isinstance(value, tuple) else (value,))]
     names = [(_state_name(source), _state_name(target), _state_name(event)) for source, target, event in rows]
     sources, targets = {row[0] for row in names}, {row[1] for row in names}
     is_table = "" not in sources | targets and len(sources & targets) * 2 >= len(targets)

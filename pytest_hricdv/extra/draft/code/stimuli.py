@@ -12,13 +12,12 @@ from itertools import product
 
 from pytest_hricdv.extra.draft.code.classes import find_parameter_classes, methods_of, neutral_value, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import is_enum
-from pytest_hricdv.extra.draft.code.contents import Argument, ContentReader, kind_of, with_constants
+from pytest_hricdv.extra.draft.code.contents import Argument, ContentReader
 from pytest_hricdv.extra.draft.code.fields import FieldReader
-from pytest_hricdv.extra.draft.code.flow import Flow, argument_of, last_name, parameters_of
+from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.handovers import Handovers, last_part
 from pytest_hricdv.extra.draft.code.naming import camel, snake, word
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots
-from pytest_hricdv.extra.draft.code.usage import Usage
 from pytest_hricdv.extra.draft.code.uses import UseReader
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Entry, Imports, Message, Port
 
@@ -29,10 +28,10 @@ ENDS = ("stop", "close", "shutdown", "join", "cancel", "quit", "exit", "terminat
 class StimulusReader:
     """Reads what makes code act."""
 
-    def __init__(self, sources: Sources, flow: Flow, usage: Usage) -> None:
-        self._sources, self._flow, self._usage = sources, flow, usage
+    def __init__(self, sources: Sources, flow: Flow) -> None:
+        self._sources, self._flow = sources, flow
         self._fields = FieldReader(sources, flow)
-        self._contents = ContentReader(flow, self._fields, usage)
+        self._contents = ContentReader(flow, self._fields)
         self._uses = UseReader(flow)
 
     def methods(self, entry: Entry, called: frozenset[str] = frozenset()) -> Iterator[Message]:
@@ -71,7 +70,7 @@ class StimulusReader:
             if name == entry.method or name.startswith("__") or _decorators(method):
                 continue
             given = parameters_of(method.node)[1:]
-            if len(given) == 1 and self._is_used(name, scope) and not self._gets_constants(method, given[0].arg):
+            if len(given) == 1 and self._is_used(name, scope):
                 made = list(self._messages(name, method, name))
                 yield from (each for each in made
                             if each.module != OWN_MODULE or len(made) > 1 or _tells_apart(each))  # fmt: skip
@@ -150,14 +149,6 @@ class StimulusReader:
         return frozenset(id(each.node) for each in self._sources.classes
                          if bases & {id(base.node) for base in (each, *self._sources.base_classes(each))})  # fmt: skip
 
-    def _gets_constants(self, method: Scope, parameter: str) -> bool:
-        """Whether the code only calls a method with constants of its own: nothing from outside gets there."""
-        assert not isinstance(method.node, ast.ClassDef)
-        given = [(call, argument_of(call.node, method.node, parameter, is_method=True))
-                 for call in self._flow.calls.get(method.node.name, ())]  # fmt: skip
-        return bool(given) and all(value is not None and self._flow.is_complete(value, call.module, call.scope)
-                                   for call, value in given)  # fmt: skip
-
     # --- functions and their parameters
 
     def _scope_of(self, entry: Entry) -> Scope | None:
@@ -171,8 +162,7 @@ class StimulusReader:
         positional = [part for part in parameters if part not in scope.node.args.kwonlyargs]
         required = len(positional) - len(scope.node.args.defaults)
         passed = [part for number, part in enumerate(parameters)
-                  if number < required or self._usage.values(scope.node.name, number, part.arg)
-                  or self._fields.parameter(scope, part.arg, None).kind]  # fmt: skip
+                  if number < required or self._fields.parameter(scope, part.arg, None).kind]  # fmt: skip
         classes = find_parameter_classes(self._sources, scope, passed[0]) if len(passed) == 1 else []
         for own in classes:  # messages of the code itself
             yield Message(own.node.name, snake(own.node.name), own.module.name, "received", self._fields.fields(own),
@@ -180,7 +170,7 @@ class StimulusReader:
                           f"{how}({called!r}, lambda m: (m,))")  # fmt: skip
         if classes:
             return
-        choices = [self._arguments(scope, part, parameters.index(part)) for part in passed]
+        choices = [self._arguments(scope, part) for part in passed]
         for combination in product(*choices):
             named = [kind for kind, _ in combination if kind]
             arguments = [argument for _, argument in combination]
@@ -192,28 +182,26 @@ class StimulusReader:
             yield Message(title, snake(title), OWN_MODULE, "received", tuple(fields.values()), scope.location,
                           (scope.location,), "call", scope.node.name, made, imports)  # fmt: skip
 
-    def _arguments(self, scope: Scope, part: ast.arg, number: int) -> list[tuple[str, Argument]]:
+    def _arguments(self, scope: Scope, part: ast.arg) -> list[tuple[str, Argument]]:
         """What a parameter gets: of each kind that the function tells apart, or of the only one, without a name."""
         annotation = parse_annotation(part.annotation)
         is_open = annotation is None or name_with_dots(annotation) in ("dict", "str", "bytes", "object", "Any")
         is_open |= isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value) in ("dict", "Mapping")
         kinds = self._contents.kinds(scope, part.arg) if is_open else []
-        return kinds or [("", self._argument(scope, part, number))]
+        return kinds or [("", self._argument(scope, part))]
 
-    def _argument(self, scope: Scope, part: ast.arg, number: int) -> Argument:
+    def _argument(self, scope: Scope, part: ast.arg) -> Argument:
         assert not isinstance(scope.node, ast.ClassDef)
         annotation = parse_annotation(part.annotation)
         own = self._sources.class_of(scope.module, annotation)
-        known = self._usage.values(scope.node.name, number, part.arg)
         field = self._fields.parameter(scope, part.arg, annotation)
         if own is not None and is_enum(self._sources, own):
             name = own.node.name
             return Argument(f"member({name}, m.{part.arg})", (field,), ((own.module.name, name),))
         if field.kind:
-            return Argument(f"m.{part.arg}", (with_constants(field, known),))
+            return Argument(f"m.{part.arg}", (field,))
         if annotation is None:
-            field = with_constants(replace(field, kind=kind_of(known, field)), known)
-            field = field if field.kind else replace(field, kind=self._uses.kind(scope, part.arg))
+            field = replace(field, kind=self._uses.kind(scope, part.arg))
             if field.kind:
                 return Argument(f"m.{part.arg}", (field,))
         neutral, imports = neutral_value(self._sources, scope.module, annotation) or ("Neutral()", ())
