@@ -118,7 +118,7 @@ class CodeReader:
         """The model with what gets to its entry and comes from it."""
         missing = {p.text.split("`")[1] for p in model.problems if p.kind == "missing module" and "`" in p.text}
         assert model.entry is not None
-        entry = replace(model.entry, ports=self._with_states(model, model.entry))
+        entry = replace(model.entry, ports=self._without_buses(model, model.entry.ports))
         inner = self._without_buses(model, self._inner.ports(entry, self._scope(entry), frozenset(missing) | faulty))
         model = replace(model, entry=entry, inner=inner)
         entry = self._period(entry, seen) or entry
@@ -201,17 +201,6 @@ class CodeReader:
         """The ports, whose buses are devices where no class of the code is a topic of them."""
         is_typed = any(message.form in FORMS and not message.channel for message in model.messages)
         return tuple(replace(port, role="device") if port.role == "bus" and not is_typed else port for port in ports)
-
-    def _with_states(self, model: CodeModel, entry: Entry) -> tuple[Port, ...]:
-        """The ports, where the one for the first of the states, which are objects, gets one."""
-        ports = self._without_buses(model, entry.ports)
-        scope = self._scope(entry)
-        first = self._states.first_objects(scope) if scope is not None else {}
-        made = {port.name: first[port.annotation.rpartition(".")[2]] for port in ports
-                if port.annotation.rpartition(".")[2] in first}  # fmt: skip
-        return tuple(replace(port, role="parameter", annotation="fixed", neutral=f"{made[port.name].node.name}()",
-                             imports=((made[port.name].module.name, made[port.name].node.name),), operations=())
-                     if port.name in made else port for port in ports)  # fmt: skip
 
     def _scope(self, entry: Entry) -> Scope | None:
         return next((scope for scope in self._sources.classes

@@ -295,7 +295,8 @@ def test_commands_of_a_line_are_messages_and_setters_are_none(tmp_path: Path) ->
 
 
 def test_objects_are_states_and_what_they_call_of_their_owner_is_no_message(tmp_path: Path) -> None:
-    model = read(tmp_path, LIFT)
+    steps = {"parked": 1, "parked -> Moving": 1, "Moving -> parked": 1}
+    model = read(tmp_path, LIFT, Observations(states={"robot_code:Lift.state": steps}))
     assert model.machine is not None
     assert [state.name for state in model.machine.states] == ["parked", "Moving"]
     assert [message.topic for message in model.inputs] == ["call"]

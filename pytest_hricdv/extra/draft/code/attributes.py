@@ -5,9 +5,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from pytest_hricdv.extra.draft.code.classes import form_of, parse_annotation
-from pytest_hricdv.extra.draft.code.constants import Member, assignments, members
-from pytest_hricdv.extra.draft.code.flow import Flow, annotation_of, last_name
+from pytest_hricdv.extra.draft.code.classes import form_of
+from pytest_hricdv.extra.draft.code.constants import Member, members
+from pytest_hricdv.extra.draft.code.flow import Flow, last_name
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
 from pytest_hricdv.extra.draft.code_model import CodeLine, State, StateMachine
 
@@ -27,7 +27,6 @@ class AttributeStates:
             found = []
             for name, assigned in self._values_of(own):
                 states, is_enum = self._of_constants(assigned)
-                states = states or self._of_objects(assigned)
                 is_tree = any(self._is_tree(where, value) for where, value in assigned)
                 if states or is_tree:
                     location = next(iter(states.values())) if states else own.module.location(assigned[0][1])
@@ -38,12 +37,16 @@ class AttributeStates:
             yield from (machine for _, machine in sorted(found, key=lambda each: each[0], reverse=True))
 
     def decides(self, scope: Scope, machine: StateMachine) -> bool:
-        """Whether a class compares an attribute of its own: else it is what the object does, and no state."""
-        name = f"self.{machine.name}"
+        """Whether a class compares an attribute of its own, or sets it to objects that are no messages: else it is
+        what the object does, and no state."""
+        for name, assigned in self._values_of(scope):
+            made = [self._sources.class_of(where.module, getattr(value, "func", None)) for where, value in assigned]
+            if name == machine.name and any(own is not None and not form_of(self._sources, own) for own in made):
+                return True
         for _, at, node in self._flow.nodes:
             if at is not None and at.owner is scope.node and isinstance(node, ast.Compare | ast.Match):
                 sides = [node.left, *node.comparators] if isinstance(node, ast.Compare) else [node.subject]
-                if any(name_with_dots(side) == name for side in sides):
+                if any(name_with_dots(side) == f"self.{machine.name}" for side in sides):
                     return True
         return False
 
@@ -88,45 +91,3 @@ class AttributeStates:
                 texts |= {member.text: own.module.location(at) for member, at in members(self._sources, own)
                           if member.text not in texts}  # fmt: skip
         return texts, bool(enums)
-
-    def _of_objects(self, assigned: list[tuple[Scope, ast.expr]]) -> dict[str, CodeLine]:
-        """Classes of the code with a base in common, one for each state: by their attribute `name`, or their own."""
-        return {_name_of(each): each.location for each in self._family(assigned)}
-
-    def first_objects(self, scope: Scope) -> dict[str, Scope]:
-        """Base class of states -> the first of them, where an object is given the state that it begins in."""
-        families = [self._family(assigned) for _, assigned in self._values_of(scope)]
-        return {base.node.name: family[0] for family in families if family
-                for base in self._sources.base_classes(family[0])}  # fmt: skip
-
-    def _family(self, assigned: list[tuple[Scope, ast.expr]]) -> list[Scope]:
-        changes = [where for where, _ in assigned if where.node.name != "__init__"]
-        kinds = [kind for where, value in assigned for kind in self._kinds(where, value)] if changes else []
-        for kind in kinds:
-            for base in (kind, *self._sources.base_classes(kind)):
-                family = [each for each in self._sources.classes
-                          if any(above.node is base.node for above in self._sources.base_classes(each))]  # fmt: skip
-                if len(family) > 1 and not form_of(self._sources, base):
-                    return family
-        return []
-
-    def _kinds(self, where: Scope, value: ast.expr) -> Iterator[Scope]:
-        """The class of an expression, as called or annotated: `Idle(self)`, `state: State`, `kind: type[State]`."""
-        called = value.func if isinstance(value, ast.Call) else value
-        annotation = None
-        if isinstance(called, ast.Name) and not isinstance(where.node, ast.ClassDef):
-            annotation = parse_annotation(annotation_of(where.node, called.id))
-        if isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value).lower().endswith("type"):
-            annotation = annotation.slice
-        for expression in (called if isinstance(value, ast.Call) else None, annotation):
-            own = self._sources.class_of(where.module, expression)
-            if own is not None:
-                yield own
-
-
-def _name_of(scope: Scope) -> str:
-    for statement in scope.node.body:
-        for target, value in assignments(statement):
-            if name_with_dots(target) == "name" and isinstance(value, ast.Constant) and isinstance(value.value, str):
-                return value.value
-    return scope.node.name
