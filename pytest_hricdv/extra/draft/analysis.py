@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -45,14 +45,16 @@ def analyse(package: str, start: Path | None = None) -> CodeModel:
     return analyse_sources(find(name, (start or Path.cwd()).resolve()), name, entry_name)
 
 
-def analyse_sources(sources: Sources, name: str, entry_name: str, flow: Flow | None = None) -> CodeModel:
-    """The same of code that was read.
+def analyse_sources(
+    sources: Sources, name: str, entry_name: str, used: Collection[str] = (), flow: Flow | None = None
+) -> CodeModel:
+    """The same of code that was read; `used` is what programs beside it call.
 
     Raises:
         DraftError: there is no such function.
     """
     flow = flow or Flow(sources)
-    entry = EntryFinder(sources, flow).entry(entry_name)
+    entry = EntryFinder(sources, flow, used).entry(entry_name)
     messages = MessageFinder(sources, flow).messages()
     machines = _with_fields(_unique(StateMachines(sources, flow).machines()), messages, flow)
     ros = ros_nodes(sources, flow)

@@ -82,7 +82,7 @@ class CodeReader:
         self._stimuli = StimulusReader(self._sources, self._flow)
         self._inner = InnerObjects(self._sources, self._flow)
         self._states = AttributeStates(self._sources, self._flow)
-        self._entries = EntryFinder(self._sources, self._flow)
+        self._entries = EntryFinder(self._sources, self._flow, self._used)
         self._chosen: Entry | None = None  # what was observed is of this one
 
     def model(self, seen: Observations | None = None, faulty: frozenset[str] = frozenset()) -> CodeModel:
@@ -97,7 +97,7 @@ class CodeReader:
 
     def _model(self, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
         asked = self._asked or (best_entry(seen, self._sources) if seen is not None and self._chosen is None else "")
-        model = analyse_sources(self._sources, self.name, asked, self._flow)
+        model = analyse_sources(self._sources, self.name, asked, self._used, self._flow)
         others = [] if asked or model.ros.endpoints else [entry for entry, _ in self._entries.entries()]
         every = dict.fromkeys(entry for entry in (model.entry, *others[:MAX_ENTRIES]) if entry is not None)
         found: tuple[Entry, CodeModel] | None = None
@@ -226,7 +226,8 @@ class CodeReader:
             return None
         parts = tuple(PortReader(self._sources, self._flow).ports(methods_of(self._sources, scope)[best[2]], skip=1))
         period_s = (period_of(seen, entry, best[2])[1] if seen is not None else 0.0) or PERIOD_S
-        given = tuple(replace(part, role="parameter", neutral=f"{period_s:g}", annotation="fixed")
+        given = tuple(replace(part, role="device") if part.operations  # what comes in is read off it
+                      else replace(part, role="parameter", neutral=f"{period_s:g}", annotation="fixed")
                       for part in parts if not part.default)  # fmt: skip
         is_async = isinstance(methods_of(self._sources, scope)[best[2]].node, ast.AsyncFunctionDef)
         if is_async:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 from pytest_hricdv._base.suggestion import nearest
@@ -33,8 +33,8 @@ class _Candidate:
 class EntryFinder:
     """Finds the entry, and reads its ports."""
 
-    def __init__(self, sources: Sources, flow: Flow) -> None:
-        self._sources, self._flow = sources, flow
+    def __init__(self, sources: Sources, flow: Flow, used: Collection[str] = ()) -> None:
+        self._sources, self._flow, self._used = sources, flow, used
         self._ports = PortReader(sources, flow)
 
     def entry(self, name: str) -> Entry | None:
@@ -101,6 +101,8 @@ class EntryFinder:
         """More where nothing of the code calls it, most where its main program does."""
         calls = [call.scope for call in self._flow.calls.get(scope.node.name, ())
                  if call.scope is None or call.scope.node is not scope.node]  # fmt: skip
+        if scope.node.name in self._used:
+            return 2.5 if calls else 3.5
         return 2.5 if None in calls else -1.0 if calls else 1.5
 
     def _read(self, candidate: _Candidate, *, is_certain: bool) -> Entry:

@@ -112,10 +112,6 @@ class FieldReader:
         part = MessageField(name, "", "", scope.module.location(node), unit=unit_of(name))
         return self._with_comparisons(part, list(self._comparisons(node, scope.module, scope, 0)))
 
-    def texts_for(self, node: ast.expr, scope: Scope) -> tuple[FieldValue, ...]:
-        """The texts that a function compares an expression with."""
-        return self.read_value(node, scope, "text").values
-
     def _with_comparisons(self, part: MessageField, others: list[Origin]) -> MessageField:
         """A field with what it is compared with; this says its kind, where nothing else does."""
         numbers = tuple(dict.fromkeys(number for other in others for number in self._numbers(other)))
@@ -211,6 +207,6 @@ class FieldReader:
                     yield from self._comparisons_of_name(parameters[index], method, names + 1)
 
     def _comparisons_of_name(self, name: str, scope: Scope, names: int) -> Iterator[Origin]:
-        for node in ast.walk(scope.node):
-            if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load):
+        for node in self._flow.names_in(scope).get(name, ()):
+            if isinstance(node.ctx, ast.Load):
                 yield from self._comparisons(node, scope.module, scope, names)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -40,6 +40,7 @@ class Flow:
     """Follows values through the code; all look-ups are made once."""
 
     sources: Sources
+    _names: dict[int, dict[str, list[ast.Name]]] = field(default_factory=dict)
 
     @cached_property
     def nodes(self) -> list[tuple[Module, Scope | None, ast.AST]]:
@@ -86,6 +87,16 @@ class Flow:
                     if isinstance(target, ast.Attribute) and name_with_dots(target.value) == "self":
                         assigned[id(scope.owner), target.attr].append((scope, value))
         return assigned
+
+    def names_in(self, scope: Scope) -> dict[str, list[ast.Name]]:
+        """Where a function has each name; it is looked up once."""
+        key = id(scope.node)
+        if key not in self._names:
+            found = self._names[key] = defaultdict(list)
+            for node in ast.walk(scope.node):
+                if isinstance(node, ast.Name):
+                    found[node.id].append(node)
+        return self._names[key]
 
     def owner_of(
         self, expression: ast.expr, module: Module, scope: Scope | None, steps: int = 0
@@ -166,10 +177,8 @@ class Flow:
         """Whether a name is one of a function: then no constant of its module."""
         if not isinstance(node, ast.Name) or scope is None or isinstance(scope.node, ast.ClassDef):
             return False
-        return node.id in parameter_names(scope.node) or any(
-            isinstance(part, ast.Name) and part.id == node.id and isinstance(part.ctx, ast.Store)
-            for part in ast.walk(scope.node)
-        )
+        uses = self.names_in(scope).get(node.id, ())
+        return node.id in parameter_names(scope.node) or any(isinstance(part.ctx, ast.Store) for part in uses)
 
     def _origins(self, node: ast.expr, module: Module, scope: Scope | None) -> Iterator[Origin]:
         """What an expression comes from, one step back."""
@@ -204,7 +213,7 @@ class Flow:
     def _arguments(self, scope: Scope, function: Function, name: str) -> Iterator[Origin]:
         """What a parameter is called with."""
         is_begin = scope.owner is not None and function.name == "__init__"
-        for call in self._constructions(scope) if is_begin else self.calls[function.name]:
+        for call in self._constructions[id(scope.owner)] if is_begin else self.calls[function.name]:
             value = argument_of(call.node, function, name, is_method=scope.owner is not None)
             if value is not None:
                 yield value, call.module, call.scope
@@ -212,17 +221,18 @@ class Flow:
         if default is not None:
             yield default, scope.module, None
 
-    def _constructions(self, scope: Scope) -> Iterator[CallSite]:
-        """The calls that run a constructor: of its class, and of those that derive from it and have none or call it."""
+    @cached_property
+    def _constructions(self) -> dict[int, list[CallSite]]:
+        """The calls that run the constructor of a class: of those that derive from it and have none, or call it."""
+        found: dict[int, list[CallSite]] = defaultdict(list)
         for each in self.sources.classes:
             above = (each, *self.sources.base_classes(each))
             begins = [base.node for base in above for part in base.node.body if getattr(part, "name", "") == "__init__"]
-            if scope.owner not in begins:
-                continue
-            if begins[0] is scope.owner:
-                yield from self.calls[each.node.name]
-            elif begins[1] is scope.owner:
-                yield from (call for call in self.calls["__init__"] if call.scope and call.scope.owner is begins[0])
+            found[id(begins[0] if begins else each.node)] += self.calls[each.node.name]
+            if len(begins) > 1:
+                found[id(begins[1])] += [call for call in self.calls["__init__"]
+                                         if call.scope is not None and call.scope.owner is begins[0]]  # fmt: skip
+        return found
 
     def _attribute(self, node: ast.Attribute, module: Module, scope: Scope | None) -> Iterator[Origin]:
         if node.attr in ("value", "name"):  # of a member of an enumeration

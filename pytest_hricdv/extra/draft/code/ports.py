@@ -203,7 +203,9 @@ class PortReader:
             begin = methods_of(self._sources, own).get("__init__")
             return [begin] if begin is not None else []
         methods = self._flow.methods.get(last_name(node.func), [])
-        return methods if len(methods) == 1 else [method for method in methods if method.owner is scope.owner]
+        same = [method for method in methods if method.owner is scope.owner]
+        kinds = {tuple(parameter_names(method.node)) for method in methods}  # type: ignore[arg-type]
+        return same or (methods if len(kinds) == 1 else [])  # several classes have it, as states do
 
     def _is_attribute(self, node: ast.expr, owner: ast.ClassDef, attribute: str, scope: Scope) -> bool:
         if not isinstance(node, ast.Attribute) or node.attr != attribute:
@@ -225,10 +227,11 @@ class PortReader:
         above = self._flow.parents.get(id(value))
         if isinstance(above, ast.Attribute):
             yield above
-        names = [target.id for target, _ in assignments(above or value) if isinstance(target, ast.Name)]
-        for node in ast.walk(scope.node) if names else ():
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in names:
-                yield node
+        for target, _ in assignments(above or value):
+            for name in self._flow.names_in(scope).get(getattr(target, "id", ""), ()):
+                part = self._flow.parents.get(id(name))
+                if isinstance(part, ast.Attribute):
+                    yield part
 
     def _operation(self, node: ast.Attribute, module: Module, scope: Scope) -> Operation:
         parent = self._flow.parents.get(id(node))
