@@ -1,4 +1,4 @@
-"""Stand-ins of what surrounds code, with which a drafted testbench runs it."""
+"""Test doubles for the environment of code under test, with which a drafted testbench runs it."""
 
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort

@@ -1,4 +1,4 @@
-"""The lanes of a run: what each of several actors does, handed to the node that enacts it."""
+"""The lanes of a run: the actions of each of several actors, handed to the node that enacts them."""
 
 from __future__ import annotations
 

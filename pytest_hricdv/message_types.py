@@ -1,4 +1,4 @@
-"""Which fields of messages requirements can compare, from the types that their classes declare."""
+"""Finds the fields of messages that requirements can compare, from the declared types."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The optional features: each is a folder of `pytest_hricdv.extra`, and only this list names them.
+"""The registry of optional features: each is a folder of `pytest_hricdv.extra`, and only this list names them.
 
 A feature offers names to the core. Each is in the module of its role, or in `feature.py` if the feature has no such
 module:

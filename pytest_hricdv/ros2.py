@@ -1,4 +1,4 @@
-"""Fakes of what surrounds a node of ROS 2."""
+"""Fakes for the environment of a ROS 2 node."""
 
 from pytest_hricdv.extra.ros2.kit.bag import BagPlayer
 from pytest_hricdv.extra.ros2.kit.base import Laser, PlanarBase, PlanarPose

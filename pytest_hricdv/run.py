@@ -1,4 +1,4 @@
-"""What the testbench's `run` is called with: one run of one concrete test."""
+"""`Run`, the argument of the testbench's `run`: one run of one concrete test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The declared ranges as Hypothesis strategies, for property tests of a project::
+"""Hypothesis strategies for the declared ranges, for property tests of a project::
 
     from hypothesis import given
     from pytest_hricdv.strategies import concrete_tests

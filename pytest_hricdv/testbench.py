@@ -1,4 +1,4 @@
-"""`Testbench`, which a user supplies: what to generate, how to run it, and what must hold; and what it is made of."""
+"""`Testbench`, which a user supplies: what to generate, how to run it, and what must hold."""
 
 from __future__ import annotations
 

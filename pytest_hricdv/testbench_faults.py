@@ -1,4 +1,4 @@
-"""Checks of a testbench: types, names and ranges, with one message for the first fault."""
+"""Checks a testbench: types, names and ranges, with one message for the first error."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from pytest_hricdv.testbench import FIELD_PURPOSES, Testbench
 from pytest_hricdv.testbench_groups import Field, People, Simulation, StateField, Suites, VirtualTime
 
 NEEDED_PARTS = {"oracle": "oracle", "ros2": "ros2"}
-"""What a testbench declares -> the optional part without which it would be passed over in silence."""
+"""What a testbench declares -> the optional feature without which it would be silently ignored."""
 
 MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
     "Testbench": {

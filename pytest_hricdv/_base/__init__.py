@@ -1,1 +1,1 @@
-"""What everything else stands on: messages of errors, input files, atomic files, grammars."""
+"""Foundations of all other packages: error messages, input files, atomic files, grammars."""

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all: a reader sees the old content or the new one, never a part of it."""
+"""Atomic file writes: a reader sees either the old content or the new one, never a mixture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files inside of a folder that others may have filled: no symbolic link inside of it is followed.
+"""Access to files in a folder whose content is not trusted: symbolic links below it are never followed.
 
 A report, a journal or a campaign that comes as an artefact is a folder that somebody else made. A link in it would let
 a merge carry a file of this machine along, or write one somewhere else. The folder itself is the user's choice, and may

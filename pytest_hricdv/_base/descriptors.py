@@ -1,4 +1,4 @@
-"""Descriptors of the session: code under test may close what it has opened, and none of these."""
+"""File descriptors of the session, protected from code under test that closes more than it has opened."""
 
 from __future__ import annotations
 

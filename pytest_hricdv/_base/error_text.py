@@ -1,4 +1,4 @@
-"""The text of an error of somebody else's code, in a line: with what it stands for, and whatever its `__str__` does."""
+"""One-line texts of errors raised by code under test, with their causes, even if their `__str__` raises or hangs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ MAX_NESTED = 50
 """Groups within each other that are shown as they are: pytest goes through them by recursion, four calls for each."""
 
 TEXT_WITHIN_S = 1.0
-"""So long somebody else's value may take to say its text (s of real time): a list of six million numbers does."""
+"""Time limit (s of real time) for the `repr` of a value of foreign code: that of a list of six million numbers exceeds
+it."""
 
 T = TypeVar("T")
 

@@ -1,4 +1,4 @@
-"""The seed of Python's hashes, which decides the order of a set of texts: of this process, and of those it starts.
+"""Python's hash seed, which decides the iteration order of sets of strings: of this process and of its children.
 
 Python takes it from the variable `PYTHONHASHSEED` when a process starts, and draws one where the variable is not set or
 says "random". What was drawn cannot be handed to another process.

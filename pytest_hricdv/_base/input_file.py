@@ -1,4 +1,4 @@
-"""Files from outside, and texts from them: read within limits, and checked, before anything is made of them.
+"""Untrusted input files: read within limits of size and depth, and checked before they are parsed.
 
 A file that a user, a colleague or a CI service hands over may be cut off, edited, or not be a file at all. Every reader
 of one begins here, so that all have the same limits and speak of a fault in the same way: with its place.
@@ -38,7 +38,7 @@ MAX_DIGITS = 19
 """Digits of the largest whole number: seeds have 63 bits. Python needs seconds for a number of a million digits."""
 
 _BLOCK = 1_000_000
-"""So many bytes are read of a file that says to have fewer."""
+"""Number of bytes read from a file whose size is reported as smaller."""
 
 T = TypeVar("T")
 

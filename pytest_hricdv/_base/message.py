@@ -1,4 +1,4 @@
-"""Messages about input: legible in a terminal and short, whatever the input has."""
+"""Error messages about input: short and legible in a terminal, whatever the input contains."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a command does when who reads its output has gone: `hricdv init hri --from robot | head -3`."""
+"""Handles a closed output pipe in commands, as in `hricdv init hri --from robot | head -3`."""
 
 from __future__ import annotations
 

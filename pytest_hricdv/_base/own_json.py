@@ -1,4 +1,4 @@
-"""JSON as Python writes and reads it, whatever the code under test has made of `json` in this process.
+"""JSON with Python's own encoder and decoder, even if the code under test has patched `json` in this process.
 
 Projects replace `json.dumps` or `JSONEncoder.default` to write types of theirs, for everybody in the process. What a
 result or a hash is made of may not depend on that: these functions and classes are bound when the plugin is loaded.

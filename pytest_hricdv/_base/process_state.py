@@ -1,4 +1,4 @@
-"""What the session needs of its process: code under test may take it away, and it is put back after each run.
+"""Process-wide state that the session needs: restored after each run, because code under test may change it.
 
 What is deleted, or replaced by what nobody can call, is a fault of the run. What is replaced by something that can be
 called, as libraries do when they are imported, is there again in the next run, and only there: pytest, reports and

@@ -1,4 +1,4 @@
-"""What the runs of a project depend on beside its tests: its files, and what is installed; name -> hash, or version."""
+"""What the runs of a project depend on besides its tests: its files and installed packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plain records, of which reports, journals and histories are made: their base, and the types of their values.
+"""Plain records: the base class of everything in reports, journals and histories, and the types of their fields.
 
 A record is a msgspec struct: frozen like a frozen dataclass, but it is also its own JSON codec, whose decoder checks
 every value against its type. See `pytest_hricdv.results.model` for the rules that all records follow.

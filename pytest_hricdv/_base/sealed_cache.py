@@ -1,4 +1,4 @@
-"""Pytest's cache, for what decides which tests there are: only entries that this user's sessions wrote are read.
+"""Signed entries of pytest's cache, for data that decide which tests exist: only entries written by this user are read.
 
 The cache lies in the project: a checkout, an archive or a cache of CI may bring one along, and a suite in it that lacks
 the tests that fail would look like any other. So each entry has a seal (HMAC-SHA-256, RFC 2104) over its key, which is

@@ -1,4 +1,4 @@
-"""What Python's library has to answer: code under test may replace a part of it, for everybody in the process.
+"""Detects code under test that has replaced functions of Python's library for the whole process.
 
 The plugin uses what it bound when it was loaded where results and hashes are made. pytest, other plugins and other
 tests do not, so that a part that gives wrong answers is said.

@@ -1,4 +1,4 @@
-"""Suggestions for names that do not exist: the end of an error message."""
+"""Suggests existing names for unknown ones, as the end of an error message."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable
 
 SHOWN = 12
-"""So many known names are listed where none is similar."""
+"""Number of known names listed where none is similar."""
 
 
 def nearest(name: str, allowed: Iterable[str]) -> str:

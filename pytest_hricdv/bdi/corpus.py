@@ -1,4 +1,4 @@
-"""``hricdv model corpus``: which of the models below a folder can be parsed, and why others cannot.
+"""``hricdv model corpus``: which models in a folder can be parsed, and why others cannot.
 
 Each file is parsed alone: what a source includes is a file of its own, or lies in a library that is not there. A text
 that occurs several times, as copies of examples do, is parsed once.

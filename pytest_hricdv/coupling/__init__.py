@@ -1,4 +1,4 @@
-"""An agent of the model that lives in the time of a simulated run, and hears what happens there.
+"""Agents of the model coupled to a simulated run: they live in its time and perceive its events.
 
 - `hears` (what a testbench declares: what the agent hears when something happens)
 - `terms` (values of a run as terms of AgentSpeak), `agent_names` (what an agent can hear and do), `agents` (reads them)

@@ -1,4 +1,4 @@
-"""An agent of the model that stops before an act, and goes on when it is told that it has done it."""
+"""An agent that pauses before each act, and resumes when the run reports that the act has been done."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pytest_hricdv.coupling.terms import comparable
 
 
 class CoupledAgent(Agent, ABC):
-    """An agent that stops before acts; takes what an agent takes. Which acts these are, a subclass says."""
+    """An agent that pauses before acts; a subclass decides which. Takes the arguments of `Agent`."""
 
     run: CoupledRun
 
@@ -41,7 +41,7 @@ class CoupledAgent(Agent, ABC):
         super().execute(intention)
 
     def go_on_after(self, act: ReadyAct, succeeded: bool = True) -> None:
-        """It has done an act that it was ready for."""
+        """Resume after an act that it was ready for has been done."""
         self.ready_acts.remove(act)
         if act.literal is not None:
             self._released, self.run.succeeds = act.intention, succeeded

@@ -1,4 +1,4 @@
-"""A run of agents whose clock is set from outside: they live in the time of something else."""
+"""A run of agents whose clock is set by the simulation that it is coupled to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An event of a run, and the literal of an agent that it stands for."""
+"""Event patterns: an event of a run, and the literal that it stands for in an agent."""
 
 from __future__ import annotations
 

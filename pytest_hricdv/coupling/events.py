@@ -1,4 +1,4 @@
-"""Which declared events happen with a message, or with changes of signals."""
+"""Detects declared events in messages and in changes of signals."""
 
 from __future__ import annotations
 

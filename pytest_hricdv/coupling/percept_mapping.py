@@ -1,4 +1,4 @@
-"""What a testbench declares of what an agent hears."""
+"""Declares which events of a run an agent perceives, and as which beliefs or goals."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ PERCEPT = "percept"
 
 
 class CouplingError(InputError):
-    """What an agent is to hear or do does not fit the model or the run; the text says what, and what was expected."""
+    """A declaration of percepts or acts does not fit the model or the run; the text says what was expected."""
 
 
 @dataclass(frozen=True)
 class PerceptMapping:
     """What the agent perceives or is told when an event happens in the run.
 
-    It believes this from then on: nothing is taken back when what it heard of ends, and to hear it again while it is
-    believed changes nothing. Hear the end as an event of its own, whose plan removes the belief with its source,
-    `-smoke[source(percept)]`. A goal is given each time.
+    The belief stays: it is not removed when the condition of the event ends, and adding it again has no effect. To
+    remove it, map the end as an event of its own, whose plan removes the belief with its source,
+    `-smoke[source(percept)]`. A goal is adopted each time.
 
     Args:
         literal: a belief, or a goal to achieve (`!serve(cup)`). A variable in it is the value of a field of the event's
@@ -41,5 +41,5 @@ class PerceptMapping:
 
     @property
     def owner(self) -> str:
-        """What errors call it."""
+        """Its name in errors."""
         return f"PerceptMapping({self.literal!r})"

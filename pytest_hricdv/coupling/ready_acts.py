@@ -1,4 +1,4 @@
-"""What an agent is ready to do, where many acts may be open at a time."""
+"""Ready acts: what an agent is about to do, possibly several acts at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values of a run as terms of AgentSpeak, so that both can be compared."""
+"""Converts values of a run to AgentSpeak terms, so that both can be compared."""
 
 from __future__ import annotations
 

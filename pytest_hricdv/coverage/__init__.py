@@ -1,1 +1,1 @@
-"""What the tests covered: code, plans, requirements and cross products, and what no test covers."""
+"""Coverage of the tests: code, plans, requirements and cross products, and the gaps that are left."""

@@ -1,4 +1,4 @@
-"""Closure: what tests cover together, the minimal suite for it, what each test adds, and coverage of cross products."""
+"""Coverage closure: what tests cover together, the minimal suite, what each test adds, and cross products."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pytest_hricdv.coverage.records import Closure, MinimalStep
 from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage
 
 Point = tuple[str, ...]
-"""What it is ("plan", "bin", "verdict"), and its names."""
+"""A coverage point: its kind ("plan", "bin", "verdict"), and its names."""
 
 
 @dataclass(frozen=True)

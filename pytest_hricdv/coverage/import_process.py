@@ -1,5 +1,5 @@
-"""What importing modules covers, measured in a separate process: of modules that were loaded before imports could be
-followed in this one.
+"""Measures in a separate process what importing modules covers, if they were loaded here before imports could be
+followed.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from pytest_hricdv._base.hash_seed import environment_of_child
 from pytest_hricdv.coverage.own_coverage import OwnCoverage, literally
 
 TIMEOUT_S = 120
-"""So long imports may take (s; chosen): a hundred times what those of the table's controller take; only an import that
-waits for something takes longer."""
+"""Time limit of imports (s; chosen): a hundred times what those of the table's controller take, so that only an import
+that waits for something exceeds it."""
 
 
 @dataclass(frozen=True)

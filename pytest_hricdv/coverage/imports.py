@@ -1,4 +1,4 @@
-"""Follows which modules of the code under test are imported, by whom, and measures each where it is first imported.
+"""Follows imports of modules under test: which module imports which, and what each covers while it is first imported.
 
 A module runs once in a process, when it is first imported: in the first test that needs it, or before any test. Its
 coverage belongs to every test that imports it. It is measured during that import: importing a module again only to
@@ -30,7 +30,7 @@ Measuring = Callable[[str], AbstractContextManager[None]]
 
 
 class ImportWatch(MetaPathFinder):
-    """Sees the imports of a process from when it is installed.
+    """Observes the imports of a process from its installation on.
 
     Args:
         is_of_interest: whether a module that is loaded from this file is followed.

@@ -1,4 +1,4 @@
-"""The plugin's own `Coverage`: records parts of a process, each under a context, and nothing of the rest.
+"""The plugin's own `Coverage`, which measures only selected parts of a process, each under a context.
 
 The tracer is set in one greenlet at a time and limited to some files. So the rest of the process (world, human,
 monitors) runs untraced at full speed, while every line and branch of these files is recorded.

@@ -1,4 +1,4 @@
-"""Reachability: what the model makes impossible, and which beliefs lead to what is not covered yet."""
+"""Reachability: which points the model proves impossible, and which beliefs lead to points that are not covered yet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the project's configuration of coverage.py says of its code: it holds here as it does for coverage.py.
+"""The project's configuration of coverage.py, which also applies to the coverage measured here.
 
 It is read by coverage.py itself, from the file that it would take (`.coveragerc`, `setup.cfg`, `tox.ini`,
 `pyproject.toml`, or the one of `--cov-config`). How things are traced (`parallel`, `concurrency`, `core`, `patch`,

@@ -1,4 +1,4 @@
-"""The files of the code under test, as Python would import them, and found without importing anything."""
+"""Finds the source files of the code under test as Python would, but without importing anything."""
 
 from __future__ import annotations
 

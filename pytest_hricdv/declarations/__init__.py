@@ -1,4 +1,4 @@
-"""What a testbench declares for optional parts, as plain data that says nothing of how a part goes by it.
+"""Declarations of a testbench for optional features: plain data, without the code that acts on them.
 
 - `bystander` (an actor that no plan describes: what it can do)
 - `model_oracle` (an agent of the model that each run is compared with; for `extra.oracle`)

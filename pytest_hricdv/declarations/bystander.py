@@ -1,4 +1,4 @@
-"""Bystanders: actors of a run that no plan describes, such as a dog or a door that somebody opens.
+"""Bystanders: actors of a run without plans, such as a dog, or a door that somebody opens.
 
 >>> from pytest_hricdv.generate.sampler import Uniform
 >>> dog = Bystander("dog", {"walk": {"far_m": Uniform(0.5, 3.0, "m")}, "lie_down": {}}, most=2)

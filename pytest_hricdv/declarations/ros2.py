@@ -1,4 +1,4 @@
-"""What a testbench says of its ROS 2 system: what requirements name of its graph, and the nodes to be started."""
+"""Declares the ROS 2 system of a testbench: what requirements name of its graph, and the nodes that are started."""
 
 from __future__ import annotations
 

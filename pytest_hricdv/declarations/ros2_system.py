@@ -1,4 +1,4 @@
-"""A ROS 2 system in a run, as the testbench's `run` and the execution of tests see it; `extra.ros2` is behind it."""
+"""The interface of a ROS 2 system in a run, for testbenches and for the execution; `extra.ros2` implements it."""
 
 from __future__ import annotations
 

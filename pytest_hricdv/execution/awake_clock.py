@@ -1,4 +1,4 @@
-"""A clock for patience: it counts while somebody looks at it, so that no pause is taken for silence.
+"""A clock for time-outs that counts only while it is polled: a suspended machine causes none.
 
 A machine sleeps, a job is suspended, a process is stopped (SIGSTOP) and goes on: for others, and for what they were
 sent meanwhile, no time has passed that they could have used. Clocks that are set have no effect on it either.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 
 LOOKS_EACH_S = 0.5
-"""So often who waits looks at the clock (s; chosen)."""
+"""Interval (s; chosen) at which a waiting process reads the clock."""
 
 _LONGEST_S = 2 * LOOKS_EACH_S
 """A look that comes later (s; chosen: on a busy machine a look is late, too) ends a pause."""

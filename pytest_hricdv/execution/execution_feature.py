@@ -1,4 +1,4 @@
-"""What a feature does for the execution of tests."""
+"""The interface by which a feature takes part in the execution of tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pytest_hricdv.testbench import Testbench
 
 
 class Watcher(Protocol):
-    """Sees a run in the words of its requirements, as the monitors do."""
+    """Receives the messages and signals of a run, as monitors do."""
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
 
@@ -26,16 +26,17 @@ class Watcher(Protocol):
 
 
 class Follower(Watcher, Protocol):
-    """Watches a run, and judges it at its end."""
+    """Watches a run and judges it at its end."""
 
     def finish(self, time_s: float) -> Verdict:
         """The run ended at `time_s` (s of simulated time): the verdict."""
 
 
 class ExecutionFeature:
-    """What a feature does for runs, its `EXECUTION`; by default it does nothing.
+    """What a feature does for runs, its `EXECUTION`; the methods do nothing by default.
 
-    Its module is loaded with the first testbench, whatever this declares: what is heavy is imported by the methods.
+    Its module is loaded with the first testbench, even one that does not use the feature: heavy modules are imported in
+    the methods.
 
     Attributes:
         preloaded: modules that a process imports once which runs tests in forks of itself.

@@ -1,4 +1,4 @@
-"""Seeded faults, and the import of code under test with one, in a process of its own."""
+"""Imports code under test with a seeded fault, in a process of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A fork of this process that does one thing, sends one message, and ends.
+"""A fork of this process that runs one function, sends one message, and ends.
 
 Other threads of this process are not in the fork, and what they had locked stays locked there. So whoever forks a
 process with threads, such as a worker of xdist, whose other thread only waits for its controller, does not use in the
@@ -27,7 +27,7 @@ _PR_SET_PDEATHSIG = 1
 """Of Linux's prctl (linux/prctl.h): the signal that a process gets when the one dies that forked it."""
 
 _LOOK_AFTER_S = 0.5
-"""So often (s) somebody looks whether a silent process is still there: what it started may hold its pipe open."""
+"""Interval (s) at which a silent process is checked for being alive: a child of its own may hold its pipe open."""
 
 
 class ForkError(Exception):

@@ -1,4 +1,4 @@
-"""Whether anything had an influence on the code under test in a run: people, sensors, or the world.
+"""Detects whether people, sensors or the world had any influence on the code under test in a run.
 
 Code that connects to a bus of its own gets none of the messages of its testbench, and passes every test. A run reached
 the code if one of its nodes took a message of somebody else or was woken by somebody else, or if it shares an object

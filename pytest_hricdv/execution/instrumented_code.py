@@ -1,4 +1,4 @@
-"""Instrumented code: functions of the code under test that call hooks, in this process only. Nothing is written.
+"""Instruments functions of the code under test, in this process only, to call hooks. No file is written.
 
 Functions that exist are changed in place, and modules that are imported later are loaded changed. Lines stay as they
 are, so tracebacks and coverage are those of the file.

@@ -1,4 +1,4 @@
-"""The only judge of runs: decides what came of a run, and of the test function that it was part of.
+"""Judges runs: the only place that decides the outcome of a run, and of its test function.
 
 Sessions, custom tests, replays, campaigns, mutants and closing loops ask it. It reads typed results only; what pytest
 then raises or writes is derived from its judgement, and never the other way round.

@@ -1,4 +1,4 @@
-"""What a test can come to, and what follows from it: which outcomes fail a session, and what there is to look into."""
+"""Outcomes of a test: which ones fail a session, and which ones ask for an analysis."""
 
 from __future__ import annotations
 

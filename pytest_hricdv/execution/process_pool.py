@@ -1,4 +1,4 @@
-"""Forked processes that write lines, each ended when it is silent for too long, all when the session is gone.
+"""A pool of forked processes that write lines; each is ended when silent for too long, all with the session.
 
 Only for a process without threads: a fork has no other thread, and what another one had locked stays locked.
 """

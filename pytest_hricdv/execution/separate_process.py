@@ -1,7 +1,7 @@
-"""A process beside this one, to which lines are sent and which answers in lines: how it is started, and how it ends.
+"""A subprocess that is sent lines and answers in lines: how it is started, and how it ends.
 
-A fresh process, because a fork needs that there are no threads, which xdist's and a cluster's processes have, and
-because code under test that is to be changed must not have been imported. What it does itself is in `session.serving`.
+It is started afresh, not forked: forking is unsafe with threads, which the processes of xdist and of a cluster have,
+and code under test that is to be mutated must not have been imported. `session.serving` is its other side.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from pytest_hricdv._base.hash_seed import environment_of_child
 from pytest_hricdv.execution.awake_clock import LOOKS_EACH_S, AwakeClock
 
 _MOST_BYTES = 1 << 16
-"""So much is read at a time: what a pipe of Linux holds (pipe(7))."""
+"""Number of bytes read at a time: the capacity of a Linux pipe (pipe(7))."""
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Libraries for numbers start threads of their own, which a fork would not have, unless these variables say 1."""
+"""Numerical libraries start threads, which do not survive a fork, unless these variables are 1."""
 
 
 LetThrough = Callable[[], AbstractContextManager[None]]
-"""Within what it gives, a signal may raise."""
+"""Makes a context manager within which a signal handler may raise."""
 
 _EXECUTABLE = sys.executable
-"""As it is now: the code under test may change it."""
+"""Saved on import: the code under test may change it."""
 
 _HAS_WAITID = hasattr(os, "waitid")
-"""Not on Windows, where nothing can wait for a pipe and look up meanwhile, either."""
+"""Not on Windows, where it is also impossible to wait for a pipe with a time-out."""
 
 
 class ProcessError(Exception):
-    """The process failed; the text is the last line that it wrote about it, or how it ended."""
+    """The process failed; the text is the last line of its output, or how it ended."""
 
 
 class LostError(ProcessError):
-    """The process was ended by a signal, as by a system without memory: another one may do better."""
+    """The process was killed by a signal, for instance for lack of memory: a new one may succeed."""
 
 
 class SilentError(LostError):

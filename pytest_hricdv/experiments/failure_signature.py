@@ -1,4 +1,4 @@
-"""What tells failures apart: the parts of a requirement that a violation made false."""
+"""Failure signatures: the parts of a requirement that a violation made false, by which failures are told apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shrinking: from a failing test to a short one with the same failure.
+"""Shrinking: reduces a failing test to a short one with the same failure.
 
 Actions are dropped first, by delta debugging (A. Zeller, R. Hildebrandt: Simplifying and Isolating Failure-Inducing
 Input, IEEE TSE 28(2), 2002), whole turns before single actions; of several actors, all that one does before single

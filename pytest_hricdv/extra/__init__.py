@@ -1,1 +1,1 @@
-"""Optional parts, one folder a feature. Nothing below imports them: see `pytest_hricdv.registry`."""
+"""Optional features, a folder each. No other package imports them: see `pytest_hricdv.registry`."""

@@ -1,4 +1,4 @@
-"""Who acts in a test: lanes of actions, what is caused by what, and how the lanes interleave.
+"""The actors of a test: their lanes of actions, the causal order between these, and how the lanes interleave.
 
 A test with several actors says in each line who acts, as in `nurse: press call`; a test with one actor does not. The
 lines of an actor are its *lane*: their order is kept. Between lanes only that order is kept which the model makes

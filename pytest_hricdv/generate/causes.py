@@ -1,4 +1,4 @@
-"""What caused what between the actors of a model's run: the order that their lanes keep among each other.
+"""Causal order between the actors of a model's run, which their lanes preserve.
 
 An action comes after one of another actor if it depends on it (L. Lamport: Time, Clocks, and the Ordering of Events in
 a Distributed System, CACM 21(7), 1978, with plans in place of processes):

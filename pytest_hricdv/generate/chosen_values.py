@@ -1,4 +1,4 @@
-"""Chosen values: parameters of a test that are given with it, instead of drawn from their ranges.
+"""Chosen values: parameters fixed by a test instead of drawn from their ranges.
 
 They are kept by the number of their command, from 1; number 0 is the run. As text and in JSON that number is `run`.
 """

@@ -1,4 +1,4 @@
-"""What suites are generated from, and the protocol of the methods that generate them."""
+"""The inputs of generation, and the protocol of the methods that generate suites."""
 
 from __future__ import annotations
 

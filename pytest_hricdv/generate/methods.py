@@ -1,4 +1,4 @@
-"""The methods that generate suites, and all of them by name."""
+"""The methods that generate suites, and their registry by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Q-learning is given: its reward, its parameters, and the table or the belief sets that it begins with.
+"""The settings of Q-learning: reward, parameters, and the table or belief sets to start from.
 
 The reward is the value of adding a belief, from the plans that the model then executes. Each round of learning has a
 new reward object. It is called when a subset is begun and after each run of the model.

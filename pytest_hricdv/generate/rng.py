@@ -1,4 +1,4 @@
-"""Private random streams, seeds and digests, each a function of its key. No stream is shared or global.
+"""Private random streams, seeds and digests, each a function of its key. No stream is shared.
 
 Only `Random.random()` is used: it is the one method whose sequence Python promises to keep from version to version,
 so that a seed in a suite or a report means the same test for years.

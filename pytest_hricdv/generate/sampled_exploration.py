@@ -1,4 +1,4 @@
-"""Exploration by sampling: runs of belief sets that are drawn, of a model with too many to find all of its runs."""
+"""Exploration by sampling: runs randomly drawn belief sets of a model that is too large to be explored completely."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from pytest_hricdv.generate.model_runner import MAX_OTHERS, ModelRunner, distinc
 from pytest_hricdv.generate.rng import make_rng, pick
 
 SAMPLES = 2**MAX_OTHERS
-"""So many belief sets are drawn: as many as there are at most of one start belief where all are tried."""
+"""Number of belief sets drawn: as many as exist for one start belief in a model of the largest size that is explored
+completely."""
 
 DRAWS = 20 * SAMPLES
 """After so many draws no more are made: of spaces with fewer sets, more than 19 of 20 draws repeat one."""

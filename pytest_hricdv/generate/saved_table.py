@@ -1,4 +1,4 @@
-"""Saved tables: a table of Q in a file, with what is needed to check that it fits a model."""
+"""Saved Q tables: files, with what is needed to check that a table fits a model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Schedules: in which order the nodes of the code under test go on, as parameters of a concrete test.
+"""Schedules: the order in which nodes of the code under test proceed, as parameters of a concrete test.
 
 Without decisions, nodes go on in the order in which they began to wait, and code takes no time. A decision changes one
 thing about this.

@@ -1,4 +1,4 @@
-"""What became of an antecedent and of its conjuncts in a logged run.
+"""The truth of an antecedent and of its conjuncts in a logged run.
 
 The log is replayed after the run, so that monitors stay fast: for the nearest miss only where a requirement was never
 triggered, for the outcomes of conjuncts only until each was true and false.

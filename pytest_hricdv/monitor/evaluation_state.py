@@ -1,8 +1,7 @@
-"""What a compiled formula reads: the last values, the messages of the instant, the outputs of the operators.
+"""The state that compiled formulas read: last values, messages of the instant, outputs of operators.
 
-A formula has a value *at* an instant and one *right after* it, which is valid until the next instant at which anything
-changes. The two differ where messages and edges are concerned. Because both are kept, verdicts do not depend on how
-finely a run is sampled.
+A formula has a value *at* an instant and one *right after* it, which holds until the next instant at which anything
+changes. They differ for messages and edges. Keeping both makes verdicts independent of the sampling rate of a run.
 """
 
 from __future__ import annotations
@@ -14,10 +13,10 @@ from dataclasses import dataclass, field
 from pytest_hricdv.monitor.names import field_of, is_optional, last_of
 
 NS_PER_S = 1_000_000_000
-"""A thousandth of the kernel's microsecond, so that rounding joins no two of its instants."""
+"""A thousand times finer than the kernel's microsecond, so that rounding never merges two of its instants."""
 
 LAST_NS = 2**62
-"""The last time of a run, in 146 years: twice of it still fits a column of 64-bit numbers."""
+"""The latest time of a run, 146 years: twice this still fits a 64-bit column."""
 
 # Time inside the monitors: whole nanoseconds, or infinity. The type is float because int has no infinity.
 Nanoseconds = float

@@ -1,4 +1,4 @@
-"""Monitors of formulas: what all have in common, and the monitor of a condition outside of a requirement."""
+"""Base class of the monitors of formulas, and the monitor of a condition that belongs to no requirement."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all parts of formulas have in common, and what an operator has to say about itself.
+"""Base classes of the nodes of formulas, and what each operator defines about itself.
 
 A formula is about a run in dense time: signals are constant between updates, and a message exists for one instant.
 Nodes are frozen dataclasses that compare by value, so equal requirements share one compiled program. `str(node)` is its

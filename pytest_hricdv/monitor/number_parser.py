@@ -1,4 +1,4 @@
-"""Syntax tree of a number to the term: constants, arithmetic, counts, and units; errors in the user's terms."""
+"""Parses numbers in a syntax tree: constants, arithmetic, counts and units; errors are in the user's terms."""
 
 from __future__ import annotations
 

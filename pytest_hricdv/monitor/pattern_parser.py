@@ -1,4 +1,4 @@
-"""Text of a pattern, `response(on(request), on(leg_ready), within_s=30)`, to its formula; errors in the user's terms.
+"""Parses patterns, `response(on(request), on(leg_ready), within_s=30)`, to formulas; errors in the user's terms.
 
 The arguments are conditions and numbers of the requirement language. Imports lark, as `parser` does.
 """

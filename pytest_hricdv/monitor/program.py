@@ -1,4 +1,4 @@
-"""Programs: what monitors execute. A formula is compiled once for all runs."""
+"""Programs, which monitors execute: a formula is compiled once for all runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The monitor of one requirement: when its triggers begin, and what decides them, for each kind of response."""
+"""The monitor of one requirement: when its triggers begin and how they are decided, for each kind of response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Text of a formula to its syntax tree; errors in the user's terms.
+"""Parses the text of a formula into a syntax tree; errors are in the user's terms.
 
 Imports lark, so this module is imported only when a formula is parsed.
 """
@@ -19,19 +19,19 @@ from pytest_hricdv._base.message import quote
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 
 MAX_LENGTH = 100_000
-"""Longest formula, in characters: a hundred times a long one. It is parsed in a second: 10,000 characters take 0.12
-s."""
+"""Longest formula, in characters: a hundred times a long one. It takes a second to parse (0.12 s for 10,000
+characters)."""
 
 MAX_NODES = 10_000
-"""Most operators and operands of a formula, with those of the definitions that it uses (chosen): fifteen definitions of
-which each uses the next twice would have more."""
+"""Most operators and operands of a formula, including the definitions that it uses (chosen): fifteen definitions, each
+of which uses the next one twice, have more."""
 
 MAX_DEPTH = 64
-"""Most operators in each other, in a formula or in a definition with those that it uses: safe for Python's stack, and
-for its compiler, which accepts 200 parentheses in each other (190 negations in each other work, 200 do not)."""
+"""Deepest nesting of operators in a formula, including the definitions that it uses: safe for Python's stack, and for
+its compiler (190 nested negations work, 200 do not)."""
 
 MAX_BUILT_DEPTH = 2 * MAX_DEPTH
-"""The same for a formula that was built in Python, where no definition shortens it and one pattern may make 64 of a few
+"""The same for a formula built in Python, where no definition shortens it and one pattern may turn a few levels into 64
 (chosen): still safe for stack and compiler."""
 
 Start = Literal["formula", "condition", "definition", "pattern"]

@@ -1,4 +1,4 @@
-"""Types of expressions, names and texts in a syntax tree; errors in the user's terms."""
+"""Base class of the parsers of conditions and numbers: names, types and texts; errors in the user's terms."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class UnknownOperatorError(Exception):
 
 
 class TermParser(ABC):
-    """Resolves the names in a syntax tree, and makes its texts.
+    """Resolves the names in a syntax tree, checks the types of expressions, and parses texts.
 
     Args:
         source: of the text.

@@ -1,4 +1,4 @@
-"""The verdict of a requirement on a run: triggers, violations, margin, nearest miss; and what it is built from.
+"""The verdict of a requirement on a run: triggers, violations, margin, near miss; and its builder.
 
 Verdicts are plain records, so a report has them as the monitors gave them.
 """

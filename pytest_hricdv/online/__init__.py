@@ -1,4 +1,4 @@
-"""InteractiveAgent: the agent of the person lives in the run, and decides what the person does from what happens there.
+"""Interactive agents: agents of people that live in the run and decide what the person does from what happens there.
 
 - `declaration` (what a testbench declares: which agent, and what it hears)
 - `role` (the declaration checked against the model, and made ready for all runs)

@@ -1,4 +1,4 @@
-"""What there is to decide in a run with an online agent, and who decides it."""
+"""Choosers: which alternatives an interactive agent has in a run, and who chooses among them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a testbench declares for an agent that decides during the run what a person does."""
+"""Declares an interactive agent, which decides during the run what a person does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What several people did in a run, written as lanes: what comes after what, and how long each paused for the rest."""
+"""Writes what several people did in a run as lanes: the order of actions, and how long each person paused."""
 
 from __future__ import annotations
 

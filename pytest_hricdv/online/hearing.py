@@ -1,4 +1,4 @@
-"""What an agent is to hear of a run: it has happened, and the agent has not heard it yet."""
+"""The queue of events that have happened in a run and that an agent has not perceived yet."""
 
 from __future__ import annotations
 

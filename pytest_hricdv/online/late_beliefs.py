@@ -1,4 +1,4 @@
-"""Groups of beliefs that are decided only when the agent looks one of them up."""
+"""Late beliefs: groups of beliefs that are decided when the agent first queries one of them."""
 
 from __future__ import annotations
 

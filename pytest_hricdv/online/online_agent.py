@@ -1,4 +1,4 @@
-"""The agent of the person in one run: it hears what happens, and gives one command after the other."""
+"""The agent of a person in one run: it perceives events, and gives one command after the other."""
 
 from __future__ import annotations
 

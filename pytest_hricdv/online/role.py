@@ -1,4 +1,4 @@
-"""A declaration of the online agent, checked against the model and the vocabulary, and made ready for runs."""
+"""Roles: declared interactive agents, checked against model and vocabulary, and prepared for runs."""
 
 from __future__ import annotations
 

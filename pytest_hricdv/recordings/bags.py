@@ -1,4 +1,4 @@
-"""The messages of a bag of ROS 2 or an MCAP file, with their fields: CDR by the definitions of their types, or JSON."""
+"""Reads the messages of ROS 2 bags and MCAP files with their fields: CDR by type definitions, or JSON."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MAX_DEFINITION = 1_000_000
 """Characters of the definition of a type, with all that it uses: a hundred times those of a long one."""
 
 DEFINED_WITHIN_S = 10.0
-"""So long reading the definition of a type may take (s of real time); a long one takes milliseconds."""
+"""Time limit (s of real time) for reading the definition of a type; a long one takes milliseconds."""
 
 
 def bag_files(path: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-"""The messages of MCAP files and of SQLite files of ROS 2, as bytes.
+"""Reads the messages of MCAP files and of ROS 2 SQLite files as bytes.
 
 Such files come from anywhere. What they unpack to, how long a message is, and which tables and columns are looked at
 is limited here; no name in a file is followed, and none is opened for writing.

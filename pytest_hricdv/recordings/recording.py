@@ -1,4 +1,4 @@
-"""Reading recordings: bags of ROS 2 (MCAP, SQLite) and MCAP files with messages of JSON, as `--hri-mcap` writes them.
+"""Reads recordings: ROS 2 bags (MCAP, SQLite), and MCAP files with JSON messages, as `--hri-mcap` writes them.
 
 What is wrong with one is a sentence, and all else of it is used.
 """

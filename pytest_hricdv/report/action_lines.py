@@ -1,4 +1,4 @@
-"""What the human did in a run, around an instant: the lines of a failing test that tell its story."""
+"""The actions of people around an instant of a run, as lines in the text of a failing test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Failures as GitHub's annotations: one for each cause, at its place in the code."""
+"""Failures as GitHub annotations: one for each cause, at its location in the code."""
 
 from __future__ import annotations
 

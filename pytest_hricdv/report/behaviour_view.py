@@ -1,4 +1,4 @@
-"""What a report says of changes of behaviour: lines for the terminal, a sentence, and what its page shows."""
+"""How a report shows changes of behaviour: lines for the terminal, a sentence, and a section of its page."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -1,4 +1,4 @@
-"""The summary of a session on a screen, whatever its size: of each part a line with counts, then its first details."""
+"""The brief summary of a session, at most a screen: for each part a line with counts, then its first details."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import Report
 
 GREEN_LINES, RED_LINES = 6, 14
-"""So many lines have the parts of a session together, unless there are more parts. With pytest's own lines a session
+"""Number of lines of all parts of a session together, if there are not more parts. With pytest's own lines, a session
 that passes has at most 15, and one that fails for one cause 35."""
 
 _LABEL = 14

@@ -1,4 +1,4 @@
-"""Carrying files along: what reports refer to, replay files and films, copied into the folder of the merged report."""
+"""Copies the files that reports refer to, such as replay files and films, into the folder of the merged report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The text of a failing test, for readers who do not know this tool, and the commands that run a test again."""
+"""The text of a failing test, written for readers who do not know this tool, and the commands that rerun a test."""
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The failing tests of a report in the terminal: what they fail for, and a line for each, before all else."""
+"""The failing tests of a report in the terminal: their causes, and a line for each, before everything else."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pytest_hricdv.report.violations import is_known, order_failures
 from pytest_hricdv.results.model import Report, TestResult
 
 MAX_CAUSES = 5
-"""So many causes are shown, and of tests without a cause so many, unless all are asked for: a screen."""
+"""Number of causes shown, and of tests without a cause, unless all are asked for: a screenful."""
 
 _GAP = "  "
 

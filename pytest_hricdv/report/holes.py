@@ -1,4 +1,4 @@
-"""What no test covers, by cause: a function, the plans of an agent, bins that share values, a requirement.
+"""Coverage holes, grouped by cause: a function, the plans of an agent, bins that share values, a requirement.
 
 A list of points says little, as many of them have one cause and are closed together: the largest come first.
 """

@@ -1,4 +1,4 @@
-"""The HTML report: a page that needs no network, made from the report alone; of a large report, files beside it."""
+"""The HTML report: a self-contained page made from the report alone; a large report has additional files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was logged in a run, with simulated times: the code's own story, for the text of a failing test."""
+"""Log records of a run with simulated times, for the text of a failing test."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ _MAX_SECTION_BYTES = 2**20 // 7
 """A seventh of GitHub's limit of 1 MiB, for six sections and their closing texts."""
 
 _MAX_ROWS = 40
-"""So many tests of a cause have a line."""
+"""Number of tests listed for each cause."""
 
 _CUT = "&#8203;"
 

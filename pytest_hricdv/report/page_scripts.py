@@ -1,4 +1,4 @@
-"""The scripts and styles of the page, of the core and its features, and the policy that lets no other script run."""
+"""Scripts and styles of the page, of the core and of features, and the policy that forbids any other script."""
 
 from __future__ import annotations
 

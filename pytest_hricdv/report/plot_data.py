@@ -1,4 +1,4 @@
-"""What the page's plots show: curves of suites, the smallest suite, and heat maps, as plain data."""
+"""Data of the page's plots: curves of suites, the smallest suite, and heat maps."""
 
 from __future__ import annotations
 

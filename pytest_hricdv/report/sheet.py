@@ -1,4 +1,4 @@
-"""The sheet to sign: what a person who answers for a robot reads and signs, on a few pages of paper."""
+"""The sign-off sheet: a few printed pages for the person who answers for a robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a suite covered and how it was generated, in words: the figures that the terminal and the page show."""
+"""Figures of a suite in words, for the terminal and the page: its coverage, and how it was generated."""
 
 from __future__ import annotations
 

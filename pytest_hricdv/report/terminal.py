@@ -1,4 +1,4 @@
-"""What a run prints: the line in pytest's header, and the section at the end."""
+"""The plugin's output in the terminal: the line in pytest's header, and the section at the end."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence

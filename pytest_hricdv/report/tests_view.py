@@ -1,4 +1,4 @@
-"""What the page shows of tests: an index with a short row for each, and the details of each, packed.
+"""The tests on the page: an index with a short row for each, and the packed details of each.
 
 From the index the browser makes its tables, plots and searches; it unpacks details when the test's page is opened.
 """

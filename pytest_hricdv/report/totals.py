@@ -1,4 +1,4 @@
-"""Totals over a report, and what no test covers: computed in one place, so that the views cannot disagree."""
+"""Totals over a report, and coverage gaps: computed in one place, so that the views cannot disagree."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping

@@ -1,4 +1,4 @@
-"""The verdict on a report, in a line, and its violations grouped by situation.
+"""The verdict on a report in one line, and its violations grouped by situation.
 
 Known violations are never grouped with others: a reader must not mistake new ones for known ones.
 """

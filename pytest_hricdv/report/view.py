@@ -1,4 +1,4 @@
-"""What a feature shows of a report: in the terminal, on the page, in the formats of CI services, and its commands."""
+"""The interface by which a feature shows its part of a report: terminal, page, formats of CI services, commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Violations and margins in words: violations in the order of time, values with their units and times."""
+"""Describes violations and margins: violations in order of time, values with units and times."""
 
 from __future__ import annotations
 

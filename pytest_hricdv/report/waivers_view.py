@@ -1,4 +1,4 @@
-"""What is waived, why, until when, and whether this report still needs it."""
+"""The view of waivers: what is waived, why, until when, and whether this report still needs it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run reached otherwise than its baseline: violations, errors, triggers and coverage."""
+"""Compares a run with its baseline: violations, errors, triggers and coverage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records of what a run did, in full and in short, and of how a run compares with a baseline.
+"""Records of a run's behaviour, in full and in short, and of its comparison with a baseline.
 
 Runs are deterministic. So a difference between two records of one test has a cause: the code under test, the testbench,
 its world, or a library has changed.

@@ -1,4 +1,4 @@
-"""Which tests behave differently than in a baseline, and what the first difference of each is."""
+"""Compares the behaviour of tests with a baseline: which ones differ, and the first difference of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the parts of a report agree with each other. Checked where one is read: it may have been edited or cut."""
+"""Checks whether the parts of a report agree. A report that is read may have been edited or truncated."""
 
 from __future__ import annotations
 

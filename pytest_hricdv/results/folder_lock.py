@@ -1,4 +1,4 @@
-"""One session at a time writes into a report folder: the lock that it holds until its process ends, however it ends."""
+"""The lock of a report folder: held by the session that writes into it, until its process ends."""
 
 from __future__ import annotations
 

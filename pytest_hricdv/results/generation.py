@@ -1,4 +1,4 @@
-"""How a suite was generated, as a report holds it."""
+"""Records of how a suite was generated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The journal of a session: what the session is, and each result from the moment it is known. The file only grows.
+"""The journal of a session: an append-only file with its identity and each result, written at once.
 
 A record is a line: the CRC-32 of its JSON text, the length of this text in bytes, and the text. A line is appended by
 one write, so the death of the process at any moment costs at most the line that it was writing, which a reader

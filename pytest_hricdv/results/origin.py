@@ -1,4 +1,4 @@
-"""Where a report comes from: when, of which revision of the project, and by which command it was made."""
+"""The origin of a report: when it was made, by which command, and of which revision of the project."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shares of independent trials, and how certain they are."""
+"""Shares of independent trials, and their confidence intervals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of code that waits in real time, of which a simulated run has none."""
+"""Error messages for code that waits in real time, which a simulated run has not."""
 
 from __future__ import annotations
 

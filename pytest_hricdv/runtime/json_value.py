@@ -1,4 +1,4 @@
-"""Values as a record has them: bools, numbers and texts of Python, whatever library computed them."""
+"""Values of a record: Python's own bools, numbers and strings, whatever library computed them."""
 
 from __future__ import annotations
 

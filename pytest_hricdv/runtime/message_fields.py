@@ -1,4 +1,4 @@
-"""Which classes can be messages, and messages as a record has them: flat mappings of names, as "place.x_m"."""
+"""The fields of message classes, and messages as flat mappings of names for the record, as "place.x_m"."""
 
 from __future__ import annotations
 

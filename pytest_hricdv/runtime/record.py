@@ -1,4 +1,4 @@
-"""The record of a run: its messages, changes of signals and disturbances with their times, and a hash over them."""
+"""The record of a run: messages, changes of signals, and disturbances, with their times and a hash."""
 
 from __future__ import annotations
 

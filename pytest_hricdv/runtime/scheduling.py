@@ -1,4 +1,4 @@
-"""Whose turn it is: nodes that enact the actions of several actors, each its own, in an order that is wished for."""
+"""Turns of the nodes that enact the actions of several actors, in a requested order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where code is, as messages say it."""
+"""Source locations, as messages show them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Supervision of a run: what its code may take of processor time and real time, and what is said when it takes more."""
+"""Supervision of a run: limits on its processor time and real time, and the errors raised when it exceeds them."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ CRAWLS = 7.5
 rendered thirty times a second takes ten seconds."""
 
 NODE_WAITS_S = 0.5
-"""So long nodes may wait in real time (s; chosen). In virtual time there is nothing to wait for: this is for locks of
-libraries that compute in threads of their own."""
+"""How long nodes may wait in real time (s; chosen). Virtual time needs no such waits: this is for locks of libraries
+that compute in threads of their own."""
 
 WORLD_WAITS_S = 60.0
 """How long the world, and the testbench's `run` outside of nodes, may wait without time passing (s of real time;
@@ -35,7 +35,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class SupervisedNode(Protocol):
-    """What a node is called."""
+    """A node, as far as supervision needs it."""
 
     name: str
 

@@ -1,4 +1,4 @@
-"""How the end of a test is said to pytest, and how it is told apart from an error.
+"""The end of a test as pytest signals it (skip, fail, exit), told apart from errors.
 
 `pytest.skip`, `pytest.xfail`, `pytest.exit` and `unittest.SkipTest` are exceptions. Raised by the code under test, its
 world or a handler, they would end a test as if its author had said so: without a verdict, and without a failure. They

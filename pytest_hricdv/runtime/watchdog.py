@@ -1,4 +1,4 @@
-"""The watchdog: a thread that looks at the code of a run, and ends what keeps simulated time from passing.
+"""The watchdog: a thread that observes the code of a run, and interrupts what keeps simulated time from advancing.
 
 Such code works without end, or waits in real time for what is not simulated. A thread, and no timer of the system: the
 alarm signal may belong to somebody else, as to pytest-timeout, and a timer of processor time does not notice who waits.

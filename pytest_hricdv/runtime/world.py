@@ -1,4 +1,4 @@
-"""The seam of worlds: what happens while the nodes wait."""
+"""The interface of simulated worlds, which advance while the nodes wait."""
 
 from __future__ import annotations
 

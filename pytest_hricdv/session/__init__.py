@@ -1,1 +1,1 @@
-"""A pytest session: what is collected, run, reported, and done when all tests have run."""
+"""The pytest integration: collection, running, reporting, and what follows the last test."""

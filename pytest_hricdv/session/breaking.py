@@ -1,4 +1,4 @@
-"""Stopping at a violation: a debugger at the instant at which a requirement is violated, inside the code under test.
+"""Stops in a debugger, inside the code under test, at the instant at which a requirement is violated.
 
 A monitor judges an instant when it is over; by then, the code that acted in it has continued. But a run is a function
 of its test, so the test is run twice: once to find the violation, and again up to the last event of that instant. There

@@ -1,4 +1,4 @@
-"""What a feature does in a session."""
+"""The interface of optional features with a session: options, extra suites, steps after the last test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Following: which modules a session imports is seen from before its conftests, so that none has to be imported twice.
+"""Follows the imports of a session from before its conftests, so that no module has to be imported twice.
 
 What is imported while conftests are loaded is measured before it is known what the code under test is: so all of the
 project's own modules are followed, and those of installed packages from when the testbench has named them.

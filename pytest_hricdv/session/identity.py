@@ -1,4 +1,4 @@
-"""The identity of a process that runs tests: its project files and versions. A report has runs of one project only."""
+"""The identity of a process that runs tests: its project files and versions. All runs of a report have the same one."""
 
 from __future__ import annotations
 

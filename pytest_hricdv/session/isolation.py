@@ -1,4 +1,4 @@
-"""Isolation (`--hri-isolate`): each generated test is called in a process of its own, forked from this one.
+"""Isolation (`--hri-isolate`): calls each generated test in a process of its own, forked from this one.
 
 No run happens in this process, so each starts from the same state: modules, class attributes, caches and singletons
 are those from before the first test. Fixtures are set up and torn down here, once for their scope, as in pytest.

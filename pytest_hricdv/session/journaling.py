@@ -1,4 +1,4 @@
-"""JournalKeeper: the session's journal in the report folder, from before the first test to the end of the session."""
+"""Keeps the session's journal in the report folder, from before the first test to the end of the session."""
 
 from __future__ import annotations
 

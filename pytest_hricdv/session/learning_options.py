@@ -1,4 +1,4 @@
-"""Options of learning the suite `rl`: of the testbench, the ini file and the command line; the last one counts."""
+"""Options for learning the suite `rl`: of testbench, ini file and command line, in increasing precedence."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.testbench import Testbench
 
 METHOD = "rl"
-"""The method that learns."""
+"""The name of the method that learns."""
 
 
 @dataclass(frozen=True)

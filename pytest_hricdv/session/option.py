@@ -1,4 +1,4 @@
-"""Options of pytest for this plugin: their kinds, how they are read, and those of a feature."""
+"""Pytest options of this plugin: their kinds, how they are read, and how a feature declares its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options in force: the command line wins over the ini file, and all are validated before anything runs."""
+"""The options in force: the command line overrides the ini file, and all are validated before anything runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Prepares a session, checks all that it needs before the first test, and checks its gates before and after."""
+"""Prepares a session, checks its preconditions before the first test, and its gates before and after."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress: counts tests and keeps the status line up to date. Registered in the controlling process."""
+"""Progress: counts tests and updates the status line. Registered in the controlling process."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _DRAW = "\x1bD\x1bM\x1b7\x1bE\x1b[2K{}\x1b8"
 _ERASE_BELOW = "\x1b[J"
 
 ENOUGH = 2
-"""So many tests must have ended before the time left is estimated."""
+"""Number of tests that must have ended before the remaining time is estimated."""
 
 PERIOD_S = 1.0
 """The line is redrawn so often while no test begins or ends: the time left goes down."""

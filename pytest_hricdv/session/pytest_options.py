@@ -1,4 +1,4 @@
-"""What pytest's own options, and plugins that are switched off, mean for a session with generated tests."""
+"""Pytest's own options, and disabled plugins, that affect a session with generated tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Workers on other machines: what the feature that has them offers, as `REMOTE`, to everything that runs tests.
+"""The interface to workers on other machines, which a feature provides as `REMOTE`, for everything that runs tests.
 
 Work is a line of text that goes to a process beside a worker, a `Service`; its answer is lines, too.
 """

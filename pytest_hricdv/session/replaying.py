@@ -1,4 +1,4 @@
-"""Replaying: files of failed tests become the session's tests; a run is compared with the one its file is of."""
+"""Replaying: turns replay files into the session's tests, and compares each run with the one in its file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens between the last test and the written report. Registered in the controlling process only."""
+"""From the last test to the written report. Registered in the controlling process only."""
 
 from __future__ import annotations
 

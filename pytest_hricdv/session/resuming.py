@@ -1,4 +1,4 @@
-"""Resuming: tests that an earlier session has done are passed over where they would run, and reported as they ended."""
+"""Resuming: skips tests that an earlier session has finished, and reports their earlier results."""
 
 from __future__ import annotations
 

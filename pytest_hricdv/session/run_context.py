@@ -1,4 +1,4 @@
-"""What the runs of a process are judged, measured and recorded with, read from options and testbench when needed."""
+"""The context of all runs of a process: how they are judged, measured and recorded, by options and testbench."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 
 class RunContext:
-    """Each part is built when it is first asked for, and then kept.
+    """Builds each part of the context when it is first needed, and keeps it.
 
     Args:
         collection: of the session: its options, testbench and tests.

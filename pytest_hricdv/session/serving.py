@@ -1,4 +1,4 @@
-"""A process that serves the session which started it: tests run in it, most of them in forks (see `separate_process`).
+"""The server side of a subprocess that runs tests for a session, most of them in forks (see `separate_process`).
 
 pytest is configured in it as in the session, so that conftest files, the testbench and the world are what they are
 there. What is sent to it and what it answers are lines of JSON.

@@ -1,4 +1,4 @@
-"""Signals that end a session: SIGTERM ends it as Ctrl-C does, and neither cuts off the report that is being made.
+"""Signals that end a session: SIGTERM is handled like Ctrl-C, and neither interrupts the writing of the report.
 
 SIGHUP, which comes when a terminal is closed, is as SIGTERM, and so are others that end Python unless somebody handles
 them, as those by which batch systems say that the time is up. That ends a session within 5 s, whatever the code under

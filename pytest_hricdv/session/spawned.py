@@ -1,4 +1,4 @@
-"""The process in which isolation runs one test, where this system has no forks: started for it, and ended after it."""
+"""A process in which isolation runs one test on systems without forks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which suites a session runs: generated once, kept in pytest's cache, handed to xdist workers as text."""
+"""The suites of a session: generated once, kept in pytest's cache, and handed to xdist workers as text."""
 
 from __future__ import annotations
 

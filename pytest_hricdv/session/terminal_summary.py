@@ -1,4 +1,4 @@
-"""What the terminal shows at the end: why tests fail, one example in full, the section of results.
+"""The terminal summary: why tests fail, one example in full, and the section of results.
 
 pytest shows each failure in full, fifty lines of each, and again in its short summary. Here causes come first, each
 with a line for each of its tests, and of violations only examples are shown in full, unless `-v` asks for all. Reports

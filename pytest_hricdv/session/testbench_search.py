@@ -1,4 +1,4 @@
-"""The conftest file with the testbench, where pytest loads it later than it is needed.
+"""Finds the conftest file with the testbench if pytest would load it too late.
 
 pytest loads the conftest files of the folders that it is started with, and all others while it collects. A testbench is
 needed before: the controlling process of xdist never collects, and the header has the number of tests.

@@ -1,4 +1,4 @@
-"""`hricdv init` and `hricdv update`: begin a project, and compare one with code that has grown."""
+"""`hricdv init` and `hricdv update`: create a project, and compare one with code that has changed since."""
 
 from __future__ import annotations
 

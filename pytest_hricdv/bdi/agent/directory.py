@@ -1,4 +1,4 @@
-"""Who offers what: the directory facilitator of a run (FIPA's DF)."""
+"""The directory facilitator of a run (FIPA's DF): which agent offers which service."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens when a plan cannot go on.
+"""The handling of plan failures.
 
 A failed goal ``+!g`` is handled by the nearest plan for ``-!g``: its own, or that of a goal below it in the
 intention. As in Jason, a failure in the body of a handling plan or of what it calls, or directly in the body

@@ -1,4 +1,4 @@
-"""Sets, maps and queues, as in Jason 3: the only terms that change, so that all who have one see what is put in."""
+"""Sets, maps and queues, as in Jason 3: the only mutable terms, shared by all that refer to one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run of a model may take. It depends on what the model does, never on a clock: so it is the same everywhere.
+"""Resource limits of a model's run, in steps and sizes, never in time: the same everywhere.
 
 Rules, lists and messages may grow without end, within one reasoning cycle. What they do is counted as work, at the
 places where their loops are, and a run that has done too much of it ends with an error. What an ordinary reasoning

@@ -1,8 +1,8 @@
-"""Name spaces: which one the literals of a source are in.
+"""Resolves the name spaces of the literals in a source, as in Jason 3.
 
-A literal of a name space is a structure with the functor ``ns::p``, one of the default name space has none before it.
-What stands in a source without a name space is in that of its file or block, but for the terms in literals, lists and
-comparisons, as in Jason 3.
+A literal of the name space ``ns`` becomes a structure with the functor ``ns::p``; one of the default name space has no
+prefix. Literals without a prefix in the source belong to the name space of their file or block, except for terms inside
+of literals, lists and comparisons.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ from pytest_hricdv.bdi.language.terms import (
 )
 
 DEFAULT = "default"
-"""The name of the name space of what has none."""
+"""The default name space."""
 THIS = "this_ns"
-"""The name for the name space of the source itself."""
+"""How a source refers to its own name space."""
 LOCAL = "#"
-"""The names of local name spaces begin so, which no source can write."""
+"""Prefix of the names of local name spaces, which no source can write."""
 _KEYWORDS = frozenset(
     {("true", 0), ("false", 0), ("source", 1), ("atomic", 0), ("breakpoint", 0), ("all_unifs", 0), ("self", 0)}
     | {("percept", 0), ("tell", 0), ("default", 0), ("this_ns", 0), ("kqml_received", 4), ("state", 1)}
 )
-"""What is in the default name space wherever it stands."""
+"""Predicates that are always in the default name space."""
 
 
 @lru_cache(maxsize=4096)  # more than the predicates of a model

@@ -1,4 +1,4 @@
-"""Checks of plans for failures: those for a failure that nothing can have."""
+"""Checks of failure plans: those for failures that cannot occur."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Builds the model of an agent, which the checks use, from its program; finds the places of names in source texts."""
+"""Builds the model of an agent, which the checks use, from its program; locates names in source texts."""
 
 from __future__ import annotations
 

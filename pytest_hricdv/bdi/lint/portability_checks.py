@@ -1,4 +1,4 @@
-"""Checks of what is read here and by no Jason, and of what ends a run here and in no Jason."""
+"""Checks of portability: what only this implementation accepts, and what only Jason supports."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pytest_hricdv.bdi.lint.model import AgentModel, Problem, System, check
 from pytest_hricdv.bdi.lint.model_builder import encoding_fault, files_of, location_of
 
 KEYWORDS = frozenset({"div", "elif", "else", "for", "if", "mod", "not", "while"})
-"""Words that Jason reads as such wherever they stand: tried on its 1.4.2 and 3.3."""
+"""Reserved words of Jason, checked with 1.4.2 and 3.3."""
 
 
 @check("not-portable", "It runs here only: no Jason reads this source.")
 def find_unportable_names(system: System) -> Iterator[Problem]:
-    """Names that Jason's parser refuses: keywords, and names with letters beyond those of ASCII."""
+    """Names that Jason's parser refuses: keywords, and names with non-ASCII letters."""
     reported: set[tuple[str, str]] = set()
     for agent in system.agents:
         for name, place in _names(agent):
@@ -29,7 +29,7 @@ def find_unportable_names(system: System) -> Iterator[Problem]:
 
 @check("foreign-action", "A run ends where it is called.")
 def find_foreign_actions(system: System) -> Iterator[Problem]:
-    """Calls of internal actions of Java, or of Jason, that there are none of here."""
+    """Calls of internal actions that are written in Java, or that exist in Jason only."""
     for agent in system.agents:
         for call in foreign_calls((agent.rules, agent.plans)):
             yield call.location, describe_missing(call).removeprefix(f"{call.location}: ")

@@ -1,4 +1,4 @@
-"""The ways to show one goal of a query: by what it stands for, by beliefs, by rules, by internal actions."""
+"""The alternatives for one goal of a query: beliefs, rules, internal actions, and the value of a variable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Unification, and the comparisons of terms: some of them unify."""
+"""Unification of terms, and comparisons such as ``=`` and ``=..``."""
 
 from __future__ import annotations
 

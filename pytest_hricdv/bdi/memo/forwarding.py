@@ -1,4 +1,4 @@
-"""ForwardingRule of percepts: which agents forward theirs to which others, and what a run depends on of these."""
+"""Forwarding of percepts: recognizes an agent that only passes its percepts on, and records what a run reads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pytest_hricdv.bdi.run.system import AgentTemplate
 
 
 class ForwardingRule:
-    """How an agent forwards the percepts ``f(b)``: all it does with them is to tell others ``b``.
+    """How an agent forwards its percepts ``f(b)``: it tells ``b`` to other agents and does nothing else with them.
 
     Args:
         steering: the agent.
@@ -29,7 +29,7 @@ class ForwardingRule:
         self.key = key
         self.receivers = receivers
         self.atoms = _Atoms(key, special)
-        """The atoms that percepts, as they were given, are about; empty if it is not forwarded like the others."""
+        """Percept -> the atom that it is about; empty if it is not forwarded like the others."""
 
     def belief(self, atom: str) -> Structure:
         """The belief of a receiver to which an atom has been forwarded."""

@@ -1,4 +1,4 @@
-"""The mental state of an agent as a value that can be compared, and from which an agent can go on."""
+"""Snapshots: the mental state of an agent as a comparable value, from which an agent can be restored."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small answers about a report, with stable keys: what failed and why, what is not covered, and one thing whole."""
+"""Short answers about a report, with stable keys: failures and causes, coverage gaps, and single items."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pytest_hricdv.results.model import Report, TestResult
 Answer = dict[str, Any]
 
 MAX_ITEMS = 50
-"""So many entries of a list are in an answer; `total` says how many there are."""
+"""Number of entries of a list in an answer; `total` is how many there are."""
 
 
 def status(report: Report) -> Answer:

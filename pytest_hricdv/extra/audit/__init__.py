@@ -1,4 +1,4 @@
-"""The repeatability audit: some tests run again, alone in a fresh process, and give the same record.
+"""The repeatability audit: reruns some tests, each alone in a fresh process, and compares the records.
 
 choice          which tests
 repeating       fresh processes, and what tests come to there

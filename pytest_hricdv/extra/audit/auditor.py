@@ -1,4 +1,4 @@
-"""The audit of a session: chooses tests, runs them again, finds out why some come otherwise, and marks these."""
+"""The audit of a session: chooses tests, reruns them, finds out why some give other results, and marks those."""
 
 from __future__ import annotations
 

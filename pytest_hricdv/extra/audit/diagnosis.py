@@ -1,4 +1,4 @@
-"""Why a test came otherwise when it ran again: found by experiments, each of which changes one thing."""
+"""Why a rerun test gave another result: found by experiments, each of which changes one condition."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ ENVIRONMENT = "environment"
 FILE = "file left behind"
 
 FURTHER_SEEDS = 5
-"""So many other hash seeds are tried. The order of two elements is the same under one seed as under another with
-probability 1/2, so that it stays hidden with 1/32."""
+"""Number of other hash seeds that are tried. Two seeds order two elements alike with probability 1/2, so that a
+dependence stays hidden with probability 1/32."""
 
 MOST_BEFORE = 1_000
-"""So many tests before one are looked at: with more, what is left is found by one that is nearer, or not at all.
-Chosen: ten doublings and ten halvings; other values were not measured."""
+"""Number of preceding tests among which a culprit is searched: with more, the rest is found by a closer one, or not at
+all. Chosen: ten doublings and ten halvings; other values were not measured."""
 
 WORKER = {"PYTEST_XDIST_WORKER": "gw0", "PYTEST_XDIST_WORKER_COUNT": "2", "PYTEST_XDIST_TESTRUNUID": "audit"}
 

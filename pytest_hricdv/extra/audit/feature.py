@@ -1,4 +1,4 @@
-"""The audit in a session: what it was like at its begin, and runs after the last test."""
+"""The audit in a session: saves the initial conditions, and runs after the last test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fresh processes, and what tests come to there."""
+"""Reruns tests in fresh processes and returns their results."""
 
 from __future__ import annotations
 

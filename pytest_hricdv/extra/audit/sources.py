@@ -1,9 +1,10 @@
-"""What a run may read beside its test: random numbers, clocks, the times of files, and so on.
+"""Sources of nondeterminism: random numbers, clocks, file times and the like, which a run may read.
 
-In a fresh process these functions of Python can be made to tell where they are called from, or to stand still: to give
-the same in each run. A run that repeats where one kind of them stands still, and not otherwise, depends on that kind.
+`SourceWatch` replaces such functions of Python in a fresh process. It either reports the lines that call them, or
+freezes them, so that they return the same in each run. A run that repeats only while one kind of source is frozen
+depends on that kind.
 
-Only calls from the project's own files count: the plugin, pytest and libraries call most of them all the time.
+Only calls from the project's own files count: the plugin, pytest and libraries make most of them all the time.
 """
 
 from __future__ import annotations
@@ -38,14 +39,14 @@ RANDOM, CLOCK, FILE_TIMES, PROCESS, LISTING = (
 THREADS, OTHERS, FILES = "threads", "other processes", "files"
 
 KINDS = (RANDOM, CLOCK, FILE_TIMES, PROCESS, LISTING)
-"""Those that can stand still, in the order in which they are tried."""
+"""Kinds that can be frozen, in the order in which they are tried."""
 
 _MOST_READINGS = 20
-"""So many places of a kind are kept: more than people read."""
+"""Number of locations kept of each kind: more than anybody reads."""
 
 
 class Reading(msgspec.Struct, frozen=True):
-    """That something was read: its kind, the function, and the place of the call; for a file, its path."""
+    """A read of such a source: its kind, the function, and the location of the call; for a file, its path."""
 
     kind: str
     what: str
@@ -59,7 +60,7 @@ def _stream() -> Callable[[int], bytes]:
 
 
 def _ticks(unit: float) -> Callable[..., float]:
-    """A clock that goes on by a millisecond at each look: a loop that waits for a time comes to its end."""
+    """A clock that advances by a millisecond at each call, so that a loop that waits for a time ends."""
     count = itertools.count(1)
     return lambda *arguments: next(count) * unit
 
@@ -79,7 +80,7 @@ def _still_stat(real: Callable[..., os.stat_result]) -> Callable[..., os.stat_re
 
 
 class _StillDatetime(datetime.datetime):
-    """A clock that stands."""
+    """A frozen `datetime`."""
 
     @classmethod
     def now(cls, tz: datetime.tzinfo | None = None) -> _StillDatetime:
@@ -118,7 +119,7 @@ _FUNCTIONS: tuple[tuple[str, str, str, Callable[[Any], Any] | None], ...] = (
     (PROCESS, "os", "getppid", lambda real: lambda: 1),
     (LISTING, "os", "listdir", _sort),
 )
-"""Kind, module, name, and what makes it stand still; None for what is noticed only."""
+"""Kind, module, name, and how to freeze it; None for what is only reported."""
 
 _EVENTS = {
     "open": FILES,
@@ -126,11 +127,11 @@ _EVENTS = {
     "socket.connect": OTHERS,
     "_thread.start_new_thread": THREADS,
 }
-"""Events of `sys.audit` -> their kinds: noticed, and never made to stand still."""
+"""Events of `sys.audit` -> their kinds: reported, and never frozen."""
 
 
 class SourceWatch:
-    """Within: sources tell where they are read, stand still, or files are not there.
+    """Context manager within which sources are reported or frozen, and files are hidden.
 
     Args:
         root: folder of the project.
@@ -150,7 +151,7 @@ class SourceWatch:
         self._is_over = False
 
     def readings(self) -> tuple[Reading, ...]:
-        """What was noticed, in order, each once."""
+        """What was read, in order, without duplicates."""
         kept: dict[str, list[Reading]] = {}
         for reading in self._readings:
             kept.setdefault(reading.kind, []).append(reading)
@@ -195,7 +196,7 @@ class SourceWatch:
         self._put(module, name, notice)
 
     def _put(self, module: ModuleType, name: str, value: Any) -> None:
-        """Replace it there, and wherever a module of the project has it under a name."""
+        """Replace an attribute of a module, and each reference to it in modules of the project."""
         real = getattr(module, name)
         for holder in (module, *self._own_modules()):
             for key in [key for key, held in vars(holder).items() if held is real]:
@@ -209,7 +210,7 @@ class SourceWatch:
                 yield module
 
     def _seed(self, *, still: bool) -> None:
-        """Generators that nobody gives a seed are noticed, or have one."""
+        """Report generators created without a seed, or give them one."""
         sources, real = self, random.Random.seed
 
         def seed(generator: random.Random, a: Any = None, version: int = 2) -> None:
@@ -237,7 +238,7 @@ class SourceWatch:
                 numpy.random.seed(0)
 
     def _hide(self) -> None:
-        """Opening such a file, or asking for it, finds none."""
+        """Let hidden files appear not to exist."""
 
         def hide(real: Callable[..., Any]) -> Callable[..., Any]:
             def absent(path: Any, *arguments: Any, **options: Any) -> Any:
@@ -275,7 +276,8 @@ class SourceWatch:
             self._readings.setdefault(Reading(kind, event, place, path))
 
     def _place(self, frame: FrameType | None) -> str:
-        """The line of the project that calls, perhaps through libraries; empty where the plugin or pytest does."""
+        """The line of the project that makes a call, perhaps through libraries; empty for calls of the plugin or of
+        pytest."""
         while frame is not None:
             file = frame.f_code.co_filename
             if self._is_own(file) and frame.f_lineno:  # without a line, it is being imported
@@ -291,7 +293,7 @@ class SourceWatch:
 
 
 def _path(arguments: tuple[Any, ...]) -> str:
-    """The path that a function was called with; empty where it was something else."""
+    """The path that a function was called with; empty if its argument is none."""
     path = arguments[0] if arguments else None
     return os.path.abspath(os.fsdecode(path)) if isinstance(path, str | bytes | os.PathLike) else ""
 

@@ -1,4 +1,4 @@
-"""The audit of a campaign: some runs are done again, on another worker where there is one, and give the same record.
+"""The audit of a campaign: repeats some runs, on another worker if there is one, and compares the records.
 
 Where they do not, both are asked for their records, and the first event at which they part is kept: what differs
 between two machines, or two versions, shows there first.

@@ -1,4 +1,4 @@
-"""What the commands of a campaign do.
+"""Implements the commands of `hricdv campaign`.
 
 Exit status: 0 where all is well; 1 where runs failed or were lost, a repeated run differs, or a gate fails; 2 where the
 campaign cannot be run or read; 3 where it was ended before all was done.

@@ -1,4 +1,4 @@
-"""The file of a campaign as a database of SQLite: its tables, how it is opened, and what is said where it is damaged.
+"""The SQLite database of a campaign: its tables, how it is opened, and the errors of a damaged file.
 
 A campaign's file may come from somewhere else, as an artefact does. SQL in it would run here: a view in the place of a
 table may have no end, a trigger changes what is stored. So nothing is read before the file has the tables that the

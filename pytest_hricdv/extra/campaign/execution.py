@@ -1,4 +1,4 @@
-"""The execution of a campaign: what is missing goes to a cluster in tasks, and what comes back is stored at once."""
+"""Executes a campaign: sends the missing runs to a cluster in tasks, and stores each result as it arrives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The progress of a campaign, on one line that is rewritten on a terminal, and told ten times elsewhere."""
+"""The progress of a campaign: one line that is rewritten on a terminal, and ten lines elsewhere."""
 
 from __future__ import annotations
 

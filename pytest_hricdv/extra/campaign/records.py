@@ -1,4 +1,4 @@
-"""What a report says of a campaign: sums over all runs. Some or all of them are listed as tests."""
+"""Records of a campaign in a report: sums over all runs. Some or all of these are listed as tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run of a campaign as a row: what sums are computed from, in few bytes."""
+"""Rows: a run of a campaign in few bytes, from which sums are computed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A row a run for other tools: a Parquet file, as data frames and databases read it."""
+"""Exports the runs of a campaign as a Parquet file, a row for each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report says of a campaign: lines for the terminal, and what its page shows."""
+"""How a report shows a campaign: lines for the terminal, and a section of its page."""
 
 from __future__ import annotations
 

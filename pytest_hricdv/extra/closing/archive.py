@@ -1,4 +1,4 @@
-"""The archive of all runs: the targets that are still open, and of each point the best test."""
+"""The archive of all runs: the targets that are still open, and the best test for each point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The strategy `disturbances`: interventions in interactions, so that these probably end as no run has ended yet.
+"""The strategy `disturbances`: intervenes in interactions so that they probably end as none has ended yet.
 
 A combination that has led to an outcome is used again where it may lead to an open bin (exploitation); so is one that
 can be put together from interventions that have brought about what is missing. Beside that, new interventions are tried

@@ -1,4 +1,4 @@
-"""Evidence: what a closing loop has shown of each point, and how much a further run would find.
+"""Evidence: what a closing loop has shown for each point, and how much another run would find.
 
 Bounds are those of independent trials: where n runs had no success, the probability of a success is below 3/n with
 95 % confidence (rule of three; Hanley, Lippman-Hand, If nothing goes wrong, is everything all right?, JAMA 249, 1983).

@@ -1,4 +1,4 @@
-"""Experience: what all runs have shown of interactions, and how often each disturbance was tried where."""
+"""Experience: how interactions ended in all runs, and how often each disturbance was tried where."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What single interventions do: how probably each one brings about a condition that an effect misses.
+"""Effects of single interventions: how probably each one brings about a condition that an effect lacks.
 
 What an intervention does to one of several characters, as those of a pattern of sensors, it does whatever the others
 are. Whether it does anything is told from what comes by chance, as sensors err, by Bayes' theorem.

@@ -1,4 +1,4 @@
-"""The conditions that an effect misses to be another one, and the distance between effects.
+"""Missing conditions: what an effect lacks to become another one, and the distance between effects.
 
 Where texts of one length differ, as patterns of sensors do, each differing character is a condition of its own; what
 else differs may be a consequence of a pattern. Only where no character differs, the effect as a whole is the condition.

@@ -1,6 +1,6 @@
-"""What one run yields: the points that it hits, what became of each interaction, and how near it came to other points.
+"""Observations: the points that a run hits, how each interaction ended, and how close it came to other points.
 
-A point is a tuple of texts, the kind first (as `pytest_hricdv.coverage.closure.Point`):
+A point is a tuple of strings that begins with its kind (see `pytest_hricdv.coverage.closure.Point`):
 
     ("statement", file, line)  ("branch", file, line, line)  ("plan", agent, label)  ("bin", cross product, *bin)
     ("verdict", requirement, "Passed" | "Failed")            ("antecedent", requirement, "true" | "false")

@@ -1,4 +1,4 @@
-"""The strategy `online`: the person decides during the run, as the agent of the model does, from what happens there.
+"""The strategy `online`: the agent of the model decides during the run what the person does, from what happens there.
 
 It is the only one that uses the declaration `online` of a testbench. Decisions are drawn at random; learning them from
 earlier runs gained nothing on the table.

@@ -1,4 +1,4 @@
-"""Points that no run has hit: which run came nearest, what it missed, and how a person declares a point impossible."""
+"""Open points: the run that came closest to each, what it lacked, and how to declare a point impossible."""
 
 from __future__ import annotations
 

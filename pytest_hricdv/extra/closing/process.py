@@ -1,4 +1,4 @@
-"""The process of a closing loop: it runs tests that it is sent, in forks, and answers what they yield.
+"""The process of a closing loop: runs the tests that it is sent in forks, and returns observations.
 
 Each run begins from the same state of this process, whatever ran before: so it is the same on any number of processes.
 """

@@ -1,4 +1,4 @@
-"""What became of a closing loop: points that are hit, that cannot be hit, and what is known of those left open."""
+"""Records of a closing loop: points that are hit, points that cannot be hit, and evidence on those left open."""
 
 from __future__ import annotations
 

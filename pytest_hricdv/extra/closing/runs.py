@@ -1,4 +1,4 @@
-"""The runs of a closing loop: in a process next to the session, or on a cluster. This is the session's end."""
+"""The runs of a closing loop, seen from the session: in a subprocess, or on a cluster."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Selection of the abstract test, and of interventions in it, that will probably hit the most open bins at once."""
+"""Selects the abstract test and the interventions that will probably hit the most open bins at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Search strategies: each proposes tests, from the archive of all runs and nothing else."""
+"""Search strategies: each proposes tests from the archive of all runs alone."""
 
 from __future__ import annotations
 

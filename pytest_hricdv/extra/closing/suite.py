@@ -1,4 +1,4 @@
-"""The suite of a closing loop: a small part of its tests that hits all that its runs hit; and its cache."""
+"""The suite of a closing loop: a small part of its tests that hits all that its runs have hit; and its cache."""
 
 from __future__ import annotations
 

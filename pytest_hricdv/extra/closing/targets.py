@@ -1,4 +1,4 @@
-"""The targets, the points that are to be hit: of the code, the model, the cross products and the requirements."""
+"""Targets: the points to be hit, of the code, the model, the cross products and the requirements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report says of its closing loop: lines for the terminal, and what its page shows."""
+"""How a report shows its closing loop: lines for the terminal, and a section of its page."""
 
 import shlex
 from collections import Counter

@@ -142,7 +142,7 @@ def vacuous_alternatives(archive: Archive, requirement: str) -> tuple[str, ...]:
 
 
 def _progress(archive: Archive, aim: Aim, violating: Container[int]) -> tuple[int, float]:
-    """So many runs for an aim, the last ones, came no nearer; and how wide the next one varies."""
+    """Number of recent runs for a target that came no closer, and how far the next one varies."""
     name, least = aim.target[1], math.inf
     failures, width = 0, WIDE if aim.margin is None else FIRST_WIDTH
     for entry in archive.entries:

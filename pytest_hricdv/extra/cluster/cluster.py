@@ -1,4 +1,4 @@
-"""The session's side of a cluster: sends questions to workers and collects answers, even if workers are lost."""
+"""The session's side of a cluster: sends requests to workers and collects their answers, even if workers are lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The connection to a scheduler of Dask, which is restored when the scheduler was gone for a while."""
+"""The connection to a Dask scheduler, which is restored after the scheduler was unavailable."""
 
 from __future__ import annotations
 

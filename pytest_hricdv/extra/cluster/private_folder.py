@@ -1,4 +1,4 @@
-"""A folder that nobody else on the machine can put a file into, change, or exchange for another one."""
+"""Private folders, in which no other user of the machine can add, change or exchange a file."""
 
 from __future__ import annotations
 

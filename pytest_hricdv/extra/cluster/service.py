@@ -1,4 +1,4 @@
-"""The worker's side: a process for each thread of a worker, which answers one question after the other.
+"""The worker's side of a cluster: one process for each thread of a worker, which answers one request after the other.
 
 Runs take place in that process and not in the worker: so a run that crashes or hangs costs no worker, is known by name,
 and leaves the connection to the scheduler alone.

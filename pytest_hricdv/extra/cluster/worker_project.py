@@ -1,4 +1,4 @@
-"""Where workers find the project of a session: at the same path as here, or in what they are sent."""
+"""Locates the project of a session on a worker: at the same path as here, or in the archive that it is sent."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnosis: what failing tests fail for, and where in the code.
+"""Diagnosis: why tests fail, and where in the code.
 
     failures      what failed in a test: a requirement, in a state of the code, after which disturbances
     spectrum      which statements failing tests execute, and passing ones do not

@@ -1,4 +1,4 @@
-"""What reversed decisions show of causes."""
+"""Evidence on causes from reversed branch decisions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnosing: from a report with failing tests to the causes of its failures."""
+"""The diagnosis of a report with failing tests: groups failures, runs experiments, locates and describes causes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ FOUND: msgspec.json.Decoder[tuple[tuple[Cause, ...], Diagnosis]] = msgspec.json.
 """Reads what a journal keeps: the causes, and what they rest on."""
 
 FIRST_TESTS = 2
-"""So many tests of each cause are run without its disturbance before it is looked for what decides: one may be odd."""
+"""Number of tests of each cause that are run without its disturbance before the deciding change is searched: a single
+one may be an exception."""
 
 
 def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions) -> Report:

@@ -1,4 +1,4 @@
-"""Parting: the first event at which a failing run and a passing one of nearly the same test differ.
+"""Divergence: the first event at which a failing run and a passing run of nearly the same test differ.
 
 Two runs are compared stream by stream: the messages that one sender sends of one topic, or one signal. Numbers are left
 out, and what repeats counts once: with a change to the test all later times differ a little, and with them what is
@@ -15,11 +15,11 @@ from pytest_hricdv.extra.diagnosis.records import ShownEvent
 from pytest_hricdv.extra.diagnosis.runs import RunEvent, RunSummary
 
 BEFORE, AFTER = 2, 4
-"""So many events are shown before the runs part, and after that. Chosen: both lists side by side fit on a screen."""
+"""Number of events shown before and after the runs diverge. Chosen: both lists fit on a screen side by side."""
 
 
 MAX_VIOLATIONS = 3
-"""So many of them are among the events. Chosen: the first ones are what it is about."""
+"""Number of violations among these events. Chosen: the first ones matter."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Executed lines: which lines of the code under test a failing run executed when, for the page of its test.
+"""Records which lines of the code under test a failing run executed when, for the page of its test.
 
 Tests run measured, not traced. One that fails is run once more where it ran, in a fork, traced line by line: runs are
 repeatable, so this is the same run, and others cost nothing.
@@ -37,7 +37,7 @@ TRACED_EACH = 5
 """Failures of each requirement that are traced in a process, as many as are filmed: further ones show little more."""
 
 MAX_BURSTS = 4000
-"""So many bursts of a run are kept. Chosen: a run of the table has some 800; as text, 4,000 are some 40 kB."""
+"""Number of bursts kept of a run. Chosen: a run of the table has some 800; as text, 4,000 are some 40 kB."""
 
 MAX_LINES = 200
 """Of a burst, its last lines are kept. Chosen: more than a screen."""

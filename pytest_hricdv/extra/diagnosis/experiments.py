@@ -1,4 +1,4 @@
-"""Experiments: a failing test is run again without what it is thought to fail for.
+"""Experiments: reruns failing tests without their suspected causes.
 
 First it runs as it was: what does not fail then, outside of its test function, fails for what a fixture does, and shows
 nothing. What passes without it has failed for that; what fails all the same has another cause. So hypotheses are

@@ -1,16 +1,16 @@
-"""Grouping: failures that have probably one cause, by association over all tests.
+"""Groups failures by probable cause, from their association with disturbances and statements over all tests.
 
-1. Each failure gets a change: of the disturbances before it, the one that goes with failures of its requirement most
-   (Ochiai's coefficient); none where such failures come without it, too, and not clearly less often (Fisher's exact
-   test).
-2. Failures of one test with the same change are one incident: the later ones follow from the first. Failures of several
-   tests with the same change, or none, that violate the same requirement have one cause, in whatever state the code is:
-   how far it had come by then depends on the rest of the test. Only where both kinds come in several tests, and others
-   of their statements are suspicious, they are two.
-3. Of kinds of failures that come without a disturbance, the one of fewer tests follows from another one where nearly
-   all of its tests have that, too, never later, and would hardly do so by chance (Fisher's exact test; either order is
-   as probable), unless an experiment has shown otherwise. Kinds of different tests have one cause if they violate the
-   same requirement and the same statements are the most suspicious.
+1. Each failure is assigned the preceding disturbance that is most associated with failures of its requirement (Ochiai's
+   coefficient). It is assigned none if such failures also occur without that disturbance and not clearly less often
+   (Fisher's exact test).
+2. Failures of one test with the same disturbance are one incident: the later ones follow from the first. Failures of
+   several tests that violate the same requirement with the same disturbance, or without one, have one cause, in any
+   state of the code: how far it had come depends on the rest of the test. They have two causes only if both kinds occur
+   in several tests and differ in their suspicious statements.
+3. Among kinds of failures without a disturbance, a rarer one follows from another one if nearly all of its tests also
+   have the other one, never later, and this is unlikely to be chance (Fisher's exact test; either order is equally
+   probable), unless an experiment has refuted it. Kinds of different tests have one cause if they violate the same
+   requirement and share their most suspicious statements.
 """
 
 from __future__ import annotations
@@ -26,22 +26,23 @@ from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.spectrum import ExecutionCounts, Spectra, ochiai
 
 BY_CHANCE = 0.3
-"""So probably may a kind come only in tests that fail otherwise by chance. Much, because what fails only there follows
-from that far more often than not: with 0.01, a planted fault of the tutorials had more than one cause in 4 of 19 cases,
-with this in none, and of two faults at once one more pair in four was taken for one."""
+"""Significance level at which a kind of failure is taken to follow from another one. High, because a kind that occurs
+only in tests that also fail otherwise is usually a consequence: with 0.01, a planted fault of the tutorials was split
+into several causes in 4 of 19 cases; with 0.3 in none, while of pairs of simultaneous faults one more in four was
+merged."""
 
 BESIDE_OTHERS = 0.05
-"""So probably may a disturbance go with a requirement's failures by chance, if some of these come without it. The usual
-level. Of a fault that makes seven tests fail, three of which have a disturbance of their own each, all seven are one
-cause then."""
+"""Significance level at which a disturbance is associated with failures of a requirement, if some of these occur
+without it. The usual level: a fault that makes seven tests fail, three of which have a disturbance each, is then one
+cause."""
 
 SAME_TESTS = 0.8
-"""So many of the tests with the rarer kind have the other one, too. Chosen: the end of a run can prevent a consequence
-(0.5 and 1.0: not measured)."""
+"""Share of the tests with the rarer kind that must also have the other one. Chosen: the end of a run can prevent a
+consequence (0.5 and 1.0: not measured)."""
 
 SEVERAL = 2
-"""In so many tests a kind comes before the statements that only they execute tell it from another one: what a single
-test executes alone is mostly what else it does. Chosen."""
+"""Number of tests in which a kind must occur before suspicious statements can separate it from another one: what a
+single test executes alone is mostly unrelated to its failure. Chosen."""
 
 Change = str
 Kind = tuple[Change, str, str, str]

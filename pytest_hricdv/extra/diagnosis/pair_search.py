@@ -1,4 +1,4 @@
-"""Decisions: of each cause what decides, within the runs that experiments have left."""
+"""Finds the deciding change of each cause, within the runs left over by experiments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Places: the statements of the code under test that a cause has probably its fault in, the most suspicious first.
+"""Ranks the statements of the code under test that probably contain the fault of a cause, most suspicious first.
 
 Coverage says what failing tests execute and others do not; where all tests execute the same, it says nothing. What ran
 *when* says more: what runs only after the violation cannot have led to it, and what ran last before it, or was going on
@@ -20,8 +20,9 @@ Place = tuple[str, int]
 """Name of a file, and first line of a statement."""
 
 HALF = 4
-"""So many statements before the violation, the weight of recency is halved. Chosen: among the values of this and the
-next ones, from half to twice as much, over 23 faults in the testbenches of two tutorials, none was clearly better."""
+"""Number of statements before the violation after which the weight of recency is halved. Chosen: among the values of
+this and the next constants, from half to twice as much, over 23 faults in the testbenches of two tutorials, none was
+clearly better."""
 
 LEAST = 0.5
 """The weight of what was executed long before the violation: its score counts half. So this is also the lowest score
@@ -39,7 +40,7 @@ REPEATED = 0.07
 Chosen over the same faults: with 0.07, two more of them are among the first five; from 0.1 on, fewer."""
 
 MAX_TIMES = 8
-"""So often at most: a loop that polls runs hundreds of times, and may be wrong each time."""
+"""Maximum number of executions: a loop that polls runs hundreds of times, and may be wrong each time."""
 
 SPECTRUM = 2.0
 """Scores of coverage are raised to this power before they are weighted: where they differ, they say more than the order

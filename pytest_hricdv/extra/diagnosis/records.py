@@ -1,4 +1,4 @@
-"""What a report has of the causes of its failures."""
+"""Records of the causes of failures in a report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DiagnosisEnd = Literal["done", "runs", "interrupted"]
 """Why experiments ended: none was left, or the budget of runs was used up, or Ctrl-C."""
 
 DIAGNOSIS_ENDS: tuple[DiagnosisEnd, ...] = ("done", "runs", "interrupted")
-"""Of a merged report, the last of these counts."""
+"""In order of precedence in a merged report, the last one wins."""
 
 
 class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):

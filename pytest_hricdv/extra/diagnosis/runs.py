@@ -1,4 +1,4 @@
-"""Runs of experiments: each in a process of its own, whatever it does, and what is kept of it."""
+"""Runs experiments, each in a process of its own that may crash or hang, and keeps what the analysis needs."""
 
 from __future__ import annotations
 

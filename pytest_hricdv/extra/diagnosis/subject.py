@@ -1,4 +1,4 @@
-"""What a diagnosis is about."""
+"""The inputs of a diagnosis."""
 
 from __future__ import annotations
 

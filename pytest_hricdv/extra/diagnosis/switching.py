@@ -1,4 +1,4 @@
-"""Switches: a failing run, with one decision of the code under test reversed.
+"""Predicate switching: reruns a failing test with one branch decision of the code under test reversed.
 
 This is an experiment on the code, as leaving an action out is one on its surroundings. A run that passes with one
 decision reversed fails for what leads to this decision (X. Zhang, N. Gupta, R. Gupta: Locating Faults Through Automated

@@ -1,5 +1,4 @@
-"""Tracing: which statements of the code under test a run executed up to a violation, in which order, and where the code
-stood then.
+"""Traces the statements of the code under test that a run executed up to a violation, in order.
 
 Ordinary runs are measured by coverage, which says what was executed and not when: this costs nothing to speak of. Only
 the few failing tests that are run again for a diagnosis are traced statement by statement.

@@ -1,4 +1,4 @@
-"""Triage: for each cause an entry of `hri_known_violations`, with a condition for its violations and no others.
+"""Triage: proposes entries of `hri_known_violations`, with conditions that hold at one cause's violations only.
 
 It names the cause, too: what the condition lets pass later on for another cause is new then, and fails the session.
 """
@@ -81,7 +81,7 @@ REASON = "why is this tolerated? [owner?]"
 """In place of reason and owner: people have to say them."""
 
 MAX_PASSING = 20
-"""So many tests that pass show where else a condition would hold. Chosen: each costs a pass of the monitors."""
+"""Number of passing tests on which a condition is checked. Chosen: each costs a pass of the monitors."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Variations: tests that differ from a failing one in one thing, and what this is in words.
+"""Variations of a failing test, each with one change and its description.
 
 The order is that in which they are tried: what says most about a cause in few runs comes first. A disturbance left out
 names what must not happen; another order of two actors names a race; another command of the same kind (`set_param

@@ -1,4 +1,4 @@
-"""What is shown of causes: in the terminal first of all, a view of the page, and properties of JUnit's file."""
+"""How causes are shown: first in the terminal, as a view of the page, and as JUnit properties."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Physics engines: which one runs the tests, and two that check each other."""
+"""Physics engines: the choice of the one that runs the tests, and the cross-check of two."""

@@ -1,4 +1,4 @@
-"""Physics engines: which one runs the tests, and two that check each other."""
+"""Physics engines in a session: the choice of the one that runs the tests, and the cross-check of two."""
 
 from __future__ import annotations
 

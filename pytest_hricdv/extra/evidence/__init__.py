@@ -1,1 +1,1 @@
-"""Evidence: what a report shows for each requirement, in files for those who have to sign, and their verification."""
+"""Evidence: files that show for each requirement what was tested, to be signed and kept, and their verification."""

@@ -1,4 +1,4 @@
-"""The page of evidence, for the screen and for print: one file without scripts."""
+"""Renders the evidence as a page for screen and print: one file without scripts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pytest_hricdv.extra.evidence.outputs import SessionFacts
 from pytest_hricdv.extra.evidence.rows import EvidenceRow
 
 SHOWN_CHECKS = 12
-"""So many tests of a requirement are on the page; all are in `checks.csv`."""
+"""Number of tests of a requirement on the page; all are in `checks.csv`."""
 
 
 def page(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:

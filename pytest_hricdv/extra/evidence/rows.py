@@ -1,4 +1,4 @@
-"""What a report shows for each requirement: one row each, also for requirements that nothing checks."""
+"""Rows of evidence: what a report shows for each requirement, including those that nothing checks."""
 
 from __future__ import annotations
 

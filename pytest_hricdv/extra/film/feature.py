@@ -1,4 +1,4 @@
-"""Films of failing tests: filmed where they ran, and linked by the report.
+"""Films of failing tests in a session: made by the process that ran the test, and linked from the report.
 
 A failing test runs again with a camera in its world; measured runs are never rendered.
 """

@@ -1,4 +1,4 @@
-"""Films: a failed test is run again with a camera in its world. Measured runs are never rendered."""
+"""Makes films: reruns a failed test with a camera in its world. Measured runs are never rendered."""
 
 from __future__ import annotations
 

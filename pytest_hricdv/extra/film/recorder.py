@@ -1,4 +1,4 @@
-"""Records a film: takes pictures of a run at the scheduled times, keeps those that show something new, with captions.
+"""Records a film: takes pictures of a run at scheduled times, and keeps those that show something new, with captions.
 
 A caption shows simulated time, the state of the robot, verdicts so far, and the last message or violation.
 """

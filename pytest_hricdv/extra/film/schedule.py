@@ -1,4 +1,4 @@
-"""When pictures of a run are taken. The times are known before the replay, because a replay is the same run."""
+"""Schedules the pictures of a run. Their times are known before the replay, because a replay is the same run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verdicts on logs. Where a log has no data, a requirement that reads it is unknown, and never passed."""
+"""Judges logs. If a log has no data for a requirement, the verdict is unknown, never passed."""
 
 from __future__ import annotations
 

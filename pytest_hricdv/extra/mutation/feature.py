@@ -1,4 +1,4 @@
-"""Mutation in a session: its options, its checks, and its trials after the last test."""
+"""Mutation testing in a session: its options, its checks, and its trials after the last test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""After the last test, faults are put into the code under test, to see which of them the tests notice."""
+"""Runs mutation testing after the last test: seeds faults, and collects which of them the tests notice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What names of the code under test stand for: constants of one kind, members of enumerations, opposite commands."""
+"""Meanings of names in the code under test: constants of one kind, members of enumerations, opposite commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The process that tries mutants: it reads a job, and forks a process for each mutant, which runs tests one by one.
+"""The process that tries mutants: reads a job, and forks a process for each mutant, which runs tests one by one.
 
 A mutant needs that nothing of the code under test has been imported. So pytest is configured only in the fork of a
 mutant, where conftest files, the testbench and the world are then imported, with the mutant.

@@ -1,4 +1,4 @@
-"""What became of seeded faults: the trials of each mutant of the code under test, and scores made of them."""
+"""Records of seeded faults: the trials of each mutant of the code under test, and the scores."""
 
 from __future__ import annotations
 

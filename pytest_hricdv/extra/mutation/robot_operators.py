@@ -1,4 +1,4 @@
-"""Changes that robot code suffers from: messages, waits, times and speeds, states, resets, commands, decisions.
+"""Mutation operators for robot code: messages, waits, times and speeds, states, resets, commands, decisions.
 
 An operator is a function of a node, its file and the names of the code; it yields pairs of a node and its replacement.
 They complete the operators of a mutation library, which change single expressions, by faults of whole statements and

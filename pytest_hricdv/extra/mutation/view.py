@@ -1,4 +1,4 @@
-"""What a report says of mutants: lines for the terminal, a sentence, and a section of its page."""
+"""How a report shows mutants: lines for the terminal, a sentence, and a section of its page."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The model as an oracle: one of its agents follows each run, and the code under test has to do what the agent does.
+"""The model as an oracle: one of its agents follows each run, and the code under test has to act as it does.
 
 - `execution` (its part in the execution of tests)
 - `oracle` (`declarations.model_oracle` of a testbench, checked against model and vocabulary, and made ready)

@@ -1,4 +1,4 @@
-"""The oracle in the execution of tests: a criterion beside the requirements, and what follows a run to judge it."""
+"""The oracle in the execution of tests: adds a criterion to the requirements, and a follower to each run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An agent of the model that follows a run: it acts only when its act has been observed there."""
+"""An agent that follows a run: it acts only when its act has been observed there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A declaration of conformance, checked against the model and the vocabulary, and made ready for following runs."""
+"""A declared oracle, checked against model and vocabulary, and prepared for following runs."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Coverage of a patch: which of the statements that changed since a revision are executed, and by which tests."""
+"""Patch coverage: which statements that changed since a revision are executed, and by which tests."""

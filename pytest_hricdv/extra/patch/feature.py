@@ -1,4 +1,4 @@
-"""The coverage of a patch in a session: the option, and what git says once all tests have run."""
+"""Patch coverage in a session: its option, and the query of git after the last test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The coverage of a patch in a merged report."""
+"""Merges the patch coverage of reports."""
 
 from __future__ import annotations
 

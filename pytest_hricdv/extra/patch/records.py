@@ -1,4 +1,4 @@
-"""The coverage of a patch in a report."""
+"""Records of patch coverage in a report."""
 
 from __future__ import annotations
 

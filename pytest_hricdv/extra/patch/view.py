@@ -1,4 +1,4 @@
-"""What a report says of a patch."""
+"""How a report shows patch coverage."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Qualification: does this installation find what it has to find? Known answers, and a page to sign."""
+"""Qualification: checks an installation against known answers, and writes a page to sign."""

@@ -1,4 +1,4 @@
-"""The messages of ROS 2 of a run as an MCAP file of the profile "ros2": `ros2 bag` and viewers read it.
+"""Writes the ROS 2 messages of a run as an MCAP file of the profile "ros2", which `ros2 bag` and viewers read.
 
 Messages are CDR, with their definitions, which are made of the generated classes: an installation of messages need not
 have its .msg files. Services are not in it. Times are those that nodes

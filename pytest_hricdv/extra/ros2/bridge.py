@@ -1,4 +1,4 @@
-"""The bridge to the bus: what goes over topics, services and actions is recorded, and seen by monitors."""
+"""The bridge from the ROS graph to the bus: records topics, services and actions, and feeds monitors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Filters of the content of a topic: which messages a subscription wants, in the language of DDS 1.4, annex B."""
+"""Content filters: which messages of a topic a subscription receives, in the language of DDS 1.4, annex B."""
 
 from __future__ import annotations
 

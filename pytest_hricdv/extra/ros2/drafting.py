@@ -1,4 +1,4 @@
-"""What the drafts of testbenches need of ROS 2: packages, console scripts, names, and what a launch file starts."""
+"""ROS 2 knowledge for drafts of testbenches: packages, console scripts, names, and what a launch file starts."""
 
 from __future__ import annotations
 

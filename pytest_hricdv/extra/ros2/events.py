@@ -1,4 +1,4 @@
-"""Events of quality of service (DDS 1.4, 2.2.4.1): who matches, who does not, and who is late.
+"""QoS events (DDS 1.4, 2.2.4.1): matched and incompatible endpoints, missed deadlines.
 
 A message that was lost is noticed by the next one of its publisher that arrives, as a reader of DDS notices it.
 """
@@ -151,7 +151,7 @@ class EndpointEvents:
         self.wake()
 
     def lose(self, count: int) -> None:
-        """So many messages did not arrive."""
+        """Number of messages that did not arrive."""
         self.message_lost.count(count)
         self.wake()
 

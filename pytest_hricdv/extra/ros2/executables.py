@@ -1,4 +1,4 @@
-"""Executables of nodes and launch files: which Python code each one is, or what replaces it; and command lines."""
+"""Executables of nodes and launch files: the Python code of each, or its replacement; and command lines."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""How executors of `rclpy` wait here: they check which entities are ready, and build no wait set for each callback.
+"""Lets executors of `rclpy` check which entities are ready, instead of building a wait set for each callback.
 
-`rclpy` spends most of its time in building wait sets (rclpy#1461). Here an executor checks which of its entities are
-ready, and blocks in the kernel if none is; what becomes ready wakes it. While coroutines are in progress, `rclpy`'s own
-way is taken. What is called, and in which order, is the same.
+`rclpy` spends most of its time building wait sets (rclpy#1461). Here an executor blocks in the kernel while none of its
+entities is ready, and is woken when one becomes so. While coroutines are in progress, it waits as `rclpy` does. The
+callbacks and their order are the same.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pytest_hricdv.extra.ros2.wait_set import WaitSet, block_until_woken
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 Ready = tuple[Any, Any, Any]
-"""An entity, its node, and the method of the executor that takes what came."""
+"""An entity, its node, and the method of the executor that takes its data."""
 
 _PLAIN = (
     ("timers", "_take_timer"),
@@ -28,7 +28,7 @@ _PLAIN = (
     ("clients", "_take_client"),
     ("services", "_take_service"),
 )
-"""What nodes have, in the order in which `rclpy` looks at it -> how an executor takes what came."""
+"""Entities of nodes, in the order in which `rclpy` checks them -> how an executor takes their data."""
 
 _USED = ("_wait_for_ready_callbacks", "_make_handler", *(take for _, take in _PLAIN), "_take_waitable")
 

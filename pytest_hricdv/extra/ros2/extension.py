@@ -1,4 +1,4 @@
-"""The replacement of `rclpy._rclpy_pybind11`: all its names, from the modules here that implement them."""
+"""The replacement of `rclpy._rclpy_pybind11`: all its names, implemented by the modules of this package."""
 
 from __future__ import annotations
 

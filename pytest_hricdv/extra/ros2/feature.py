@@ -1,4 +1,4 @@
-"""What is to be known of the ROS graph of a run, though it fails nothing: in results, in the terminal, on the page."""
+"""Notes on the ROS graph of a run that fail nothing: in results, in the terminal, on the page."""
 
 from __future__ import annotations
 

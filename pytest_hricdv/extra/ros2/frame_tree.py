@@ -1,4 +1,4 @@
-"""The tree of frames of tf2: what is stored of each frame in the course of time, and the ways between frames.
+"""The frame tree of tf2: the transforms stored of each frame over time, and the paths between frames.
 
 Messages of errors are those of tf2's `BufferCore`. Times are in nanoseconds; 0 means the latest.
 """

@@ -1,4 +1,4 @@
-"""The ROS graph of a run: who publishes, subscribes, serves and asks, in one domain; and notes on it for the report."""
+"""The ROS graph of a run: publishers, subscriptions, services and clients of one domain; and notes on them."""
 
 from __future__ import annotations
 

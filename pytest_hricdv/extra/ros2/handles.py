@@ -1,4 +1,4 @@
-"""Handles: what `rclpy` holds of a context, node, publisher, timer and so on, and when they can be used no more."""
+"""Handles of `rclpy` for contexts, nodes, publishers, timers and so on, and their destruction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Classes of messages, services and actions of packages that are not installed, made from their interface files.
+"""Generates the classes of messages, services and actions from interface files of packages that are not installed.
 
 They are like those that `rosidl` generates: slots, defaults, checked setters, `SLOT_TYPES`.
 """

@@ -1,4 +1,4 @@
-"""Packages of interfaces that are not installed: imported from the folders of their interface files."""
+"""Imports interface packages that are not installed, from the folders of their interface files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fields and constants of interface files (`.msg`, `.srv`, `.action`), read by `rosidl_adapter` of ROS 2."""
+"""Parses interface files (`.msg`, `.srv`, `.action`) with `rosidl_adapter` of ROS 2."""
 
 from __future__ import annotations
 

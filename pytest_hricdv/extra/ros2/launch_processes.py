@@ -1,4 +1,4 @@
-"""Processes that a launch file starts: nodes of the kernel, which its event handlers see begin, be signalled, and end.
+"""Processes of a launch file: nodes of the kernel, whose start, signals and exit are reported to its event handlers.
 
 They take the place of `osrf_pycommon.process_utils.async_execute_process`, which starts processes of the system.
 """

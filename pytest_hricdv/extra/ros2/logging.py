@@ -1,4 +1,4 @@
-"""Loggers of ROS 2: levels by name, and what is logged, with the time of the run."""
+"""Loggers of ROS 2: levels by name, and records with the time of the run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lets `rclpy`, as it is installed, run in virtual time: the extension is replaced before `rclpy` is imported."""
+"""Runs the installed `rclpy` in virtual time, by replacing its C++ extension before `rclpy` is imported."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ T = TypeVar("T", bound=Hashable)
 _TYPE_SUPPORTS = "rosidl_generator_py"
 
 _VISITING_SETS = ("rclpy.executors", "rclpy.time_source", "rclpy.lifecycle.node")
-"""Modules that visit sets of nodes: in the order of their addresses, which no two runs have alike."""
+"""Modules that iterate over sets of nodes, ordered by address, which differs between runs."""
 
 
 class _TypeSupport:
-    """What a message class asks for its conversion to C: nothing is converted, but it wants to have it."""
+    """Stands for the C type support of a message class, which must exist although nothing is converted."""
 
     def __getattr__(self, name: str) -> object:
         if name.startswith("__"):
@@ -37,7 +37,7 @@ class _TypeSupport:
 
 
 class OrderedSet(MutableSet[T]):
-    """As `set`, in the order of insertion: an executor visits its nodes in their order."""
+    """A set in insertion order: executors visit their nodes in a reproducible order."""
 
     def __init__(self, items: Iterable[T] = ()) -> None:
         self._items = dict.fromkeys(items)

@@ -1,4 +1,4 @@
-"""Packages of ROS 2 as sources: where they are in a workspace, and the console scripts that they declare.
+"""ROS 2 packages in source form: their folders in a workspace, and the console scripts that they declare.
 
 A package that is not built has neither a marker in the index of packages nor scripts. `add_to_index` makes a folder of
 markers, as `colcon build --symlink-install` would, which is an entry of AMENT_PREFIX_PATH while launch files are run.

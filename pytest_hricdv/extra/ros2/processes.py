@@ -1,4 +1,4 @@
-"""Processes of a ROS 2 system: each has variables of modules of its own, in one process of the machine.
+"""Simulated processes of a ROS 2 system: each has its own module variables, in one process of the machine.
 
 `rclpy.init()` keeps its context in a variable of a module, and so does code that is written for a process of its own.
 """

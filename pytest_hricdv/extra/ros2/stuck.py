@@ -1,4 +1,4 @@
-"""Nodes that wait for ever: which, where, and for what. In a simulated run this can be known."""
+"""Finds nodes that wait for ever: where, and for what. A simulated run can tell."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A ROS 2 system in a run: its nodes are started as the code under test, and the world gets its side of the graph."""
+"""A ROS 2 system in a run: starts its nodes as the code under test, and gives the world its side of the graph."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In the place of `tf2_py`, the C++ part of tf2, where it is not installed: `tf2_ros` for Python runs on it.
+"""Replaces `tf2_py`, the C++ part of tf2, where it is not installed: `tf2_ros` for Python runs on it.
 
 Names, messages of errors and results are those of tf2's `BufferCore`; its own tests in Python are run on this one.
 """

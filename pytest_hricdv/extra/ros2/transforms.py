@@ -1,4 +1,4 @@
-"""Rigid transforms, and how they go on in time between two that are known: what the buffer of tf2 calculates with.
+"""Rigid transforms and their interpolation over time, for the buffer of tf2.
 
 Quaternions are (x, y, z, w), as messages have them. Formulas and their order are those of tf2's `LinearMath`, so that
 results agree to the last digits.

@@ -1,4 +1,4 @@
-"""The simulated world in the ROS graph: sensors that publish, devices that subscribe and serve, people that call.
+"""The simulated world in the ROS graph: publishing sensors, subscribing and serving devices, people as clients.
 
 What blocks here blocks a node of the kernel, in simulated time. Messages are those of ROS; nothing of `rclpy` is used.
 """

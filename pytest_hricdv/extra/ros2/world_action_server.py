@@ -1,4 +1,4 @@
-"""Actions that the simulated world serves: goals are accepted or not, have feedback, and end as the world says.
+"""Action servers of the simulated world, which decides on goals, feedback and results.
 
 A fake of a navigation or a motion planner is a function of a few lines, which blocks in simulated time.
 """

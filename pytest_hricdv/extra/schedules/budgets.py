@@ -1,4 +1,4 @@
-"""Time budgets: for each function and loop of the code, how slow it may be until a requirement breaks first."""
+"""Time budgets: how slow each function and loop of the code may become before a requirement is violated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Schedules in the execution of tests: a test that has one runs with it."""
+"""Schedules in the execution of tests: runs a test under its schedule, if it has one."""
 
 from __future__ import annotations
 

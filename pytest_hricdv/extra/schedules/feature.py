@@ -1,4 +1,4 @@
-"""Schedules in a session: the option, and the search after the last test."""
+"""Schedules and time budgets in a session: their options, and the experiments after the last test."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ScheduleOptions(NamedTuple):
-    """How many runs with schedules there are, and how many tests time budgets are measured with."""
+    """The number of runs with other schedules for each test, and of tests that time budgets are measured with."""
 
     runs: int
     budgets: int
@@ -45,11 +45,11 @@ class SchedulesFeature(Feature[ScheduleOptions]):
         return ScheduleOptions(reader.integer("schedules", 0, minimum=0), reader.integer("budgets", 0, minimum=0))
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
-        """How many threads took turns."""
+        """Add the number of threads that took turns."""
         return THREADS.put(result, run.threads) if run.threads > 1 else result
 
     def follow_up(self, context: RunContext) -> str:
-        """What is asked for."""
+        """The experiments that were asked for."""
         asked = self.settings(context.options)
         names = {"schedules (--hri-schedules)": asked.runs, "time budgets (--hri-budgets)": asked.budgets}
         return " and ".join(name for name, count in names.items() if count)

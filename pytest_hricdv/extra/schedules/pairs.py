@@ -1,4 +1,4 @@
-"""Pairs: statements of different threads on the same data, in the order in which a run executes them."""
+"""Pairs: statements of different threads that access the same data, in the order in which a run executes them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pytest_hricdv.extra.schedules.points import DataAccess
 from pytest_hricdv.extra.schedules.scheduler import PointStep
 
 MOST_OF_A_PAIR = 8
-"""So many executions of a pair are kept: the first, and then fewer and fewer."""
+"""Number of executions kept of a pair: the first ones, then increasingly fewer."""
 
 
 class DataConflict(PlainRecord, frozen=True, kw_only=True):

@@ -1,4 +1,4 @@
-"""CodePoints: where nodes of the code under test can be held up, and which data each statement reads and writes.
+"""Code points: where nodes of the code under test can be held, and which data each statement reads and writes.
 
 A statement has a point before it. One that reads and then writes the same data, as `self.count += 1` does, has a second
 one in between: another thread may come there, too.

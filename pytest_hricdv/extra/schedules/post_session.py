@@ -1,4 +1,4 @@
-"""What a session does for schedules when all tests have run."""
+"""Searches schedules and measures time budgets after the last test of a session."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ RUNS_OF_A_TEST = 4
 """For so many runs, one more test is noted."""
 
 MAX_OPEN = 200
-"""So many open pairs are listed."""
+"""Number of open pairs that are listed."""
 
 
 def search_schedules(

@@ -1,4 +1,4 @@
-"""Races: schedules under which a test fails, with as few decisions as possible, and what kind of failure each is."""
+"""Races: minimal schedules under which a test fails, and the kind of each failure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the search for schedules found, as a report holds it."""
+"""Records of the search for schedules in a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs of tests with schedules, in forks: what they violate, what they execute, and what their decisions did."""
+"""Runs tests under schedules in forks, and observes violations, executed pairs, and the effects of decisions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 MAX_PACKED = 50_000
-"""So many steps of a run are packed."""
+"""Number of steps of a run that are packed."""
 
 
 class HeldNode(PlainRecord, frozen=True, kw_only=True):

@@ -1,4 +1,4 @@
-"""Scheduler: carries out the decisions of a schedule in a run, and notes what was executed when."""
+"""The scheduler: carries out the decisions of a schedule in a run, and records what was executed when."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from pytest_hricdv.runtime.virtual.thread_pool import WORK
 from pytest_hricdv.testbench import Testbench
 
 MAX_STEPS = 200_000
-"""So many executions of points are noted, which takes some 10 MB; a run of the table has some 10,000."""
+"""Number of executions of code points that are recorded, which takes some 10 MB; a run of the table has some 10,000."""
 
 MAX_CHOICES = 10_000
-"""So many choices between nodes that are ready are noted."""
+"""Number of choices between ready nodes that are recorded."""
 
 
 @dataclass(frozen=True)

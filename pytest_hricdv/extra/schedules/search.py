@@ -1,4 +1,4 @@
-"""The search for schedules under which a test fails that passes under the usual one.
+"""Searches for schedules under which a passing test fails.
 
 One run of a test notes which node executes which statement when. Where two nodes read and write the same data, the
 first is held up until the other one has run, which reverses their order (see `pairs`). Pairs that were not reversed yet
@@ -31,7 +31,7 @@ CAUSED = 0.75
 """The share of moves of the action that the second of a pair came after; the others move any action."""
 
 HOLDS = 3
-"""So many places to hold a thread up are tried for a pair."""
+"""Number of locations tried for holding a thread in a pair."""
 
 MAX_REPEATS = 20
 """After so many draws that were made before, one is made again."""

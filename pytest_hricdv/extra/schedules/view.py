@@ -1,4 +1,4 @@
-"""What a report says of schedules."""
+"""How a report shows schedules and time budgets."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
 
 MAX_BUDGETS = 12
-"""So many of the smallest budgets are in the terminal: half a screen."""
+"""Number of smallest budgets shown in the terminal: half a screen."""
 
 
 class SchedulesView(View):

@@ -1,4 +1,4 @@
-"""What a session does when all tests have run, where it was asked to: shrink failures, search for violations."""
+"""Shrinks failures and searches for violations after the last test of a session."""
 
 from __future__ import annotations
 

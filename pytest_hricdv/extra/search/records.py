@@ -1,4 +1,4 @@
-"""What shrinking a failed test and searching for a violation found, as a report holds it."""
+"""Records of shrunk tests and of searches for violations in a report."""
 
 from __future__ import annotations
 

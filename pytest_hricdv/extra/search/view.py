@@ -1,4 +1,4 @@
-"""What a report says of shrunk tests and of searches for violations."""
+"""How a report shows shrunk tests and searches for violations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Searching for violations beside a suite: the tests that came nearest to violating a requirement are varied."""
+"""Searches for violations by varying the tests that came closest to violating a requirement."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 SEARCH: Final = "search"
 STARTS = 5
-"""So many tests are varied: few, or the runs are spread too thin; more than one, for the nearest may be a dead end."""
+"""Number of tests that are varied: with many, the runs are spread too thin; with one, the closest may be a dead end."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Template absence: what never happens between a message with one value and the next round, unlike after others."""
+"""Template absence: an event that never follows a message with one value, though it follows other values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Template universality: a number stays within bounds: a signal while a condition holds, a field in each message."""
+"""Template universality: a signal stays within bounds while a condition holds, or a field in each message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happened in runs, as requirements speak of it: events at instants, and conditions that hold for a while."""
+"""Events of runs in terms of requirements: events at instants, and conditions that hold for a while."""
 
 from __future__ import annotations
 

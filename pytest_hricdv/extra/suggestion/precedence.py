@@ -1,4 +1,4 @@
-"""Template precedence: an event happens at most once after another one, and never without it."""
+"""Template precedence: an event happens only after another one, and at most once after each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The process that records runs: it reads a job and forks a process for each version of the code, which runs tests.
+"""The process that records runs: reads a job, and forks a process for each version of the code, which runs tests.
 
 Only the fork imports the code under test, with or without a fault in it. Each run is stored in a file of its own, which
 later sessions look for first: so an interrupted session resumes.

@@ -1,4 +1,4 @@
-"""The runs that suggestions are based on: of the session's tests, of more tests, and of both with seeded faults."""
+"""The runs that suggestions are based on: of the session's and of additional tests, also with seeded faults."""
 
 from __future__ import annotations
 

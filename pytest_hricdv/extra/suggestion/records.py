@@ -1,4 +1,4 @@
-"""What a report has of suggested requirements."""
+"""Records of suggested requirements in a report."""
 
 from __future__ import annotations
 

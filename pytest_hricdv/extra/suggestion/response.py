@@ -1,4 +1,4 @@
-"""Template response: after an event, another one follows within a time, and not before a time."""
+"""Template response: an event is followed by another one, within one time and not before another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run as it is stored to be judged again, by requirements that nobody had thought of when it was made."""
+"""Stored runs, which can be judged again by requirements that did not exist when they were made."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report says of suggested requirements: lines to paste into their file, and a section of its page."""
+"""How a report shows suggested requirements: lines to paste into a requirements file, and a section of its page."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The trend over sessions: a line on each in the file of `--hri-history`."""
+"""The trend over sessions: the file of `--hri-history` has a line for each."""

@@ -1,4 +1,4 @@
-"""The trend over sessions: a line each in the file of `--hri-history`, and earlier ones in the report."""
+"""The trend over sessions: appends a line to the file of `--hri-history`, and reports changes."""
 
 from __future__ import annotations
 

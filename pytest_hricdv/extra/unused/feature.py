@@ -1,4 +1,4 @@
-"""What no run of a session used: code that nothing reached fails it, and parameters that nothing read are named."""
+"""Unused influences and parameters: unreached code fails a session, and unread parameters are named."""
 
 from __future__ import annotations
 

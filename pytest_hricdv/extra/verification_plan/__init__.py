@@ -1,1 +1,1 @@
-"""The verification plan: goals, and how far a session is from them."""
+"""The verification plan: goals, and the progress of a session towards them."""

@@ -1,4 +1,4 @@
-"""What a pattern is: a function from conditions and numbers to a formula; its arguments are call by their types."""
+"""The type of patterns: functions from conditions and numbers to a formula; arguments are checked by their types."""
 
 from __future__ import annotations
 

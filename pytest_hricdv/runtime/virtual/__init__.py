@@ -1,4 +1,4 @@
-"""Python's own ways to wait, and its clocks, in virtual time, as seen from the modules under test."""
+"""Python's blocking APIs and clocks in virtual time, as the modules under test see them."""
 
 from pytest_hricdv.runtime.blocking_calls import KINDS
 from pytest_hricdv.runtime.virtual.modules import VirtualModules

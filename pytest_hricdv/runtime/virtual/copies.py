@@ -1,4 +1,4 @@
-"""Modules that are like one of Python's library, but for some names, or for what they import."""
+"""Copies of modules of Python's library in which some names, or imports, are replaced."""
 
 from __future__ import annotations
 

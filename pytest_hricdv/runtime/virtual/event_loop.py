@@ -1,4 +1,4 @@
-"""`asyncio` in virtual time: Python's own event loop, which waits in the kernel instead of in the system.
+"""`asyncio` in virtual time: Python's own event loop, which waits in the kernel instead of the operating system.
 
 asyncio keeps the running loop and task once a thread. All nodes are in one, so a node that blocks takes its own away
 and puts them back when it goes on: several nodes may have a loop, and a coroutine may block.

@@ -1,4 +1,4 @@
-"""Libraries that read a keyboard past standard input, or draw on the terminal: refused where a node uses them.
+"""Libraries that read a keyboard without standard input, or draw on the terminal: nodes may not use them.
 
 `curses` sets the terminal that pytest was started in; `pynput` and `keyboard` listen to the machine's keyboard, in
 threads of their own. None of it is a person of the model.

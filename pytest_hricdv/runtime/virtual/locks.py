@@ -1,4 +1,4 @@
-"""The locks of `threading` for nodes: who waits blocks in the kernel, and who came first goes on first.
+"""The locks of `threading` for nodes: they block in the kernel, and wake waiting nodes in order of arrival.
 
 They also serve the world and other code outside of a node, which can release and set, but not wait.
 """

@@ -1,4 +1,4 @@
-"""While a run goes on, the modules that the code under test reaches see modules of Python's library in virtual time.
+"""Gives the modules that the code under test reaches virtual-time versions of Python's library, during a run.
 
 Code that is brought as it is sleeps with `time.sleep`, reads `datetime.now`, waits for events and queues of other
 threads, or runs an event loop. In a simulated run these would wait in real time, in silence, or make each run another

@@ -1,4 +1,4 @@
-"""Clocks and waiting in all other modules, while a run goes on: nodes run them, too.
+"""Clocks and blocking calls in all other modules during a run, because nodes execute these, too.
 
 Clocks show virtual time in nodes. What waits in real time is refused at once, with its line, where Python is the one
 that waits: event loops and other selectors, processes, signals, and `time.sleep` where time is not virtual. Event loops

@@ -1,4 +1,4 @@
-"""What code may not do to its process in a run: nobody could give back what it takes from the session."""
+"""Forbids what code in a run must not do to its process, because it could not be undone for the session."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which modules the code under test reaches: virtual time belongs to all of them, whatever package they are in."""
+"""Finds the modules that the code under test reaches: virtual time applies to all of them, in whatever package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What would wait in real time within a node: allowed in virtual time, or refused with the line that asked for it."""
+"""Calls of nodes that would wait in real time: served in virtual time, or refused with the line of the call."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where modules refer to objects that are to be replaced: globals, attributes, defaults, closures, containers."""
+"""Finds references to objects that are to be replaced: globals, attributes, defaults, closures, containers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an event loop of asyncio waits in: the kernel, instead of the system."""
+"""The selector of an asyncio event loop, which waits in the kernel instead of the operating system."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Terminals in virtual time: what a person types in a run is what nodes read from standard input.
+"""Terminals in virtual time: nodes read from standard input what a person types in the run.
 
 A terminal has the line discipline of POSIX (IEEE 1003.1, chapter 11): lines are edited and end with the enter key, or,
 once a node has chosen so with `termios` or `tty`, each key is read at once. On top of it are Python's own buffers.

@@ -1,4 +1,4 @@
-"""What reads the terminal of a process, in nodes: standard input, `termios`, `tty`, `select`, `getpass`, descriptor 0.
+"""Calls of nodes that read a terminal: standard input, `termios`, `tty`, `select`, `getpass`, descriptor 0.
 
 The functions here stand for those of Python's library while a run goes on. Outside of nodes they are the real ones, and
 in nodes nothing of the terminal that pytest was started in is ever read or set: a node has the terminal that its

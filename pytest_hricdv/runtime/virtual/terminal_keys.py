@@ -1,4 +1,4 @@
-"""What the keys of a terminal send, and what it does with them before a node has chosen otherwise."""
+"""The bytes sent by the keys of a terminal, and how it handles them in its initial mode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The thread pool of `concurrent.futures` in virtual time. Its futures are Python's own, on our conditions."""
+"""The thread pool of `concurrent.futures` in virtual time, with Python's own futures on virtual conditions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recorded bag as a stimulus: its topics are published in simulated time, while everything else goes on."""
+"""A recorded bag as a stimulus: its topics are published in simulated time, along with everything else."""
 
 from __future__ import annotations
 
