@@ -16,7 +16,7 @@ from itertools import count
 
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
-from pytest_hricdv.execution.case import RunSettings, execute, part_criteria
+from pytest_hricdv.execution.case import RunSettings, execute, feature_criteria
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion
 from studies.session import machine
@@ -34,7 +34,7 @@ def main() -> None:
     options = parser.parse_args()
     suite = list(bench.suite("rl"))
     tests = suite[:: max(1, len(suite) // options.tests)][: options.tests]
-    formulas, model = bench.requirements(), part_criteria(bench.testbench())
+    formulas, model = bench.requirements(), feature_criteria(bench.testbench())
     ways: dict[str, tuple[Criterion, ...]] = {
         NOTHING: (),
         f"{len(formulas)} requirements": formulas,

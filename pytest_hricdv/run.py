@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
-
 __all__ = ["Actions", "ConcreteAction", "ConcreteTest", "Ending", "Run"]
 
 

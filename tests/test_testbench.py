@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from pytest_hricdv.execution.case import MonitorFeed
+from pytest_hricdv.execution.run_monitors import MonitorFeed
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
 from pytest_hricdv.runtime import Bus, Kernel, Recorder

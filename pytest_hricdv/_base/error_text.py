@@ -23,8 +23,7 @@ MAX_NESTED = 50
 """Groups within each other that are shown as they are: pytest goes through them by recursion, four calls for each."""
 
 TEXT_WITHIN_S = 1.0
-"""Time limit (s of real time) for the `repr` of a value of foreign code: that of a list of six million numbers exceeds
-it."""
+"""Time limit (s of real time) for the `repr` of foreign values; a list of six million numbers exceeds it."""
 
 T = TypeVar("T")
 

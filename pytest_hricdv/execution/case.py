@@ -1,15 +1,13 @@
-"""One generated test: what `hri_case` is, and how it runs."""
+"""Executes one concrete test: runs it under monitors and measurement, and returns its result."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager, ExitStack
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
-
-from msgspec.structs import replace
 
 from pytest_hricdv._base import process_state
 from pytest_hricdv.coverage.code_map import Bits
@@ -17,81 +15,25 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution import faults
-from pytest_hricdv.execution.deadlock import find_deadlocks
 from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_features
 from pytest_hricdv.execution.faults import CodeUnderTest
-from pytest_hricdv.execution.host_loop import leave_host_loop
 from pytest_hricdv.execution.influence import Influence, ParameterLog
-from pytest_hricdv.execution.outcome import Judgement
-from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.execution.run_monitors import MonitorFeed, formulas, log_of, mark_unknown
 from pytest_hricdv.generate.actors import actors_of
-from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
-from pytest_hricdv.monitor import (
-    Criterion,
-    Log,
-    MonitorSet,
-    PastFormula,
-    Requirement,
-    Verdict,
-    Vocabulary,
-    explain,
-    watch,
-)
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import Criterion, MonitorSet, PastFormula, Verdict, explain
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
-from pytest_hricdv.runtime.json_value import Value
 from pytest_hricdv.runtime.random_numbers import seed_run
 from pytest_hricdv.runtime.termination import refusal, word_of
 from pytest_hricdv.runtime.virtual import VirtualModules
+from pytest_hricdv.runtime.virtual.locks import find_deadlocks
 from pytest_hricdv.runtime.virtual.outside import guard_run
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
-
 UNMEASURED = NoMeasurement("nobody asked for it")
-
-
-class MonitorFeed:
-    """Forwards events of the record to the monitors: those that the vocabulary names, numbers as floats."""
-
-    def __init__(self, monitors: Watcher, vocabulary: Vocabulary) -> None:
-        self._monitors = monitors
-        self._fields = {topic: dict(fields) for topic, fields in vocabulary.messages.items()}
-        self._signals = dict(vocabulary.signals)
-
-    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
-        """See `runtime.record.Listener`. A field that is not as its class declares it is a TypeError."""
-        kinds = self._fields.get(topic)
-        if kinds is None:
-            return  # a topic of ROS 2 that the testbench does not declare, so no requirement names it
-        for name, kind in kinds.items():
-            value = fields.get(name)
-            if value is None or not (_is_of(kind, value) or (kind is not str and isinstance(value, int))):
-                raise TypeError(f"{topic}.{name} is {value!r} at {time_s:.6f} s: declared as {kind.__name__}")
-        self._monitors.message(time_s, topic, {name: kind(fields[name]) for name, kind in kinds.items()})
-
-    def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
-        """See `runtime.record.Listener`.
-
-        Raises:
-            KeyError: the testbench did not declare such a signal.
-            TypeError: it declared it with another type.
-        """
-        kind = self._signals.get(name)
-        if kind is None:
-            raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
-        if not _is_of(kind, value):
-            where = f"signal {name} is {value!r} at {time_s:.6f} s"
-            raise TypeError(f"{where}: the testbench declares it as {kind.__name__}")
-        self._monitors.signal(time_s, name, value)
-
-
-def _is_of(kind: type, value: Value) -> bool:
-    """Whether a value is of a declared type; a whole number is a float, a bool is none."""
-    if kind is float:
-        return isinstance(value, float | int) and not isinstance(value, bool)
-    return isinstance(value, kind)
 
 
 @dataclass(frozen=True)
@@ -109,11 +51,11 @@ class CaseResult:
     action_times_s: tuple[float, ...] = ()
     """When the test's actions began (s of simulated time), as far as the testbench's `run` reported it, ascending."""
     begun: tuple[int, ...] = ()
-    """Which actions these are, by their numbers from 0: several actors need not begin theirs in the text's order."""
+    """The numbers of these actions, from 0: with several actors they may begin in another order than in the text."""
     bystander_events: tuple[tuple[float, str], ...] = ()
     """What bystanders have begun, and when (s)."""
     ending_faults: tuple[str, ...] = ()
-    """What is wrong with how the run ended, a sentence each (see `pytest_hricdv.execution.faults`)."""
+    """What is wrong with the end of the run, a sentence each (see `pytest_hricdv.execution.faults`)."""
     bin_faults: tuple[str, ...] = ()
     """What is wrong with the bins that the run hit, a sentence each."""
     unreached_waits: str = ""
@@ -123,19 +65,19 @@ class CaseResult:
     has_measured_node: bool = True
     """Whether the testbench's `run` wrapped a node with `run.measured`: otherwise nothing of the code was measured."""
     threads: int = 0
-    """How many nodes of the code under test there were: its threads, and nodes of ROS 2."""
+    """Number of nodes of the code under test: its threads, and nodes of ROS 2."""
     error: NodeError | None = None
     """The failure of a node that ended the run; it is one of the faults."""
     notes: tuple[str, ...] = ()
-    """What its middleware has to say of the run, though it fails nothing, a sentence each."""
+    """Notes of its middleware, which fail nothing, a sentence each."""
     engine: str = ""
-    """The physics engine that it ran on; empty where the testbench has none."""
+    """The physics engine; empty if the testbench has none."""
     cross_check: CaseResult | None = field(default=None, repr=False)
     """The same test on a second engine, of a session in which engines check each other."""
 
     @property
     def errors(self) -> tuple[str, ...]:
-        """What is wrong with the run beside its requirements, a sentence each."""
+        """What is wrong with the run in addition to its requirements, a sentence each."""
         return (*self.ending_faults, *self.bin_faults)
 
     @property
@@ -165,7 +107,7 @@ class RunSettings:
     measurement: Measurement = UNMEASURED
 
     def with_measurement(self, measurement: Measurement) -> RunSettings:
-        """The same, with the code under test measured by another one."""
+        """These settings with another measurement."""
         return RunSettings(self.testbench, self.requirements, self.known_when, measurement)
 
 
@@ -243,7 +185,7 @@ def execute(
     tampering: tuple[str, ...] = ()
     try:
         with (
-            leave_host_loop(),
+            _leave_host_loop(),
             measurement.watch_imports(context),
             modules.install(),
             guard_run(kernel),
@@ -300,13 +242,29 @@ def execute(
     )
 
 
+@contextmanager
+def _leave_host_loop() -> Iterator[None]:
+    """Hide the event loop of a test function that is a coroutine: asyncio would take it for that of all nodes."""
+    asyncio = sys.modules.get("asyncio")
+    if asyncio is None or asyncio._get_running_loop() is None:
+        yield
+        return
+    from pytest_hricdv.runtime.virtual.event_loop import leave_loop
+
+    go_on = leave_loop()
+    try:
+        yield
+    finally:
+        go_on()
+
+
 def _acts(name: str, testbench: Testbench) -> bool:
-    """Whether somebody can do anything: an actor of the model may only tell others something."""
+    """Whether an actor can do anything: one of the model may only send messages to others."""
     return name not in testbench.model.actors or name in actors_of(testbench.concretization.commands)
 
 
-def part_criteria(testbench: Testbench) -> tuple[Criterion, ...]:
-    """What runs of a testbench are judged by beside its requirements: optional parts add it.
+def feature_criteria(testbench: Testbench) -> tuple[Criterion, ...]:
+    """Criteria in addition to the requirements, which optional features add.
 
     Raises:
         InputError: what the testbench declares for a feature is wrong.
@@ -315,15 +273,10 @@ def part_criteria(testbench: Testbench) -> tuple[Criterion, ...]:
     return tuple(criterion for feature in execution_features() for criterion in feature.criteria(testbench))
 
 
-def formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
-    """Those that are formulas, which monitors follow."""
-    return tuple(criterion for criterion in requirements if isinstance(criterion, Requirement))
-
-
 def _finish(
     settings: RunSettings, followers: tuple[Follower, ...], run: Run
 ) -> tuple[Outcome, tuple[Verdict, ...], Record]:
-    """Run it to its end: what the testbench says of it, the verdicts, and the record."""
+    """Run it to its end; returns the outcome, the verdicts, and the record."""
     outcome = settings.testbench.run(run)
     if not isinstance(outcome, Outcome):
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
@@ -331,79 +284,4 @@ def _finish(
     log = log_of(record, end_s)
     verdicts = explain(run.monitors.finish(end_s), formulas(settings.requirements), log)
     verdicts += tuple(follower.finish(end_s) for follower in followers)
-    return outcome, tuple(_mark(verdict, settings.known_when, log) for verdict in verdicts), record
-
-
-def log_of(record: Record, end_s: float) -> Log:
-    """What requirements are judged by: a record without its disturbances."""
-    heard = tuple(message for message in record.messages if not message.is_disturbance)
-    return Log({**record.signals, **record.texts}, heard, end_s)
-
-
-def _mark(verdict: Verdict, known_when: Mapping[str, PastFormula], log: Log) -> Verdict:
-    """The verdict, with violations marked that are outside of the condition under which they are known."""
-    if not verdict.violations or verdict.requirement not in known_when:
-        return verdict
-    condition = watch(known_when[verdict.requirement], log)
-    violations = (
-        replace(violation, outside=not condition.holds_at(violation.time_s)) for violation in verdict.violations
-    )
-    return replace(verdict, violations=tuple(violations))
-
-
-@dataclass(repr=False)
-class HriCase:
-    """What a test function gets as `hri_case`.
-
-    >>> def test_table_assembly(hri_case):          # doctest: +SKIP
-    ...     hri_case.check(hri_case.run())
-    """
-
-    suite: str
-    abstract: AbstractTest
-    ranges: Concretization
-    sampling: str = UNIFORM
-    fixed: ConcreteTest | None = None
-    """The concrete test to run, of a test that is repeated: nothing is sampled then."""
-    result: CaseResult | None = None
-    """Of the last run."""
-    checked: CaseResult | None = None
-    """What was checked last."""
-    judgement: Judgement | None = None
-    """Of what was checked last."""
-    raised: BaseException | None = None
-    """What was raised for the judgement: where this ended the test, the judgement did."""
-    runner: Callable[[HriCase], CaseResult] | None = None
-    checker: Callable[[HriCase, CaseResult], None] | None = None
-    is_elsewhere: bool = False
-    """Another process runs it, and makes its report."""
-
-    @cached_property
-    def concrete(self) -> ConcreteTest:
-        """The test with its parameters, sampled at the first use, because collecting thousands must be fast."""
-        return self.fixed or concretize(self.abstract, self.ranges, sampling=self.sampling)
-
-    def run(self) -> CaseResult:
-        """Run the test in the simulated world, watched by the monitors."""
-        if self.runner is None:
-            raise RuntimeError("hri_case.run: expected inside of its own test, or of a fixture that sets this up")
-        self.result = self.runner(self)
-        return self.result
-
-    def check(self, result: CaseResult) -> None:
-        """Fail, once and with every violation, when a requirement failed that is not a known violation, or at a fault.
-
-        If a test does not call this, it is done after the test, so that no violation is missed.
-        """
-        if self.checker is None:
-            raise RuntimeError("hri_case.check: expected inside of its own test, or of a fixture that sets this up")
-        self.checked = result
-        self.checker(self, result)
-
-    def forget(self) -> None:
-        """Release the run, and parameters that can be sampled again."""
-        self.result = self.checked = self.judgement = self.raised = None
-        self.__dict__.pop("concrete", None)
-
-    def __repr__(self) -> str:
-        return f"<hri_case {self.abstract.id}>"
+    return outcome, tuple(mark_unknown(verdict, settings.known_when, log) for verdict in verdicts), record

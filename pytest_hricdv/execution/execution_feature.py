@@ -35,8 +35,7 @@ class Follower(Watcher, Protocol):
 class ExecutionFeature:
     """What a feature does for runs, its `EXECUTION`; the methods do nothing by default.
 
-    Its module is loaded with the first testbench, even one that does not use the feature: heavy modules are imported in
-    the methods.
+    Its module is loaded with every testbench, even one without the feature: heavy imports belong into methods.
 
     Attributes:
         preloaded: modules that a process imports once which runs tests in forks of itself.

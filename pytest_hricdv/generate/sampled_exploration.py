@@ -12,8 +12,7 @@ from pytest_hricdv.generate.model_runner import MAX_OTHERS, ModelRunner, distinc
 from pytest_hricdv.generate.rng import make_rng, pick
 
 SAMPLES = 2**MAX_OTHERS
-"""Number of belief sets drawn: as many as exist for one start belief in a model of the largest size that is explored
-completely."""
+"""Number of belief sets drawn: as many as one start belief has in the largest model that is explored completely."""
 
 DRAWS = 20 * SAMPLES
 """After so many draws no more are made: of spaces with fewer sets, more than 19 of 20 draws repeat one."""

@@ -13,7 +13,8 @@ from pytest_hricdv._base.input_file import from_json
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import ReportedCode
-from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.generate import chosen_values
 from pytest_hricdv.generate.actors import after_to_data

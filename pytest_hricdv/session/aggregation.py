@@ -13,7 +13,7 @@ import msgspec
 import pytest
 
 from pytest_hricdv._base.hash_seed import SEVERAL, hand_to_children, hash_seed_of_children, own_hash_seed
-from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.codec import decode, encode
 from pytest_hricdv.results.journal import Journal

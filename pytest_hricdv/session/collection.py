@@ -16,7 +16,7 @@ import pytest
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session import replaying

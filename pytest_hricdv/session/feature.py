@@ -12,7 +12,8 @@ from pytest_hricdv.registry import offers
 from pytest_hricdv.session.option import FeatureOptions, Settings
 
 if TYPE_CHECKING:
-    from pytest_hricdv.execution.case import CaseResult, HriCase
+    from pytest_hricdv.execution.case import CaseResult
+    from pytest_hricdv.execution.hri_case import HriCase
     from pytest_hricdv.execution.judge import Discrepancy
     from pytest_hricdv.generate.concrete import ConcreteTest
     from pytest_hricdv.results.model import Report, TestResult
@@ -60,7 +61,6 @@ class FeatureSession:
     @property
     def rerunner(self) -> TestRerunner:
         """Runs tests again, outside of their pytest items."""
-
         from pytest_hricdv.session.replaying import TestRerunner  # needed by few sessions
 
         context = self.context

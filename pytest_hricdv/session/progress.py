@@ -18,7 +18,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.formatting import fit_list
 
 if TYPE_CHECKING:
-    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.execution.hri_case import HriCase
 
 _MINUTE_S, _HOUR_S = 60, 3600
 

@@ -18,9 +18,10 @@ from msgspec import to_builtins
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import hash_seed_difference, own_hash_seed
 from pytest_hricdv.coverage.code_map import CodeMap
-from pytest_hricdv.execution.case import CaseResult, HriCase, RunSettings, execute
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.execution_feature import Watcher
 from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest

@@ -14,7 +14,7 @@ from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.coverage.settings import CoverageSettings
-from pytest_hricdv.execution.case import RunSettings, part_criteria
+from pytest_hricdv.execution.case import RunSettings, feature_criteria
 from pytest_hricdv.execution.execution_feature import execution_features
 from pytest_hricdv.monitor import (
     Criterion,
@@ -60,7 +60,7 @@ class RunContext:
         testbench = self.collection.testbench
         try:
             requirements = load_requirements(testbench.requirements, testbench.vocabulary())
-            criteria: tuple[Criterion, ...] = (*requirements, *part_criteria(testbench))
+            criteria: tuple[Criterion, ...] = (*requirements, *feature_criteria(testbench))
         except (RequirementError, InputError, ValueError) as error:
             raise usage_error(str(error)) from None
         names = [criterion.id for criterion in criteria]

@@ -14,7 +14,8 @@ import msgspec
 
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv.execution.case import CaseResult, HriCase, execute
+from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.judge import judge_run
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.report import explanation

@@ -11,8 +11,9 @@ from msgspec.structs import replace
 from pytest_hricdv._base.error_text import shorten
 from pytest_hricdv._base.message import legible
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
-from pytest_hricdv.execution.case import CaseResult, HriCase, execute
+from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.judge import judge_run, judge_test
 from pytest_hricdv.execution.outcome import XFAILED, Judgement
 from pytest_hricdv.generate.concrete import ConcreteTest

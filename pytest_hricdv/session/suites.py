@@ -11,7 +11,7 @@ from typing import Any
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base import sealed_cache
 from pytest_hricdv._base.atomic_file import write_text
-from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.concrete import UNIFORM, check_values, expand
 from pytest_hricdv.generate.context import GenerationContext, Method

@@ -7,7 +7,7 @@ from functools import cache
 
 from pytest_hricdv.coverage.code_map import CodeMap, map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
-from pytest_hricdv.execution.case import UNMEASURED, CaseResult, RunSettings, execute, part_criteria
+from pytest_hricdv.execution.case import UNMEASURED, CaseResult, RunSettings, execute, feature_criteria
 from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
@@ -40,7 +40,7 @@ def concrete(lines: Sequence[Line], seed: int = 1, **run: float) -> ConcreteTest
 @cache
 def criteria() -> tuple[Criterion, ...]:
     """All requirements, and the model."""
-    return (*bench.requirements(), *part_criteria(bench.testbench()))
+    return (*bench.requirements(), *feature_criteria(bench.testbench()))
 
 
 def judged(test: ConcreteTest, measurement: Measurement = UNMEASURED) -> CaseResult:

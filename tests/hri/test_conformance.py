@@ -11,7 +11,7 @@ from controller import deciding, finishing, machine
 from controller.ports import LegReady, TurnDone
 from controller.robot import Robot
 from controller.settings import Settings
-from pytest_hricdv.execution.case import RunSettings, execute, part_criteria
+from pytest_hricdv.execution.case import RunSettings, execute, feature_criteria
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Verdict
 from tests.hri import bench
@@ -23,7 +23,7 @@ SILENT = ["tell leg", "receivesignal"]
 
 @cache
 def oracle() -> tuple[Criterion, ...]:
-    return part_criteria(bench.testbench())
+    return feature_criteria(bench.testbench())
 
 
 def judged(test: ConcreteTest) -> Verdict:

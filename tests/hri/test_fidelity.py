@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 import conftest
-from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import html, junit

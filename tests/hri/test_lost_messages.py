@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pytest_hricdv.disturbance import MessageDisturbance
-from pytest_hricdv.execution.case import CaseResult, RunSettings, execute, part_criteria
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute, feature_criteria
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.testbench import Constant, Delay, Disturbance, Drop, Duplicate
@@ -28,7 +28,7 @@ def disturbed(disturbance: MessageDisturbance, *further: str) -> CaseResult:
     lines = ("disturb it", *bench.leg(), *bench.leg("110"), *further)
     abstract = AbstractTest("test", "tests", "a test", (), lines, seed=3)
     test = bench.forcing(concretize(abstract, testbench.commands), {"grip_s": 0.0, "outage_turn": 0.0})
-    criteria = (*bench.requirements(), *part_criteria(testbench))
+    criteria = (*bench.requirements(), *feature_criteria(testbench))
     return execute(RunSettings(testbench, criteria), test)
 
 

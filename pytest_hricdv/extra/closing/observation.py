@@ -20,8 +20,9 @@ import msgspec
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
-from pytest_hricdv.execution.case import CaseResult, log_of
+from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.judge import list_undeclared_violations
+from pytest_hricdv.execution.run_monitors import log_of
 from pytest_hricdv.extra.closing.violations import violation_points
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.monitor import Criterion, NearMiss, Requirement, Verdict

@@ -11,7 +11,7 @@ from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 
 if TYPE_CHECKING:
-    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.execution.hri_case import HriCase
     from pytest_hricdv.extra.diagnosis.executed_lines import LineTracer
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext

@@ -9,7 +9,7 @@ from functools import partial
 
 from msgspec.structs import replace
 
-from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.shrink import shrink
 from pytest_hricdv.extra.diagnosis.executed_lines import Showing

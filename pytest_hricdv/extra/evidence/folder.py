@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
 from pytest_hricdv._base.atomic_file import write_bytes
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_bytes, read_text
 from pytest_hricdv.extra.evidence import outputs
-from pytest_hricdv.extra.evidence.page import page
 from pytest_hricdv.extra.evidence.requirement_lists import ListedRequirement, read_requirements
 from pytest_hricdv.extra.evidence.rows import EvidenceRow, gather_evidence
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
@@ -22,7 +24,10 @@ LIST = "listed"
 """The name, without its ending, of the list of requirements that the evidence was written for."""
 
 TIMEOUT_S = 3600.0
-"""For tests that are run again. Chosen: a test takes seconds."""
+"""Time limit for rerunning tests. Chosen: a test takes seconds."""
+
+SHOWN_CHECKS = 12
+"""Number of tests of a requirement on the page; all are in `checks.csv`."""
 
 
 def write_evidence(
@@ -72,7 +77,7 @@ def _derive(report: Report, rows: Sequence[EvidenceRow]) -> dict[str, bytes]:
     return {
         name: text.encode()
         for name, text in (
-            ("index.html", page(rows, facts)),
+            ("index.html", _render_page(rows, facts)),
             ("requirements.csv", outputs.requirements_csv(rows)),
             ("checks.csv", outputs.checks_csv(rows)),
             ("needs.json", outputs.needs_json(rows, facts)),
@@ -167,3 +172,17 @@ def _run(report: Report, chosen: Sequence[TestResult], project: Path, target: Pa
         last = ended.stdout.decode("utf-8", "replace").strip().splitlines()[-1:] or ["no output"]
         return f"the tests could not be run again in {project}: pytest ended with {ended.returncode}: {last[0]}"
     return ""
+
+
+def _render_page(rows: Sequence[EvidenceRow], facts: outputs.SessionFacts) -> str:
+    """The evidence for screen and print: one file without scripts."""
+    environment = Environment(
+        loader=PackageLoader("pytest_hricdv.extra.evidence", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    counts = Counter(row.status for row in rows)
+    template = environment.get_template("evidence.html.jinja")
+    return template.render(rows=rows, facts=facts, counts=counts, shown=SHOWN_CHECKS) + "\n"

@@ -21,7 +21,7 @@ from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader, usage_error
 
 if TYPE_CHECKING:
-    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.execution.hri_case import HriCase
     from pytest_hricdv.extra.film.film_maker import FilmMaker
     from pytest_hricdv.report.formatting import Line
     from pytest_hricdv.results.model import Report, TestResult

@@ -59,7 +59,7 @@ class _Checking:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_cmdline_main(self, config: pytest.Config) -> int:
-        from pytest_hricdv.execution.case import formulas
+        from pytest_hricdv.execution.run_monitors import formulas
         from pytest_hricdv.session.collection import Collection
         from pytest_hricdv.session.options import read_options
         from pytest_hricdv.session.run_context import RunContext

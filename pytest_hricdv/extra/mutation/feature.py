@@ -14,8 +14,8 @@ from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import Flag, OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
-    from pytest_hricdv.execution.case import HriCase
     from pytest_hricdv.execution.faulty_import import SeededFault
+    from pytest_hricdv.execution.hri_case import HriCase
     from pytest_hricdv.generate.concrete import ConcreteTest
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext

@@ -14,7 +14,7 @@ import msgspec
 from pytest_hricdv._base.hash_seed import question_of_drawn_seed
 from pytest_hricdv.coverage.closure import MeasuredTest, PointIndex, minimal_suite
 from pytest_hricdv.coverage.code_map import Bits
-from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, start_process

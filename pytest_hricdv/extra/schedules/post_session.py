@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.extra.schedules.budgets import measure_budgets
 from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
 from pytest_hricdv.extra.schedules.records import (

@@ -14,7 +14,8 @@ import msgspec
 from msgspec.structs import replace
 
 from pytest_hricdv._base.hash_seed import question_of_drawn_seed
-from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.failure_signature import FailureSignature, failure_signature, has_signature
 from pytest_hricdv.experiments.shrink import Shrunk, shrink

@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 from msgspec.structs import replace
 
-from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.evolution_strategy import Evaluation, SearchOutcome, search_violation
 from pytest_hricdv.extra.search.records import SearchResult

@@ -10,9 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
-from pytest_hricdv.execution.case import HriCase, formulas
 from pytest_hricdv.execution.faulty_import import SeededFault
+from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.outcome import AS_DECLARED
+from pytest_hricdv.execution.run_monitors import formulas
 from pytest_hricdv.extra.suggestion.events import Runs
 from pytest_hricdv.extra.suggestion.mining import CandidatePool, CandidateScore, list_open_tests, mine
 from pytest_hricdv.extra.suggestion.options import SuggestionOptions

@@ -16,7 +16,7 @@ from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader, usage_error
 
 if TYPE_CHECKING:
-    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.execution.hri_case import HriCase
     from pytest_hricdv.extra.traces.trace_writer import TraceWriter
     from pytest_hricdv.report.formatting import Line
     from pytest_hricdv.results.model import Report, TestResult

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
 from greenlet import getcurrent, greenlet
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
+from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.real_time import node_to_wait
 
@@ -55,7 +56,7 @@ class WaitQueue:
         return woken
 
 
-def lock_waited_for(node: Node) -> Lock | None:
+def _lock_waited_for(node: Node) -> Lock | None:
     """The lock that a node waits for without a time-out; None where it does something else."""
     frame = node.frame if node.kernel.waits_for_ever(node) else None
     while frame is not None:
@@ -64,6 +65,31 @@ def lock_waited_for(node: Node) -> Lock | None:
             return found if isinstance(found, Lock) else None
         frame = frame.f_back
     return None
+
+
+def find_deadlocks(nodes: Sequence[Node]) -> Iterator[str]:
+    """Deadlocks: a sentence for each cycle of nodes that wait for locks of each other.
+
+    A node that waits for a lock that it holds itself is none: another node may release it, as a signal.
+    """
+    waits = {node: lock for node in nodes if (lock := _lock_waited_for(node)) is not None}
+    named: set[Node] = set()
+    for node in waits:
+        cycle: list[Node] = []
+        here: Node | None = node
+        while here in waits and here not in cycle and here not in named:
+            cycle.append(here)
+            here = waits[here].holder
+        if here in cycle:
+            cycle = cycle[cycle.index(here) :]
+            named.update(cycle)
+        if here in cycle and len(cycle) > 1:
+            yield f"deadlock: {'; '.join(_wait_text(one, waits[one].holder) for one in cycle)}"
+
+
+def _wait_text(node: Node, holder: Node | None) -> str:
+    assert holder is not None
+    return f"{node.name} waits at {place_of(node.frame)} for a lock that {holder.name} holds"
 
 
 def _count_poll() -> None:

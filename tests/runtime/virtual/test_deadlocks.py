@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.execution.deadlock import find_deadlocks
 from pytest_hricdv.runtime import Kernel, Node
-from pytest_hricdv.runtime.virtual.locks import Lock, RLock
+from pytest_hricdv.runtime.virtual.locks import Lock, RLock, find_deadlocks
 
 
 def sentences(kernel: Kernel, *nodes: Node) -> list[str]:
@@ -32,8 +31,8 @@ def test_two_nodes_that_hold_what_the_other_one_wants() -> None:
 
     (sentence,) = sentences(kernel, kernel.spawn("arm", move), kernel.spawn("log", log))
     assert sentence.startswith("deadlock: arm waits at ")
-    assert "test_deadlock.py:24 for a lock that log holds; log waits at " in sentence
-    assert sentence.endswith("test_deadlock.py:30 for a lock that arm holds")
+    assert "test_deadlocks.py:23 for a lock that log holds; log waits at " in sentence
+    assert sentence.endswith("test_deadlocks.py:29 for a lock that arm holds")
 
 
 def test_a_lock_that_serves_as_a_signal_is_no_deadlock() -> None:
@@ -46,7 +45,7 @@ def test_a_lock_that_serves_as_a_signal_is_no_deadlock() -> None:
     assert sentences(kernel, kernel.spawn("arm", wait)) == []
 
 
-def test_who_waits_for_a_lock_that_somebody_keeps_is_in_no_circle() -> None:
+def test_who_waits_for_a_lock_that_somebody_keeps_is_in_no_cycle() -> None:
     kernel, lock, other = Kernel(), Lock(), Lock()
     other.acquire()
 
