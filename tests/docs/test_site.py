@@ -40,7 +40,7 @@ class Quiet(SimpleHTTPRequestHandler):
 
 @pytest.fixture(scope="module")
 def address(site: Path) -> Iterator[str]:
-    """Where the site is served: the search shows no excerpts of files."""
+    """Where the site is served: a browser shows no excerpts of pages that it opens as files."""
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(site)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}"
@@ -67,6 +67,7 @@ SEARCHES = {
     "deadlock": "schedules",
     "github actions": "continuous-integration",
     "junit": "continuous-integration",
+    "patch coverage": "continuous-integration",
     "resume": "interrupted-sessions",
     "mutation testing": "mutation",
     "simulator": "own-world",
