@@ -108,7 +108,7 @@ def test_failing_and_known_failing_tests_are_filmed_and_linked(filmed: pytest.Py
 
 @pytest.mark.slow
 def test_a_failure_names_its_film_and_nothing_else_is_filmed(filmed: pytest.Pytester) -> None:
-    result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "--hri-strict", "-k", "rl-hall")
+    result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "--hri-strict", "-k", "rl-hall", "-v")
     assert result.ret == 1
     result.stdout.fnmatch_lines(
         ["*- film -*", f"film:  hri-report/films/{BRIGHT}.*", f"strip: hri-report/films/{BRIGHT}.png"]
