@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from tests.docs.page import blocks, write_files
+from tests.docs.page import blocks, commands, run, write_files
 
 ROOT = Path(__file__).parents[2]
 GREEN_LINES, RED_LINES, CAUSE_LINES, MAX_CAUSES = 15, 35, 6, 5
@@ -33,10 +33,13 @@ def counted_lines(folder: Path, report: Path, command: str) -> tuple[list[str], 
 
 
 def project_of(page: str, folder: Path) -> Path:
-    """The files of a page up to its first session."""
-    found = blocks(page)
-    first = next(number for number, block in enumerate(found) if block.text.startswith("$ pytest"))
-    write_files(found[:first], folder)
+    """What a page makes before its first session."""
+    for block in blocks(page):
+        if block.text.startswith("$ pytest"):
+            break
+        for command, _ in commands(block.text) if block.kind == "console" else ():
+            assert run(command, folder)[0] == 0
+        write_files([block], folder)
     return folder
 
 
