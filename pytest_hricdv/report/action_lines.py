@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.report.formatting import plural, seconds
 
 MAX_ACTIONS = 14
 """Chosen, so that the text of a failure with its traceback is about a screen of a terminal; the report has all."""
@@ -63,7 +63,7 @@ def around(
     if not before:
         yield "  nothing" if not (event and later) else "  nothing before"
     if event:
-        yield f"  {at_s:8.1f} s  --> {event}"
+        yield f"  {seconds(at_s):>10}  --> {event}"
     yield from map(_line, later)
     if len(later) < len(after):
         yield f"  and {plural(len(after) - len(later), 'more action')} later"
@@ -72,4 +72,4 @@ def around(
 
 
 def _line(entry: tuple[float, str]) -> str:
-    return f"  {entry[0]:8.1f} s  {entry[1]}"
+    return f"  {seconds(entry[0]):>10}  {entry[1]}"

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import MAX_TEXT, cut, visible
+from pytest_hricdv.report.formatting import seconds
 
 MAX_BEFORE, MAX_AFTER = 8, 3
 """Shown around an instant (chosen): with the actions about a screen of a terminal. pytest shows all it captured."""
@@ -73,6 +74,6 @@ def around(lines: Sequence[LogLine], at_s: float) -> Iterator[str]:
     if len(before) > MAX_BEFORE:
         yield f"  {len(before) - MAX_BEFORE} before, and"
     for line in (*before[-MAX_BEFORE:], *after[:MAX_AFTER]):
-        yield f"  {line.time_s:8.1f} s  {line.text}"
+        yield f"  {seconds(line.time_s):>10}  {line.text}"
     if len(after) > MAX_AFTER:
         yield f"  and {len(after) - MAX_AFTER} later"

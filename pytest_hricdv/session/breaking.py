@@ -21,6 +21,7 @@ from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.report.formatting import seconds
 from pytest_hricdv.runtime.json_value import Value
 
 NAME = "hri_state"
@@ -198,4 +199,4 @@ def _of_code(frame: FrameType | None, files: Sequence[Path]) -> FrameType | None
 
 
 def _header(now: Now) -> str:
-    return f"{now.requirement} is violated at {now.time_s:g} s: see {NAME}; c goes on, q ends the session"
+    return f"{now.requirement} is violated at {seconds(now.time_s)}: see {NAME}; c goes on, q ends the session"

@@ -129,7 +129,7 @@ def test_faults_are_told_beside_what_failed_and_what_was_done_up_to_them() -> No
     text = failure(test, REQUIREMENTS, seed=0)
     assert text.startswith("the run ended at its time limit of 60 s\n\nothers:  R1 Passed")
     assert "what the human did until then" in text
-    assert "\n       1.0 s  tell leg\n" in text
+    assert "\n      1.00 s  tell leg\n" in text
 
 
 def test_a_formula_of_several_lines_is_shown_on_one() -> None:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, SuspiciousPlace
 from pytest_hricdv.report.explanation import replay_command
-from pytest_hricdv.report.formatting import Line, and_more, fit, plural, width, wrap
+from pytest_hricdv.report.formatting import Line, and_more, fit, plural, seconds, width, wrap
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.report.violations import describe_violation, first_violation, order_failures, unit_of
@@ -90,7 +90,7 @@ def _story(cause: Cause, report: Report, columns: int | None) -> Iterator[tuple[
     actions, end = list(cause.minimal), " (shrunk)" if cause.is_shrunk else f" ({name})"
     if test and violation and test.action_times_s and not cause.is_shrunk:
         starts = [(time_s, number) for time_s, number in test.action_starts if time_s <= violation.time_s + 0.001]
-        actions = [f"{time_s:.1f} s {test.abstract[number]}" for time_s, number in starts]
+        actions = [f"{seconds(time_s)} {test.abstract[number]}" for time_s, number in starts]
     room = None if columns is None else columns - _LABEL
     yield "what", _tail(actions, room, end)
     if violation is not None:

@@ -24,6 +24,7 @@ from pytest_hricdv.extra.search.violation_search import ViolationSearch
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import Criterion, RequirementResult
+from pytest_hricdv.report.formatting import seconds
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session import run_process
@@ -140,8 +141,8 @@ def _course(result: CaseResult, requirement: Criterion) -> Iterator[str]:
     violated_s = violations[0].time_s
     for time_s, number in zip(result.action_times_s, result.begun, strict=True):
         if time_s <= violated_s:
-            yield f"{time_s:.1f} s {result.test.actions[number].command}"
-    yield f"{violated_s:.1f} s {requirement.id} is violated"
+            yield f"{seconds(time_s)} {result.test.actions[number].command}"
+    yield f"{seconds(violated_s)} {requirement.id} is violated"
 
 
 RUN_S = 120.0
