@@ -155,7 +155,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
         raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {FIELD_PURPOSES['code']}")
     for message in testbench.messages:
         if fields_of(message) is None:
-            raise TestbenchError(f"{where}: message {message!r} is no class with fields; expected {FORMS}")
+            raise TestbenchError(f"{where}: message {message!r} is not a class with fields; expected {FORMS}")
     paths = {"suites: by_hand": testbench.suites.by_hand}
     if isinstance(testbench.requirements, tuple):
         for requirement in testbench.requirements:
@@ -184,7 +184,7 @@ def _state_faults(testbench: Testbench) -> Iterator[str]:
             f"{message}.{field}" for message, kinds in topics.items() for field in kinds if kinds[field] is str
         )
         listed = ", ".join(texts) or "none"
-        yield f"state: name is {testbench.state.name!r}, which is no text field of a message; there are: {listed}"
+        yield f"state: name is {testbench.state.name!r}, which is not a text field of a message; there are: {listed}"
     if testbench.state.transitions and not testbench.state.name:
         yield "state: transitions are given, but no name: expected a text field, such as StateField('state.name')"
     states = testbench.values.get(testbench.state.name, ())
@@ -194,7 +194,7 @@ def _state_faults(testbench: Testbench) -> Iterator[str]:
             continue
         for name in pair if states else ():
             if name not in states:
-                no_value = f"{name!r} is no value of {testbench.state.name}{nearest(name, states)}"
+                no_value = f"{name!r} is not a value of {testbench.state.name}{nearest(name, states)}"
                 yield f"state: transitions has {pair!r}: {no_value}"
 
 
@@ -215,7 +215,7 @@ def _agent_faults(testbench: Testbench) -> Iterator[str]:
         return
     for place, name in enumerate(names):
         if name not in actors:
-            yield f"people: agents has {name!r}, which is no actor of the model{nearest(name, actors)}"
+            yield f"people: agents has {name!r}, which is not an actor of the model{nearest(name, actors)}"
         if name in names[:place]:
             yield f"people: agents has {name!r} twice; expected one InteractiveAgent(...) for each actor"
     missing = [actor for actor in actors if actor not in names]
@@ -247,4 +247,4 @@ def _sampling_faults(testbench: Testbench) -> Iterator[str]:
     for name, switch in testbench.sampled_while.items():
         if switch not in switches:
             listed = ", ".join(switches) or "none"
-            yield f"signals[{name!r}]: sampled_while is {switch!r}, which is no bool signal; there are: {listed}"
+            yield f"signals[{name!r}]: sampled_while is {switch!r}, which is not a bool signal; there are: {listed}"

@@ -207,7 +207,7 @@ def test_a_pipe_beside_the_sources_is_not_waited_for(tmp_path: Path) -> None:
     (tmp_path / "m.mas2j").write_text("MAS m { agents: a; }")
     (tmp_path / "a.asl").touch()
     os.mkfifo(tmp_path / "other.asl")
-    with pytest.raises(GenerateError, match=r"other\.asl: no regular file but a pipe"):
+    with pytest.raises(GenerateError, match=r"other\.asl: not a regular file but a pipe"):
         Model(tmp_path / "m.mas2j").sha256()
 
 

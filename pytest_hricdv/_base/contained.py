@@ -17,7 +17,7 @@ from pathlib import Path, PurePosixPath
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 """Windows has no such flag; there, making a link is a right of its own."""
-_ADVICE = "a symbolic link, and none is followed here: remove it"
+_ADVICE = "a symbolic link, which is not followed here: remove it"
 
 
 def inside(folder: Path, name: str) -> Path:

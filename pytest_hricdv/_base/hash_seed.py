@@ -96,7 +96,7 @@ def environment_of_child(
     """The environment of a process that is started to run or measure code under test.
 
     Args:
-        variables: beside those of this process.
+        variables: besides those of this process.
         path: where modules are found; None: as in this process.
         hash_seed: decimal digits; None: as all children of this process.
         inherited: variables in place of those that this process has now.

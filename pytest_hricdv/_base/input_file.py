@@ -110,7 +110,7 @@ def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
     try:
         kind = path.stat().st_mode
         if not stat.S_ISREG(kind):  # opening a pipe would wait for ever, and a device may have no end
-            kind_of_file = "a folder" if stat.S_ISDIR(kind) else "no regular file but a pipe, socket or device"
+            kind_of_file = "a folder" if stat.S_ISDIR(kind) else "not a regular file but a pipe, socket or device"
             raise MalformedError(f": {kind_of_file}; expected a file")
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
@@ -138,7 +138,7 @@ def unpack(data: bytes, most: int = MAX_UNPACKED_BYTES) -> bytes:
     if len(content) > most:
         raise MalformedError(f": unpacks to too much; expected at most {most:,} bytes")
     if not unpacking.eof or unpacking.unused_data:
-        raise MalformedError(": cannot be unpacked: it is cut off, or has more behind its end")
+        raise MalformedError(": cannot be unpacked: it is truncated, or has trailing data")
     return content
 
 

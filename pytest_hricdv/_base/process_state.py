@@ -195,6 +195,6 @@ def complaint(names: tuple[str, ...]) -> str:
     """What was put back, in a sentence."""
     shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
     return (
-        f"the code under test took {shown} away from the whole process, pytest included; after its run this was put "
-        "back: let it do so in its own modules only"
+        f"the code under test changed {shown} for the whole process, pytest included; it was restored after the run: "
+        "change it in the code's own modules only"
     )

@@ -65,6 +65,6 @@ def complaint(names: tuple[str, ...]) -> str:
     """What is wrong, and what to do, in a sentence."""
     return (
         f"{', '.join(names)} of Python's library {'answers' if len(names) == 1 else 'answer'} wrongly: the code under "
-        "test has replaced it for the whole process, so that results of other tests, and of pytest, may be wrong: let "
-        "it replace such a thing in its own modules only, or put it back"
+        "test has replaced it for the whole process, so results of other tests, and of pytest, may be wrong: replace "
+        "it in the code's own modules only, or restore it"
     )

@@ -90,7 +90,7 @@ def _lint(options: argparse.Namespace) -> int:
     if actions:
         names = visible(", ".join(actions))
         print(
-            f"note: external actions {names}: where no environment implements them, they succeed here, in Jason not",
+            f"note: external actions {names}: without an environment for them, they succeed here and fail in Jason",
             file=sys.stderr,
         )
     print(f"{len(findings)} finding{'s'[: len(findings) != 1]}" if findings else "nothing found", file=sys.stderr)

@@ -112,7 +112,7 @@ class CoupledRun(SystemRun):
                 if not self.do_round() or self._only_busy():
                     return
         raise BdiError(
-            f"{self._names()} does not come to rest: it has to wait with .wait, not busily: {self._activities()}"
+            f"{self._names()} does not come to rest: let it wait with .wait, not in a busy loop: {self._activities()}"
         )
 
     def _only_busy(self) -> bool:

@@ -102,6 +102,8 @@ def _sources(
     for variable in sorted(variables_of(pattern)) if pattern is not None else ():
         name = variable[:1].lower() + variable[1:]
         if name not in sources:
-            raise CouplingError(f"{owner}: {variable} is no field of its message and no signal{nearest(name, sources)}")
+            raise CouplingError(
+                f"{owner}: {variable} is neither a field of its message nor a signal{nearest(name, sources)}"
+            )
         bound[variable] = sources[name]
     return bound

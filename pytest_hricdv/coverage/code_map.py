@@ -254,7 +254,7 @@ def _empty_map(packages: Iterable[str], settings: CoverageSettings, has_source: 
     if has_source:
         why = f"the configuration of coverage.py in {settings.file} leaves no file of it (source, include, omit)"
     else:
-        why = "there is no source in Python of it"
+        why = "it has no Python source"
     return f"code under test, {', '.join(packages)}: {why}"
 
 
@@ -297,5 +297,5 @@ def _waivers(name: str, text: str, statements: frozenset[int], reporter: FileRep
         if not match["reason"].strip():
             raise CoverageError(f"{name}:{token.start[0]}: a waiver needs its reason: write '# unreachable: <reason>'")
         if line not in statements:
-            raise CoverageError(f"{name}:{token.start[0]}: this waiver stands on no statement; put it behind one")
+            raise CoverageError(f"{name}:{token.start[0]}: no statement is on the line of this waiver; move it")
         yield WaiverRecord(file=name, line=line, reason=match["reason"].strip())

@@ -59,7 +59,7 @@ class CrossProduct:
     >>> rides.check([("nurse", "ward"), ("nurse", "roof")], {"R1": "Passed"}).bins
     (('nurse', 'roof', 'Passed'), ('nurse', 'ward', 'Passed'))
     >>> rides.check([("nurse", "cellar")], {"R1": "NC"}).faults
-    ("('nurse', 'cellar') is no bin; coordinates are rider, floor",)
+    ("('nurse', 'cellar') is not a bin; coordinates are rider, floor",)
     """
 
     coordinates: Mapping[str, tuple[str, ...]]
@@ -80,7 +80,7 @@ class CrossProduct:
         for kind, patterns in (("impossible", self.impossible), ("illegal", self.illegal)):
             for pattern in patterns:
                 if not any(True for _ in self._matches(pattern)):
-                    raise CoverageError(f"cross product: {pattern} is declared {kind} but is no bin of it")
+                    raise CoverageError(f"cross product: {pattern} is declared {kind} but is not a bin of it")
 
     def bins(self) -> tuple[Bin, ...]:
         """All combinations, impossible ones included."""
@@ -107,7 +107,7 @@ class CrossProduct:
             hit = self._with_verdicts(tuple(reported), verdicts)
             if hit is None:
                 names = ", ".join(name for name in self.coordinates if name not in verdicts)
-                faults.add(f"{tuple(reported)} is no bin; coordinates are {names}")
+                faults.add(f"{tuple(reported)} is not a bin; coordinates are {names}")
             elif hit in self.impossible_bins:
                 faults.add(f"{' x '.join(hit)} was hit but is declared impossible: {self.impossible_bins[hit]}")
             else:

@@ -66,10 +66,10 @@ class _FileGaps:
         near = self._nearest([line for line in self.bits if line in function])
         items = tuple(map(str, lines))
         if not near:
-            return _gap("statements", self._where(function), items, "no test comes to this function")
+            return _gap("statements", self._where(function), items, "no test reaches this function")
         into = [arc for arc in arcs if arc[1] == lines[0] and arc[0] not in lines]
         how = f": {self._turn(into[0])}" if into else ""
-        reason = "the function is run, this part of it is not"
+        reason = "the function runs, but not this part of it"
         return _gap("statements", self._where(function), items, reason, f"vary {near}{how}", near)
 
     def branch(self, function: Function, arc: Arc) -> Gap:

@@ -223,7 +223,7 @@ class ImportCoverage:
         files = self.watch.files | (dict(list_loaded_files()) if self._problems else {})
         for name, problem in self._problems.items():
             if files.get(name) in shown:
-                yield shown[files[name]], f"imported once more, to be measured, it {problem}"
+                yield shown[files[name]], f"imported again to be measured, it {problem}"
         for name in names:
             path, error = self.watch.files[name], self.watch.failures.get(name)
             if path not in shown:
@@ -231,7 +231,7 @@ class ImportCoverage:
             if error is not None:
                 yield shown[path], f"its import raised {describe_error(error)}"
             elif path in statements and path not in with_lines:
-                yield shown[path], "it was imported, and the running measurement (--cov) has nothing of that"
+                yield shown[path], "it was imported, but the running measurement (--cov) recorded nothing of it"
 
 
 def _of_project(root: Path) -> OwnCoverage:

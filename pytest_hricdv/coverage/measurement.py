@@ -194,7 +194,7 @@ class JoinedMeasurement:
         bits, files = read(users_data(self._current), self._code, pattern)
         if bits.statements == 0:
             remedy = " ".join(f"--cov={package}" for package in self._code.packages)
-            self.reason = f"the running measurement (--cov) does not look at the code under test: add {remedy}"
+            self.reason = f"the running measurement (--cov) does not measure the code under test: add {remedy}"
             return None
         if bits.branches is None:
             self.reason = "the running measurement (--cov) counts no branches: add --cov-branch"

@@ -36,7 +36,7 @@ def explore(context: GenerationContext, products: Mapping[str, CrossProduct], ca
         cache: `config.cache`, or None where the cache plugin is off.
 
     Raises:
-        CoverageError: a cross product's `planned` returned what is no bin of its first coordinates.
+        CoverageError: a cross product's `planned` returned what is not a bin of its first coordinates.
     """
     try:
         exploration = explore_model(context, cache)

@@ -125,7 +125,7 @@ def find_without_importing(name: str) -> ModuleSpec | None:
     try:
         spec = importlib.util.find_spec(top) if top else None
     except ImportError as error:  # of a finder, which looks for it in a way of its own
-        raise CoverageError(f"code under test: {top!r} cannot be looked for: {error}") from error
+        raise CoverageError(f"code under test: {top!r} cannot be found: {error}") from error
     except ValueError:  # it is loaded, and has no spec, as what stands in for a module
         return None
     full = top

@@ -86,7 +86,7 @@ class Bystander:
             raise GenerateError(f"Bystander {self.name!r}: {numbers}; expected 0 <= fewest <= most, and most >= 1")
         for sampler in (self.pause_s, *(sampler for samplers in self.acts.values() for sampler in samplers.values())):
             if not isinstance(sampler, Sampler):
-                raise GenerateError(f"Bystander {self.name!r}: {sampler!r} is no Uniform, Sometimes or Constant")
+                raise GenerateError(f"Bystander {self.name!r}: {sampler!r} is not a Uniform, Sometimes or Constant")
 
     @property
     def parameters(self) -> dict[str, Sampler]:

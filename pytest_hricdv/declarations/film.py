@@ -71,12 +71,12 @@ class Film:
         flags = [name for name, kind in vocabulary.signals.items() if kind is bool]
         names = sorted([*topics, *flags])
         faults = [
-            f"film moment {shown!r} comes with {event!r}, which is no message and no bool signal; there are {names}"
+            f"film moment {shown!r} comes with {event!r}, neither a message nor a bool signal; there are {names}"
             for shown, event in self.moments.items()
             if event not in names
         ]
         topic, _, name = self.state.partition(".")
         if self.state and name not in topics.get(topic, ()):
             fields = sorted(f"{topic}.{field}" for topic in topics for field in topics[topic])
-            faults.append(f"film state is {self.state!r}, which is no field of a message; there are {fields}")
+            faults.append(f"film state is {self.state!r}, which is not a field of a message; there are {fields}")
         return faults

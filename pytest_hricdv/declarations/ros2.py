@@ -128,7 +128,7 @@ class Launch:
             entry "package.module:main", or `IGNORED`. The function is called in a process of its own, with a
             `LaunchedProcess` if it takes an argument. A composable node is called "package/package::Class", a command
             that is no node, such as of `ExecuteProcess`, by its first word. `*` and `?` stand for any text.
-        workspace: folders with sources of packages, beside those around the launch file and what is installed.
+        workspace: folders with sources of packages, besides those around the launch file and what is installed.
 
     Raises:
         LaunchError: a value of `executables` is none of these.

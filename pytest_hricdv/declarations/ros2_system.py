@@ -58,7 +58,7 @@ class RosActionCaller(Caller, Protocol):
     """A client of an action."""
 
     def send(self, timeout_s: float, **fields: Any) -> RosSentGoal | None:
-        """Send a goal that has these fields, beside others; None if it is not accepted within `timeout_s`."""
+        """Send a goal that has these fields, besides others; None if it is not accepted within `timeout_s`."""
 
 
 class RosServedGoal(Protocol):

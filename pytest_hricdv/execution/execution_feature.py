@@ -63,7 +63,7 @@ class ExecutionFeature:
         return ()
 
     def criteria(self, testbench: Testbench) -> tuple[Criterion, ...]:
-        """What runs are judged by, beside the requirements.
+        """What runs are judged by, besides the requirements.
 
         Raises:
             InputError: what the testbench declares of it is wrong.

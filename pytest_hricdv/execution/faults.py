@@ -1,4 +1,4 @@
-"""Faults of a run: what is wrong with it beside its requirements. A run with a fault fails its test, and keeps its
+"""Faults of a run: what is wrong with it besides its requirements. A run with a fault fails its test, and keeps its
 verdicts, its film and its replay file.
 
 A node that fails, a run that only its time limit ends, code under test that returns while its world goes on, a bin that
@@ -128,7 +128,7 @@ def of_actors(idle: Iterable[str]) -> Iterator[str]:
     """What is wrong with who acts, a sentence each: actors of the test whose actions nobody took."""
     for actor in idle:
         yield (
-            f"nobody does what {actor} does in the test: expected a node of the testbench's run that takes "
+            f"no node enacts the actions of {actor}: expected a node of the testbench's run that takes "
             f"run.actions({actor!r})"
         )
 

@@ -98,7 +98,7 @@ def list_undeclared_violations(result: CaseResult, known_violations: Container[s
 
 
 def _judge_engines(
-    beside: CaseResult,
+    second: CaseResult,
     undeclared: tuple[str, ...],
     known_violations: Container[str],
     differences: Sequence[Discrepancy],
@@ -108,15 +108,15 @@ def _judge_engines(
     A test whose verdict depends on the engine is never a pass. Where margins explain it, it is expected to fail. A
     failure on one engine that they do not explain is one, as are another course of the run and a fault there.
     """
-    if not (differences or beside.errors):
+    if not (differences or second.errors):
         return None
     depending = {difference.what for difference in differences}
     if any(name not in depending for name in undeclared):
         return None
-    texts = [*(difference.text for difference in differences), *(f"{beside.engine}: {text}" for text in beside.errors)]
+    texts = [*(difference.text for difference in differences), *(f"{second.engine}: {text}" for text in second.errors)]
     unexplained = any(
         not difference.tolerated and (difference.what in undeclared or difference.what not in known_violations)
         for difference in differences
     )
-    outcome: TestOutcome = "failed" if beside.errors or unexplained else "engine-sensitive"
+    outcome: TestOutcome = "failed" if second.errors or unexplained else "engine-sensitive"
     return Judgement(outcome, undeclared, f"{ENGINE_SENSITIVE}: {'; '.join(texts)}", depends_on_engine=True)

@@ -180,7 +180,7 @@ def canonical_command(text: str) -> str:
     match = _COMMAND.match(text)
     if match is None:
         raise GenerateError(
-            f"{quote(text.strip())} is no command; expected 'name', 'name value' or 'name parameter = value', "
+            f"{quote(text.strip())} is not a command; expected 'name', 'name value' or 'name parameter = value', "
             "after 'actor: ' where the model has several"
         )
     actor, *parts = match.groups()

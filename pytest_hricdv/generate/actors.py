@@ -140,7 +140,7 @@ def check_after(after: After, lines: Sequence[str]) -> None:
         where = f"after {number}"
         for place in (number, *causes):
             if not 1 <= place <= len(lines) or not actor_of(lines[place - 1]):
-                raise GenerateError(f"{where}: {place} is no action of an actor; expected the number of one, from 1")
+                raise GenerateError(f"{where}: {place} is not an action of an actor; expected its number, from 1")
         for cause in causes:
             if cause >= number:
                 raise GenerateError(f"{where}: {cause} comes later in the text; expected actions above it")

@@ -71,7 +71,7 @@ class BeliefSpace:
                 _add_belief(belief, name, group_of)
         for name in self.id_groups:
             if name not in self.groups:
-                raise GenerateError(f"id_groups: {name!r} is no group of this space{nearest(name, self.groups)}")
+                raise GenerateError(f"id_groups: {name!r} is not a group of this space{nearest(name, self.groups)}")
         for belief in self.default_beliefs:
             if belief not in group_of:
                 raise GenerateError(f"default belief {belief!r} is not in the belief space{nearest(belief, group_of)}")
@@ -123,7 +123,7 @@ def _add_belief(belief: str, group: str, group_of: dict[str, str]) -> None:
     """Note the belief's group. Raises GenerateError if the belief is malformed or already in a group."""
     if not _ATOM.match(belief):
         raise GenerateError(
-            f"group {group!r}: {belief!r} is no belief; expected an AgentSpeak atom: a lower-case letter, then "
+            f"group {group!r}: {belief!r} is not a belief; expected an AgentSpeak atom: a lower-case letter, then "
             "letters, digits or underscores"
         )
     if belief in group_of:

@@ -25,7 +25,7 @@ def check(values: Values, commands: int) -> None:
     """Check that values belong to a test with that many commands and have a text form.
 
     Raises:
-        GenerateError: there is no such command, it has no value, a name is no word, or a value is no finite number.
+        GenerateError: there is no such command, it has no value, a name is no word, or a value is not a finite number.
     """
     for number, chosen in values.items():
         where = owner(number)
@@ -86,7 +86,7 @@ def read_text(text: str) -> dict[str, float]:
             value = float(number)
         except ValueError:
             expected = "expected a parameter and a number, as in 'pull_n 8.25, grip_s 31.5'"
-            raise GenerateError(f"{quote(part.strip())} is no value; {expected}") from None
+            raise GenerateError(f"{quote(part.strip())} is not a value; {expected}") from None
         if name in values:
             raise GenerateError(f"a second value of {quote(name)}; expected each parameter once")
         values[name] = value

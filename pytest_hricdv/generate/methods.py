@@ -279,7 +279,7 @@ def select_methods(selection: str, root: Path, lacking: Container[str] = ()) -> 
         lacking: names of methods that `all` leaves out, as the testbench lacks what they need.
 
     Raises:
-        GenerateError: a name that is no method, and no file or folder either; or nothing selected.
+        GenerateError: a name that is not a method, and no file or folder either; or nothing selected.
     """
     chosen: dict[Method, None] = {}
     for name in filter(None, (part.strip() for part in selection.split(","))):
@@ -291,7 +291,7 @@ def select_methods(selection: str, root: Path, lacking: Container[str] = ()) -> 
             chosen[Files(root / name)] = None
         else:
             raise GenerateError(
-                f"suite {name!r} is no method, and there is no file or folder of that name in {root}"
+                f"suite {name!r} is not a method, and there is no file or folder of that name in {root}"
                 f"{nearest(name, (*METHODS, ALL))}"
             )
     if not chosen:

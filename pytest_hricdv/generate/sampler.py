@@ -85,7 +85,7 @@ class Uniform(Sampler):
         _check_finite("range", self.low)
         _check_finite("range", self.high)
         if self.low > self.high:
-            raise GenerateError(f"{self} is upside down; expected low <= high")
+            raise GenerateError(f"{self} is reversed; expected low <= high")
         if self.open_high and self.low == self.high:
             raise GenerateError(f"{self} is empty; expected low < high")
 

@@ -94,14 +94,14 @@ class SavedTable:
         if self.model_sha256 != sha256:
             raise GenerateError(
                 f"{where}: a table of another model: it was learned on {self.model} of sha256 {self.model_sha256}, and "
-                f"{model.path} has {sha256}; learn anew, and save that"
+                f"{model.path} has {sha256}; learn again, and save the result"
             )
         groups = _groups(space)
         if self.beliefs != groups:
             names = [name for name in {**self.beliefs, **groups} if self.beliefs.get(name) != groups.get(name)]
             raise GenerateError(
-                f"{where}: a table of other belief groups: {', '.join(names) or 'in another order'}; learn anew, and "
-                "save that"
+                f"{where}: a table of other belief groups: {', '.join(names) or 'in another order'}; learn again, "
+                "and save the result"
             )
         for state in space.beliefs:
             cells = {belief for belief in space.others if belief != state}

@@ -254,9 +254,7 @@ class Files:
         file_of: dict[str, Path] = {}
         for path in paths:
             if path != self.path and path.is_symlink():
-                raise GenerateError(
-                    f"{path}: a symbolic link, and none is followed in a folder: name the file that it means"
-                )
+                raise GenerateError(f"{path}: a symbolic link, which is not followed in a folder: name its target")
             suite = slug(path.stem)
             for test in parse_tests(
                 _read(path), file=str(path), suite=suite, master_seed=context.seed, commands=context.commands
@@ -264,7 +262,7 @@ class Files:
                 if test.id in file_of:
                     raise GenerateError(
                         f"{path}: test {test.id!r} is in {file_of[test.id]} already; expected each id once: "
-                        "take one of the two away"
+                        "remove one of them"
                     )
                 file_of[test.id] = path
                 yield test

@@ -147,7 +147,8 @@ def _read(path: str | PathLike[str]) -> tuple[str, dict[str, Any]]:
 def _define(path: str, document: str, table: object, vocabulary: Vocabulary) -> Vocabulary:
     """The vocabulary with the definitions of a table: name -> text, or a number."""
     if not isinstance(table, dict):
-        raise RequirementError(f'{path}: {_DEFINITIONS} is no table; expected [{_DEFINITIONS}] with lines name = "..."')
+        expected = f'expected [{_DEFINITIONS}] with lines name = "..."'
+        raise RequirementError(f"{path}: {_DEFINITIONS} is not a table; {expected}")
     sources = {}
     for name, text in table.items():
         if isinstance(text, bool) or not isinstance(text, str | int | float):

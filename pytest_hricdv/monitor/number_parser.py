@@ -114,7 +114,9 @@ class NumberParser(TermParser):
 
     def _check_time(self, node: Node, time_s: float) -> None:
         if time_s > MAX_TIME_S:
-            raise self._error(node, f"expected a time of at most {MAX_TIME_S:g} s", "`inf` is no limit, as in [0:inf]")
+            raise self._error(
+                node, f"expected a time of at most {MAX_TIME_S:g} s", "`inf` is not allowed, as in [0:inf]"
+            )
 
     def _window(self, tree: Tree[Token]) -> tuple[float, float]:
         first, second = (cast("Token", child) for child in tree.children)
@@ -169,7 +171,7 @@ class NumberParser(TermParser):
         try:
             return constant_term(constant(term))
         except (ZeroDivisionError, OverflowError) as error:
-            raise self._error(tree, f"this is no finite number: {error}") from None
+            raise self._error(tree, f"this is not a finite number: {error}") from None
 
     # --- units
 

@@ -71,12 +71,12 @@ class FormulaParser(NumberParser):
             nonlocal vocabulary
             if name in pending and user is not None:
                 circle = " -> ".join([*pending[pending.index(name) :], name])
-                advice = "each has to be explained by others, and in the end by signals and messages"
+                advice = "each has to lead back to signals and messages"
                 problem = f"definitions use each other in a circle: {circle}"
                 raise sources[pending[-1]].error(user.start_pos or 0, user.end_pos or 0, problem, advice)
             if len(pending) > MAX_DEPTH:  # `add` calls itself for each
                 problem = f"more than {MAX_DEPTH} definitions that use each other"
-                raise sources[name].error(0, 1, problem, "explain it by signals and messages directly")
+                raise sources[name].error(0, 1, problem, "define it by signals and messages directly")
             pending.append(name)
             for node in trees[name].find_data("name"):
                 token = cast("Token", node.children[0])
@@ -101,7 +101,7 @@ class FormulaParser(NumberParser):
         sizes = [depth for _, depth in nodes(tree)]
         depth = max(sizes) + max((self._vocabulary.definitions[name].depth for name in self.used), default=0)
         if depth > MAX_DEPTH:
-            problem = f"nested too deeply: with the definitions in it, more than {MAX_DEPTH} operators in each other"
+            problem = f"nested too deeply: with the definitions in it, more than {MAX_DEPTH} levels of operators"
             raise self._error(node, problem)
         text, uses = self._source.formula.strip(), frozenset(self.used)
         return Definition(text, kind, meaning, uses, len(sizes) + self._expanded, depth)

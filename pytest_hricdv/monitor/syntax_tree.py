@@ -91,7 +91,7 @@ def syntax_tree(source: FormulaSource, start: Start) -> Tree[Token]:
     """
     if len(source.formula) > MAX_LENGTH:
         problem = f"the {start} has {len(source.formula):,} characters; expected at most {MAX_LENGTH:,}"
-        raise source.error(0, 1, problem, "give parts of it names in [definitions], or make two requirements of it")
+        raise source.error(0, 1, problem, "name parts of it in [definitions], or split the requirement")
     try:
         tree = _grammar().parse(source.formula, start=start)
     except UnexpectedToken as unexpected:
@@ -110,7 +110,7 @@ def _refuse_deep(source: FormulaSource, tree: Tree[Token]) -> None:
     advice = "make two requirements of it" if source.is_built else "give parts names in [definitions]"
     for node, depth in nodes(tree):
         if depth > deepest:
-            problem = f"nested too deeply: more than {deepest} operators or parentheses in each other"
+            problem = f"nested too deeply: more than {deepest} levels of operators or parentheses"
             raise source.error(node.meta.start_pos, node.meta.end_pos, problem, advice)
 
 

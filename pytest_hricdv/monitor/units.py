@@ -158,7 +158,7 @@ def constant(term: Term) -> Fraction:
         case ArithmeticTerm():
             return _ARITHMETIC[term.operator](constant(term.left), constant(term.right))
         case _:
-            raise TypeError(f"{term} is no constant")
+            raise TypeError(f"{term} is not a constant")
 
 
 def constant_term(value: Fraction) -> Term:

@@ -80,7 +80,7 @@ class Vocabulary:
         for name in self.units:
             if self.kind(name) is None:
                 suggestion = nearest(name, self.names())
-                raise ValueError(f"units has {name!r}, which is no signal and no topic.field{suggestion}")
+                raise ValueError(f"units has {name!r}, which is neither a signal nor a topic.field{suggestion}")
 
     def without_signals(self, names: Collection[str]) -> Vocabulary:
         """The same without these signals, their values and their units."""
@@ -137,7 +137,7 @@ class Vocabulary:
                 for candidate in self.names()
                 if self.kind(candidate) is str and candidate not in self.definitions
             ]
-            raise ValueError(f"values of {name!r}: this is no signal or topic.field of type str{nearest(name, texts)}")
+            raise ValueError(f"values of {name!r}: not a signal or topic.field of type str{nearest(name, texts)}")
         if isinstance(values, str) or not values or not all(isinstance(value, str) for value in values):
             raise ValueError(f"values of {name!r}: expected its texts, at least one, got {values!r}")
 

@@ -156,7 +156,7 @@ def _parse_json(data: bytes) -> Mapping[str, Any]:
     except (ValueError, RecursionError):
         raise UnreadableError("its bytes are no JSON") from None
     if not isinstance(content, dict):
-        raise UnreadableError("its JSON is no object")
+        raise UnreadableError("its JSON is not an object")
     return content
 
 

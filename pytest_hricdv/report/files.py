@@ -31,7 +31,7 @@ _REMEDIES = {
     errno.EPERM: f"no permission to write there: change it, or {_OTHER_FOLDER}",
     errno.ENOTDIR: f"a file is in the way: remove it, or {_OTHER_FOLDER}",
     errno.EEXIST: f"a file is in the way: remove it, or {_OTHER_FOLDER}",
-    errno.ELOOP: "a symbolic link is in the way, and none is followed there: remove it",
+    errno.ELOOP: "a symbolic link is in the way, which is not followed there: remove it",
     errno.EISDIR: f"a folder has the name of a report file: remove it, or {_OTHER_FOLDER}",
 }
 
@@ -153,8 +153,8 @@ def write(report: Report, directory: Path) -> tuple[Path, ...]:
             is written without one.
     """
     written = [write_inside(directory, REPORT_NAME, canonical(report))]
-    page, beside = _page(report)
-    files = {**beside, PAGE_NAME: page}  # the page last, so that what it loads is there
+    page, packs = _page(report)
+    files = {**packs, PAGE_NAME: page}  # the page last, so that what it loads is there
     written += [write_inside(directory, name, text) for name, text in files.items()]
     _remove_leftovers(directory, written)
     return tuple(written)

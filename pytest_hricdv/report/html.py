@@ -35,17 +35,17 @@ from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report
 
 EMBEDDED_BYTES = 1_200_000
-"""If the tests' details are larger, they are written to files beside the page, so that it opens fast."""
+"""If the tests' details are larger, they are written to files next to the page, so that it opens fast."""
 
 
 def page(report: Report) -> tuple[str, dict[str, str]]:
-    """The page, and the files beside it: name relative to the page -> text. Equal reports give equal text."""
+    """The page, and the files next to it: name relative to the page -> text. Equal reports give equal text."""
     packs = list(tests_view.packs(report))
     embedded = sum(map(len, packs)) <= EMBEDDED_BYTES
     template = _environment().get_template("index.html.jinja")
     text = template.render(_context(report), packs=packs if embedded else [], **inline_scripts())
-    beside = {tests_view.pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
-    return text, {} if embedded else beside
+    files = {tests_view.pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
+    return text, {} if embedded else files
 
 
 @cache

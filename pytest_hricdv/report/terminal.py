@@ -72,7 +72,7 @@ def summary(
     Args:
         brief: on a screen, whatever the size of the suites: counts, and the first of all that is counted.
         notes: of the session.
-        problems: why the session fails beside its tests.
+        problems: why the session fails besides its tests.
     """
     if brief:
         is_red = totals.has_failed(report) or bool(problems)

@@ -164,7 +164,7 @@ def tests_text(report: Report, suite: SuiteResult) -> str:
 
 
 def list_gate_failures(report: Report) -> tuple[str, ...]:
-    """What failed the run beside its tests, a sentence each."""
+    """What failed the run besides its tests, a sentence each."""
     return report.gates.failed if report.gates else ()
 
 

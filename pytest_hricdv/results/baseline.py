@@ -39,10 +39,10 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
     Args:
         seed: the suite was generated from.
         code_sha256: of the code under test.
-        environment: name -> version, of what a record can depend on beside code and testbench.
+        environment: name -> version, of what a record can depend on besides code and testbench.
         tests: test -> what it did; a test is its id, or its node id where several test functions ran it.
         hash_seed: see `ReportOrigin`.
-        causes: what tests fail for, beside known violations: id -> words; None where nobody looked for it.
+        causes: why tests fail, except known violations: id -> words; None where nobody looked for it.
     """
 
     violations: Mapping[str, Names]
@@ -103,7 +103,7 @@ def hash_seed(report: Report) -> str:
 
 
 def environment_of(report: Report, suite: SuiteResult) -> dict[str, str]:
-    """Name -> version, of what the records of a suite's tests can depend on beside code and testbench."""
+    """Name -> version, of what the records of a suite's tests can depend on besides code and testbench."""
     simulation = {"fidelity": suite.fidelity, "engine": suite.engine}
     return {**report.environment, **{name: value for name, value in simulation.items() if value}}
 

@@ -73,10 +73,10 @@ class _SuiteComparison:
         yield from self._causes_gone()
         for requirement, tests in self.before.violations.items():
             still = self.now.violations.get(requirement, ())
-            mended = sorted(set(tests) - set(still))
-            if mended:
-                text = f"{requirement} is no longer violated by {_list_names(mended)}"
-                yield self._tests(f"{requirement} violated", tests, still, mended, text, worse=False)
+            fixed = sorted(set(tests) - set(still))
+            if fixed:
+                text = f"{requirement} is no longer violated by {_list_names(fixed)}"
+                yield self._tests(f"{requirement} violated", tests, still, fixed, text, worse=False)
         yield from self._triggers()
         for kind in _PERCENT:
             yield from self._percent(kind)

@@ -53,7 +53,7 @@ class Behaviour(PlainRecord, frozen=True, kw_only=True):
         messages: all, in order.
         signals: name -> checksum of all changes of the signal.
         verdicts: requirement -> verdict, and margin to six digits.
-        errors: what was wrong with the run beside its requirements.
+        errors: what was wrong with the run besides its requirements.
     """
 
     record_sha256: str | None

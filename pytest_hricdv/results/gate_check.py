@@ -135,7 +135,7 @@ def _expiry_failures(report: Report, gates: Gates, today: datetime.date, *, whol
         if exemption.is_expired(today) and (whole or _violations(report, name)):
             yield (
                 f"the known violation of {name} ({exemption.text}) was accepted until {exemption.until}, which is "
-                "over: mend it, or agree on another day in hri_known_violations"
+                "over: fix it, or agree on another date in hri_known_violations"
             )
 
 

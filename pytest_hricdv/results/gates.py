@@ -152,7 +152,7 @@ def _causes(text: str | None, line: str) -> tuple[str, ...]:
     wrong = next((name for name in causes if not _CAUSE.fullmatch(name)), None)
     if wrong is not None:
         raise ExemptionError(
-            f"{line!r}: {wrong!r} is no id of a cause; expected eight of 0-9 and a-f, as reports have it"
+            f"{line!r}: {wrong!r} is not the id of a cause; expected eight of 0-9 and a-f, as reports have it"
         )
     return causes
 
@@ -170,7 +170,7 @@ def _day(text: str, line: str) -> datetime.date:
             return datetime.date.fromisoformat(text)
     except ValueError:
         pass  # a 31st of June
-    raise ExemptionError(f"{line!r}: {text!r} is no day; expected YYYY-MM-DD")
+    raise ExemptionError(f"{line!r}: {text!r} is not a date; expected YYYY-MM-DD")
 
 
 @dataclass(frozen=True)

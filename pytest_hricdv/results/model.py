@@ -80,7 +80,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         outcomes: how each interaction ended, in order.
         requirements: requirement -> verdict; empty where the test was not run: that is not NC.
         failure: the text of the failure, or why the test was not run.
-        errors: what is wrong with the run beside its requirements, a sentence each; they fail the test.
+        errors: what is wrong with the run besides its requirements, a sentence each; they fail the test.
         unmeasured: why the code was not measured, or not completely.
         timeline: None where no run came to an end, as are `action_times_s`, `cross` and `record_sha256`.
         action_times_s: when actions began (s), ascending; shorter than `abstract` where the run was over before.
@@ -268,7 +268,7 @@ class GatePolicy(PlainRecord, frozen=True, kw_only=True):
 
 
 class GateResult(PlainRecord, frozen=True, kw_only=True):
-    """What failed the session beside its tests, and what improved, a sentence each.
+    """What failed the session besides its tests, and what improved, a sentence each.
 
     Args:
         differences: from the baseline; the sentences of each are in one of the others, too.
@@ -297,10 +297,10 @@ class Report(PlainRecord, frozen=True, kw_only=True):
         shard: of a session that ran one part of the suites: which, as in 2/3.
         sessions: of a merged report: the sessions it was merged from.
         gates: None where the session did not come to its end, or ran a shard.
-        environment: name -> version, of what records can depend on beside code and testbench; of a merged report, where
+        environment: name -> version, what records can depend on besides code and testbench; of a merged report, where
             all sessions had the same.
         policy: the gates that were asked for; of a merged report, those of all sessions.
-        problems: what went wrong beside tests and gates, a sentence each; it fails a merge, too.
+        problems: what went wrong besides tests and gates, a sentence each; it fails a merge, too.
         changes: how its tests behave, compared with a baseline.
         origin: where it comes from; of a merged one, its sessions have theirs.
         full_report: of a session that ran a part of its suites: the page of the last full one, relative to the report.

@@ -98,7 +98,7 @@ def further_engines(test: msgspec.Struct) -> tuple[str, ...]:
 
 
 def failure_causes(report: msgspec.Struct, suite: str = "") -> Mapping[str, str] | None:
-    """What the tests of a report fail for, beside known violations: id -> words; None where nobody looked for it.
+    """Causes of the failures of a report, except known violations: id -> words; None where nobody looked for it.
 
     Args:
         suite: of the tests; empty for all.

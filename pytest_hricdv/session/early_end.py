@@ -74,9 +74,7 @@ class EarlyEnd:
         folder = self._context.options.report
         self._aggregation.journaling.abandon()
         self._context.collection.say("")
-        self._context.collection.say(
-            "hricdv: SIGTERM: the code that runs does not let go; the report is made without it"
-        )
+        self._context.collection.say("hricdv: SIGTERM: the running code does not stop; the report is made without it")
         making = [sys.executable, "-m", "pytest_hricdv.report", "rebuild", str(folder)]
         with contextlib.suppress(OSError, subprocess.TimeoutExpired):
             subprocess.run(making, stdin=subprocess.DEVNULL, capture_output=True, timeout=REBUILT_WITHIN_S, check=False)
@@ -86,7 +84,7 @@ class EarlyEnd:
 _EXIT = os._exit  # as it is now
 
 AT_EXIT_WITHIN_S = 30.0
-"""How long what was registered with `atexit` may take (s, chosen): all results are out, and a service would wait."""
+"""Time limit for functions registered with `atexit` (s, chosen): all results are out, and a service would wait."""
 
 
 def _keep_status(ours: int, pid: int) -> None:
@@ -101,7 +99,7 @@ def _end_unfinished(ours: int) -> None:
     waiting = _thread.allocate_lock()
     waiting.acquire()
     waiting.acquire(timeout=AT_EXIT_WITHIN_S)
-    said = f"hricdv: what was registered with atexit takes more than {AT_EXIT_WITHIN_S:g} s: Python ends without it"
+    said = f"hricdv: functions registered with atexit take more than {AT_EXIT_WITHIN_S:g} s: Python exits without them"
     for stream, text in ((sys.stdout, ""), (sys.stderr, f"{said}\n")):
         with contextlib.suppress(Exception):  # it may be closed, or anything
             stream.write(text)

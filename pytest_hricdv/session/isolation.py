@@ -60,7 +60,7 @@ class CallResult:
         properties: that the test has recorded.
         warned: its warnings.
         exit: the test has ended the session, with this text and status.
-        problem: what went wrong beside the test: an error of a plugin.
+        problem: what went wrong besides the test: an error of a plugin.
     """
 
     report: dict[str, Any] | None = None

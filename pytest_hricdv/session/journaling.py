@@ -115,14 +115,14 @@ class JournalKeeper:
         differ = differences(earlier.began[0].depends_on if earlier.began else {}, self._depends_on)
         if differ:
             raise usage_error(
-                f"--hri-resume: the journal in {self._folder} is of something else: {differ}; without --hri-resume all "
-                "tests run"
+                f"--hri-resume: the journal in {self._folder} belongs to another session: {differ}; without "
+                "--hri-resume all tests run"
             )
         try:
             content(earlier)
         except ValueError as error:
             raise usage_error(
-                f"--hri-resume: the journal in {self._folder} cannot be gone on with{_reason(error)}; without "
+                f"--hri-resume: the journal in {self._folder} cannot be resumed{_reason(error)}; without "
                 "--hri-resume all tests run"
             ) from None
 

@@ -113,7 +113,7 @@ GATES = (
         "compare with this file: new failures, lost coverage and lost triggers fail the run; tests that behave "
         "differently are listed",
     ),
-    Flag("update-baseline", "write the file of --hri-baseline again", key=False),
+    Flag("update-baseline", "update the file of --hri-baseline", key=False),
     Flag("fail-on-change", "fail when a test behaves differently from the baseline, even where nothing got worse"),
 )
 
@@ -130,13 +130,13 @@ AFTER_THE_TESTS = (
 RUNS = (
     Flag(
         "resume",
-        "go on with the session that was killed or interrupted in the folder of --hri-report: tests with a result are "
+        "resume the session that was killed or interrupted in the folder of --hri-report: tests with a result are "
         "not run again, as long as code, testbench, suites, options and versions are the same",
         key=False,
     ),
     Flag("no-cov", "do not measure the code under test"),
     Flag("no-waivers", "count no statement as unreachable: comments in the code were written for another testbench"),
-    Flag("isolate", "run each test in a process of its own, so that no test sees what another one has left"),
+    Flag("isolate", "run each test in a process of its own, so that no test sees state left by another"),
 )
 
 OUTPUT = (Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),)

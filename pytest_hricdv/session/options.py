@@ -154,7 +154,7 @@ def _replay(config: pytest.Config) -> tuple[Path, ...]:
     if text is None:
         return ()
     if config.getoption("hri_suite") is not None:
-        raise usage_error("--hri-replay and --hri-suite: give one of them; a replay file brings its test along")
+        raise usage_error("--hri-replay and --hri-suite: give one of them; a replay file contains its test")
     names = [name.strip() for name in text.split(",")]
     if not all(names):
         raise usage_error(f"--hri-replay={text}: expected the path of a replay file")

@@ -85,9 +85,7 @@ def _files(paths: Iterable[Path]) -> Iterable[Path]:
             raise ReplayError(f"{path}: no replay file (*.json) in this folder")
         for file in inside:
             if file.is_symlink():
-                raise ReplayError(
-                    f"{file}: a symbolic link, and none is followed in a folder: name the file that it means"
-                )
+                raise ReplayError(f"{file}: a symbolic link, which is not followed in a folder: name its target")
         yield from inside
 
 
@@ -132,7 +130,7 @@ def from_text(text: str) -> tuple[ReplayInput, ...]:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a run depends on, beside its test: files of the code under test, versions, and Python's hash seed."""
+    """What a run depends on, besides its test: files of the code under test, versions, and Python's hash seed."""
 
     code: Mapping[str, str]
     environment: Mapping[str, str]
@@ -187,15 +185,15 @@ class Provenance:
 
 
 def replay_mismatch(replayed: ReplayComparison | None) -> str:
-    """The text of a replay that should have been the same run and was not; empty where all is well, or no replay."""
+    """Describes a replay that unexpectedly differs from its recorded run; empty if it is the same, or no replay."""
     if replayed is None or replayed.same or replayed.changed:
         return ""
     return (
-        f"this run is not the one that {replayed.file} is of: the hash of its record is not "
+        f"this run differs from the one in {replayed.file}: the hash of its record is not "
         f"{replayed.expected_sha256}\n"
         "The code under test, the plugin and Python are as they were, so something else that the run depends on has "
-        "changed:\nthe testbench, its world, a library, or what another test left in its process. Where it comes "
-        "otherwise again,\nthe audit at the end of this session names the cause; for what other tests leave, run the "
+        "changed:\nthe testbench, its world, a library, or what another test left in its process. If it differs "
+        "again,\nthe audit at the end of this session names the cause; for what other tests leave, run the "
         f"whole suite with --hri-audit=20.{_other_hash_seed(replayed.hash_seed)}"
     )
 

@@ -238,7 +238,7 @@ class SessionReporter:
         return self._missing
 
     def session_info(self) -> SessionInfo:
-        """What the report is made of, beside results."""
+        """What the report is made of, besides results."""
         return SessionInfo(
             testbench=self.collection.testbench,
             requirements=self.context.requirements,

@@ -32,9 +32,9 @@ def _socket(path: Path) -> None:
     ("make", "told"),
     [
         (Path.mkdir, ": a folder; expected a file"),
-        (os.mkfifo, ": no regular file but a pipe, socket or device; expected a file"),
-        (_socket, ": no regular file but a pipe, socket or device; expected a file"),
-        (lambda path: path.symlink_to("/dev/zero"), ": no regular file but a pipe, socket or device"),
+        (os.mkfifo, ": not a regular file but a pipe, socket or device; expected a file"),
+        (_socket, ": not a regular file but a pipe, socket or device; expected a file"),
+        (lambda path: path.symlink_to("/dev/zero"), ": not a regular file but a pipe, socket or device"),
         (lambda path: path.write_bytes(b"a\nb\xff"), ":2:2: not UTF-8 text: byte 0xff"),
         (lambda path: path.write_bytes(b"a" * 101), ": too large: 101 bytes; expected at most 100"),
     ],

@@ -72,7 +72,7 @@ def test_shrinking_leaves_it_as_little_as_it_may_do() -> None:
 def test_a_bystander_whom_no_node_enacts_is_a_fault() -> None:
     assert run(concrete()).errors == ()
     (fault,) = run(concrete(), replace(bench(), run=running((nurse, child)))).errors
-    assert fault.startswith("nobody does what dog does in the test: expected a node of the testbench's run")
+    assert fault.startswith("no node enacts the actions of dog: expected a node of the testbench's run")
 
 
 @pytest.mark.parametrize(
@@ -94,8 +94,8 @@ def test_names_that_are_taken_are_refused(bystander: Bystander, complaint: str) 
         ({"name": "dog", "acts": {}}, "acts are []; expected one word each"),
         ({"name": "dog", "acts": {"lie down": {}}}, "acts are ['lie down']; expected one word each"),
         ({"name": "dog", "acts": {"walk": {}}, "fewest": 3, "most": 2}, "3 to 2 acts; expected 0 <= fewest <= most"),
-        ({"name": "dog", "acts": {"walk": {"far_m": 3.0}}}, "3.0 is no Uniform, Sometimes or Constant"),
-        ({"name": "dog", "acts": {"walk": {}}, "pause_s": 3.0}, "3.0 is no Uniform, Sometimes or Constant"),
+        ({"name": "dog", "acts": {"walk": {"far_m": 3.0}}}, "3.0 is not a Uniform, Sometimes or Constant"),
+        ({"name": "dog", "acts": {"walk": {}}, "pause_s": 3.0}, "3.0 is not a Uniform, Sometimes or Constant"),
     ],
 )
 def test_a_declaration_that_is_none_is_refused(declared: dict[str, object], complaint: str) -> None:

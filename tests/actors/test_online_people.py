@@ -148,8 +148,7 @@ def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
     alone = check_testbench(replace(bench(), run=running((nurse,))), "tests")
     result, _ = decided(alone, 1, [])
     assert [fault for fault in result.ending_faults if "child" in fault] == [
-        "nobody does what child does in the test: expected a node of the testbench's run that takes "
-        "run.actions('child')"
+        "no node enacts the actions of child: expected a node of the testbench's run that takes run.actions('child')"
     ]
 
 
@@ -175,7 +174,7 @@ def test_waiting_is_not_for_the_testbench_to_say() -> None:
         (None, r"people: agents is None; expected a tuple of InteractiveAgent\(...\), one for each actor"),
         (
             (InteractiveAgent("nurse"), InteractiveAgent("chid")),
-            "people: agents has 'chid', which is no actor of the model; nearest: child",
+            "people: agents has 'chid', which is not an actor of the model; nearest: child",
         ),
         (
             (InteractiveAgent("nurse"), InteractiveAgent("nurse"), InteractiveAgent("child")),

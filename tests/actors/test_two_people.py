@@ -101,8 +101,7 @@ def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
     alone = check_testbench(ward((nurse,)), "tests")
     (fault,) = (text for text in run(found(), alone).errors if "child" in text)
     assert fault == (
-        "nobody does what child does in the test: expected a node of the testbench's run that takes "
-        "run.actions('child')"
+        "no node enacts the actions of child: expected a node of the testbench's run that takes run.actions('child')"
     )
 
 

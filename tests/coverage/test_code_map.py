@@ -49,7 +49,7 @@ def test_the_hash_changes_with_the_code_only(tmp_path: Path, monkeypatch: pytest
     [
         ("x = 1  # unreachable\n", "waived/__init__.py:1: a waiver needs its reason"),
         ("x = 1  # unreachable:  \n", "waived/__init__.py:1: a waiver needs its reason"),
-        ("x = 1\n# unreachable: stands alone\n", "waived/__init__.py:2: this waiver stands on no statement"),
+        ("x = 1\n# unreachable: stands alone\n", "waived/__init__.py:2: no statement is on the line of this waiver"),
         ("def f(:\n", "code under test"),
     ],
 )

@@ -30,8 +30,8 @@ def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
     impossible = cross.check([("0", "given"), ("0", "kept"), ("0", "given")], {})
     assert impossible.bins == (("0", "kept"),)
     assert impossible.faults == ("0 x given was hit but is declared impossible: forbidden by R2",)
-    for no_bin in (("2", "given"), ("1",), ("1", "given", "given")):
-        assert cross.check([no_bin], {}) == CheckedHits((), (f"{no_bin} is no bin; coordinates are reading, outcome",))
+    for odd in (("2", "given"), ("1",), ("1", "given", "given")):
+        assert cross.check([odd], {}) == CheckedHits((), (f"{odd} is not a bin; coordinates are reading, outcome",))
 
 
 def test_an_illegal_bin_is_kept_and_told() -> None:
@@ -48,9 +48,9 @@ def test_an_illegal_bin_is_kept_and_told() -> None:
         (({"twice": ("a", "a")},), "'twice' has a bin twice"),
         (({"star": ("*",)},), "'star' has a bin twice, or one named"),
         (({str(n): ("a", "b") for n in range(17)},), "more than 100000 bins"),
-        ((KINDS, {("1", "lost"): "?"}), "declared impossible but is no bin"),
-        ((KINDS, {("1",): "?"}), "declared impossible but is no bin"),
-        ((KINDS, {}, {("*", "lost"): "?"}), "declared illegal but is no bin"),
+        ((KINDS, {("1", "lost"): "?"}), "declared impossible but is not a bin"),
+        ((KINDS, {("1",): "?"}), "declared impossible but is not a bin"),
+        ((KINDS, {}, {("*", "lost"): "?"}), "declared illegal but is not a bin"),
     ],
 )
 def test_a_product_that_makes_no_sense_is_refused(arguments: tuple[Any, ...], message: str) -> None:
@@ -64,7 +64,7 @@ def test_coordinates_named_after_requirements_get_their_verdicts() -> None:
     checked = cross.check([("kept",), ("given",)], verdicts)
     assert checked == CheckedHits((("NC", "given", "Failed"), ("NC", "kept", "Failed")), ())
     (fault,) = cross.check([("NC", "kept", "Failed")], verdicts).faults
-    assert fault.endswith("is no bin; coordinates are outcome")
+    assert fault.endswith("is not a bin; coordinates are outcome")
 
 
 hits = st.lists(st.lists(st.sampled_from(CrossProduct(KINDS).bins()), max_size=4), max_size=5)

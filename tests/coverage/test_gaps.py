@@ -63,8 +63,8 @@ def test_an_uncalled_function_and_a_waived_line_are_different_gaps() -> None:
     whole = bits(3, 4, 5, arcs=((3, 4), (3, 5)))
     assert found(run("t", whole), total=whole) == [
         Gap("statements", "arm.py", ("8",), "waived as unreachable: nothing stops it", "", "", ()),
-        Gap("statements", "arm.py spare.inner", ("12",), "no test comes to this function", "", "", ()),
-        Gap("statements", "arm.py spare", ("11", "13"), "no test comes to this function", "", "", ()),
+        Gap("statements", "arm.py spare.inner", ("12",), "no test reaches this function", "", "", ()),
+        Gap("statements", "arm.py spare", ("11", "13"), "no test reaches this function", "", "", ()),
     ]
 
 

@@ -137,7 +137,7 @@ def test_a_running_measurement_is_joined_and_goes_on(tmp_path: Path) -> None:
 def test_a_measurement_of_something_else_is_reported_as_unmeasured(tmp_path: Path) -> None:
     before = JOIN.replace("*/graded/*", "*/elsewhere/*")
     reason, missing = run(tmp_path, before=before)
-    assert "does not look at the code under test" in reason
+    assert "does not measure the code under test" in reason
     assert missing == {"5": None, "0": None}
 
 

@@ -96,7 +96,7 @@ def test_a_module_without_source_is_unmeasured_with_the_reason(folder: Path) -> 
 def test_code_of_which_there_is_no_source_at_all_is_unmeasured(folder: Path) -> None:
     (folder / "quick.so").write_bytes(b"\x7fELF")
     code = map_code(["quick"], folder)
-    assert code.nothing == "code under test, quick: there is no source in Python of it"
+    assert code.nothing == "code under test, quick: it has no Python source"
 
 
 def test_what_is_built_into_python_is_refused(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from pytest_hricdv.testbench import Outcome
 
 KNOWN = {"R2": "no dimmer", "R3": "no voice"}
 FAULT = "the run ended at its time limit of 60 s"
-MISMATCH = "this run is not the one that x.json is of"
+MISMATCH = "this run differs from the one in x.json"
 
 
 def verdict(requirement: str, result: Literal["Passed", "Failed", "NC"], *, outside: bool = False) -> Verdict:

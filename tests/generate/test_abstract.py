@@ -56,7 +56,7 @@ def test_an_action_without_a_text_form_is_an_error(action: str) -> None:
 
 @pytest.mark.parametrize("text", ["", "tell leg now", "set_param gaze =", "= 1", "tell(leg)", "1", "tell leg;"])
 def test_other_text_is_no_command(text: str) -> None:
-    with pytest.raises(GenerateError, match="is no command"):
+    with pytest.raises(GenerateError, match="is not a command"):
         canonical_command(text)
 
 

@@ -57,7 +57,7 @@ def test_what_comes_after_what_is_part_of_the_id_and_of_the_text() -> None:
 @pytest.mark.parametrize(
     ("header", "complaint"),
     [
-        ("# after 4: 9", "f:1:1: after 4: 9 is no action of an actor; expected the number of one, from 1"),
+        ("# after 4: 9", "f:1:1: after 4: 9 is not an action of an actor; expected its number, from 1"),
         ("# after 2: 3", "f:1:1: after 2: 3 comes later in the text; expected actions above it"),
         ("# after 3: 1", "f:1:1: after 3: 1 is an action of nurse, too, and in order; expected of others"),
         ("# after 4: first", "f:1:1: after: 'first'; expected the number of an action, from 1"),

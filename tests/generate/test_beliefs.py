@@ -49,9 +49,9 @@ def test_the_target_is_the_start_belief_and_the_naming_groups(beliefs: tuple[str
         (lambda: BeliefSpace(("a",), {"g": ()}), "group 'g' of beliefs is empty"),
         (lambda: BeliefSpace(("a",), {"g": ("a",)}), "belief 'a' is in group 'start' and in group 'g'"),
         (lambda: BeliefSpace(("a", "a"), {}), "belief 'a' is in group 'start' and in group 'start'"),
-        (lambda: BeliefSpace(("Leg",), {}), "'Leg' is no belief"),
-        (lambda: BeliefSpace(("a b",), {}), "'a b' is no belief"),
-        (lambda: BeliefSpace(("a",), {"mood": ("b",)}, id_groups=("moods",)), "'moods' is no group.*nearest: mood"),
+        (lambda: BeliefSpace(("Leg",), {}), "'Leg' is not a belief"),
+        (lambda: BeliefSpace(("a b",), {}), "'a b' is not a belief"),
+        (lambda: BeliefSpace(("a",), {"mood": ("b",)}, id_groups=("moods",)), "'moods' is not a group.*nearest: mood"),
         (
             lambda: BeliefSpace(("a",), {"mood": ("b",)}, default_beliefs=("c",)),
             "default belief 'c' is not in the belief space",

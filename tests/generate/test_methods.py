@@ -132,7 +132,7 @@ def test_selection_by_name_path_and_all(tmp_path: Path) -> None:
 
 
 def test_an_unknown_selection_names_the_nearest(tmp_path: Path) -> None:
-    with pytest.raises(GenerateError, match=r"suite 'byhand' is no method, .*; nearest: by-hand"):
+    with pytest.raises(GenerateError, match=r"suite 'byhand' is not a method, .*; nearest: by-hand"):
         select_methods("byhand", tmp_path)
     with pytest.raises(GenerateError, match="selects nothing; known: by-hand, bdi-random, rl, pseudorandom, all"):
         select_methods(" , ", tmp_path)

@@ -69,7 +69,7 @@ def test_the_file_of_the_table_has_no_effect_on_the_suite(context: GenerationCon
 def test_a_table_of_other_groups_is_an_error(context: GenerationContext) -> None:
     assert context.model is not None
     other = BeliefSpace(LAMPS.start, {"mood": ("polite", "curt"), "wish": ("bright", "dim")}, id_groups=("mood",))
-    with pytest.raises(GenerateError, match="a table of other belief groups: wish; learn anew"):
+    with pytest.raises(GenerateError, match="a table of other belief groups: wish; learn again"):
         read_warm_start(_learned(context), context.model, other)
 
 

@@ -60,8 +60,8 @@ def test_chosen_values_are_read_from_headers_and_change_the_id_only() -> None:
     ("text", "message"),
     [
         ("tell leg\n\n  tell legs\n", "f.txt:3:3: unknown command 'tell legs'; nearest: tell leg"),
-        ("tell leg now\n", "f.txt:1:1: 'tell leg now' is no command; expected .*; nearest: tell leg"),
-        ("set_param gaze == 1\n", "f.txt:1:1: 'set_param gaze == 1' is no command.*nearest: set_param gaze = "),
+        ("tell leg now\n", "f.txt:1:1: 'tell leg now' is not a command; expected .*; nearest: tell leg"),
+        ("set_param gaze == 1\n", "f.txt:1:1: 'set_param gaze == 1' is not a command.*nearest: set_param gaze = "),
         ("# seed: soon\nbored\n", "f.txt:1:1: seed 'soon': expected a whole number"),
         ("# target: a\n# target: b\nbored\n", "f.txt:2:1: a second '# target:' in one test"),
         ("# id: x\n# suite: s\n# target: a\nbored\n", "f.txt:1:1: test 'x' has an id but no seed"),
@@ -71,8 +71,8 @@ def test_chosen_values_are_read_from_headers_and_change_the_id_only() -> None:
         ),
         ("# values 2: x_m 1\nbored\n", "f.txt:1:1: values of command 2: the test has 1 commands only"),
         ("# values 0: x_m 1\nbored\n", "f.txt:1:1: values of '0': expected 'run' or the number of a command, from 1"),
-        ("# values 1: x_m\nbored\n", "f.txt:1:1: 'x_m' is no value; expected a parameter and a number"),
-        ("# values 1:\nbored\n", "f.txt:1:1: '' is no value"),
+        ("# values 1: x_m\nbored\n", "f.txt:1:1: 'x_m' is not a value; expected a parameter and a number"),
+        ("# values 1:\nbored\n", "f.txt:1:1: '' is not a value"),
         ("# values 1: x_m 1, x_m 2\nbored\n", "f.txt:1:1: a second value of 'x_m'"),
         (
             "# values 1: x_m inf\n# values run: y_s 1\nbored\n",
@@ -185,7 +185,7 @@ def test_fewer_tests_are_evenly_spaced_and_more_give_a_note(tmp_path: Path) -> N
             '{"x": [{"steps": ["bored", "tell legs"]}]}',
             "entry 1, step 2: unknown command 'tell legs'; nearest",
         ),
-        ("a.json", '{"x": [{"steps": ["tell leg now"]}]}', "entry 1, step 1: 'tell leg now' is no command"),
+        ("a.json", '{"x": [{"steps": ["tell leg now"]}]}', "entry 1, step 1: 'tell leg now' is not a command"),
         ("a.json", '{"x": [{"steps": null}]}', "no tests in it"),
     ],
 )

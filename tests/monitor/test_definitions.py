@@ -105,7 +105,7 @@ def test_a_definition_that_is_wrong_or_wrongly_used_is_refused(
 
 def test_definitions_that_are_no_table_are_refused(file: Path) -> None:
     file.write_text('definitions = "p"\n' + FORMULA.format("p -> q"))
-    with pytest.raises(RequirementError, match="definitions is no table; expected"):
+    with pytest.raises(RequirementError, match="definitions is not a table; expected"):
         load_requirements(file, SMALL)
 
 

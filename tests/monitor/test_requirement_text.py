@@ -202,7 +202,7 @@ def test_an_error_in_a_condition_says_what_it_belongs_to() -> None:
 
 
 def test_values_of_what_is_no_text_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"values of 'w\.nam': this is no signal or .*; nearest: w\.name"):
+    with pytest.raises(ValueError, match=r"values of 'w\.nam': not a signal or .*; nearest: w\.name"):
         Vocabulary(messages={"w": {"name": str}}, values={"w.nam": ("i",)})
     with pytest.raises(ValueError, match=r"values of 'w\.name': expected its texts, at least one, got 'i'"):
         Vocabulary(messages={"w": {"name": str}}, values={"w.name": "i"})

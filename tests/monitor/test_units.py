@@ -98,7 +98,7 @@ def test_responses_have_times_with_units() -> None:
         ("x < 5 mm + 3 s", "3 s", "expected a number in mm, got one in s"),
         ("x + 3 s < 1", "3 s", "expected a number in m, got one in s"),
         ("x < 5 mm * 2 s", "5 mm * 2 s", "expected a number in m, got one in m * s"),
-        ("x < 5 mm / 0", "5 mm / 0", "this is no finite number"),
+        ("x < 5 mm / 0", "5 mm / 0", "this is not a finite number"),
         ("x < 1e308 km", "1e308 km", "too large for a float"),
         ("x < v", "v", "this is in m/s, the other side in m"),
         ("x + force < 3", "force", "this is in N, the other side in m"),
@@ -133,7 +133,7 @@ def test_a_definition_keeps_its_unit(tmp_path: Path) -> None:
 
 def test_units_of_unknown_names_are_refused() -> None:
     with pytest.raises(
-        ValueError, match=r"units has 'm\.levl', which is no signal and no topic\.field; nearest: m\.level"
+        ValueError, match=r"units has 'm\.levl', which is neither a signal nor a topic\.field; nearest: m\.level"
     ):
         Vocabulary(messages={"m": {"level": float}}, units={"m.levl": "m"})
 

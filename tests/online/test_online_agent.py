@@ -166,7 +166,7 @@ def test_what_it_waits_for_comes_before_the_end_of_the_wait(tmp_path: Path) -> N
         ),
         (
             InteractiveAgent("person", (PerceptMapping("cup(Sise)", "on(offer)"),)),
-            "InteractiveAgent: PerceptMapping('cup(Sise)'): Sise is no field of its message and no *; nearest: size",
+            "InteractiveAgent: PerceptMapping('cup(Sise)'): Sise is neither a field of its message nor *nearest: size",
         ),
         (
             InteractiveAgent("person", (PerceptMapping("alarm", "on(offer)", source="robt"),)),

@@ -39,9 +39,9 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--hri-suite=bdi-rand"], "suite 'bdi-rand' is no method, and there is no file or folder of that name in "),
+        (["--hri-suite=bdi-rand"], "suite 'bdi-rand' is not a method, and there is no file or folder of that name in "),
         (["--hri-suite=bdi-rand"], "; nearest: bdi-random"),
-        (["--hri-suite=nowhere/tests.txt"], "'nowhere/tests.txt' is no method, and there is no file or folder"),
+        (["--hri-suite=nowhere/tests.txt"], "'nowhere/tests.txt' is not a method, and there is no file or folder"),
         (["--hri-suite=,"], "suite ',' selects nothing; known: by-hand, bdi-random, rl, pseudorandom, all"),
         ([SUITE, "--hri-tests=0"], "--hri-tests=0: expected at least 1"),
         ([SUITE, "--hri-tests=some"], "--hri-tests=some: expected a whole number"),
@@ -126,7 +126,7 @@ def test_options(lamps: pytest.Pytester, options: list[str], told: str) -> None:
             "pytest.ini",
             "R2: the hall",
             "R2 until 2027-06-31: the hall",
-            "hri_known_violations: 'R2 until 2027-06-31: the hall has no dimmer': '2027-06-31' is no day",
+            "hri_known_violations: 'R2 until 2027-06-31: the hall has no dimmer': '2027-06-31' is not a date",
         ),
         ("pytest.ini", "R2: the hall", "R2 : dark\n    R2: the hall", "a second line for R2; expected one"),
         (
@@ -140,7 +140,7 @@ def test_options(lamps: pytest.Pytester, options: list[str], told: str) -> None:
             "conftest.py",
             "levels})",
             'levels}, {("roof", "*"): "?"})',
-            "('roof', '*') is declared impossible but is no bin",
+            "('roof', '*') is declared impossible but is not a bin",
         ),
         (
             "pytest.ini",
@@ -199,7 +199,7 @@ def test_files(lamps: pytest.Pytester, name: str, old: str, new: str, told: str)
             "run=None,",
             "run is None; expected a function that runs one concrete test and returns an Outcome",
         ),
-        ("messages=(Answer,", "messages=(int,", "message <class 'int'> is no class with fields"),
+        ("messages=(Answer,", "messages=(int,", "message <class 'int'> is not a class with fields"),
         (
             '{"lamp_level": Signal(float, "%")}',
             '["lamp_level"]',
@@ -208,12 +208,12 @@ def test_files(lamps: pytest.Pytester, name: str, old: str, new: str, told: str)
         (
             "fields={}",
             'fields={"lamp": Field("%")}',
-            "units has 'lamp', which is no signal and no topic.field; nearest: lamp_level",
+            "units has 'lamp', which is neither a signal nor a topic.field; nearest: lamp_level",
         ),
         (
             'Signal(float, "%")',
             'Signal(float, "%", sampled_while="lamp_level")',
-            "signals['lamp_level']: sampled_while is 'lamp_level', which is no bool signal; there are: none",
+            "signals['lamp_level']: sampled_while is 'lamp_level', which is not a bool signal; there are: none",
         ),
         (
             '{"lamp_level": Signal(float, "%")}',
@@ -267,7 +267,7 @@ def test_no_testbench(lamps: pytest.Pytester) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("greet\nset_lamp level - 3\n", "recorded.txt:2:1: 'set_lamp level - 3' is no command; expected "),
+        ("greet\nset_lamp level - 3\n", "recorded.txt:2:1: 'set_lamp level - 3' is not a command; expected "),
         ("greet\n\n  gret\n", "recorded.txt:3:3: unknown command 'gret'; nearest: greet"),
         ("# nothing but words\n", "recorded.txt: no tests in it; expected at least one"),
         ("# id: a.b\ngreet\n", "recorded.txt:"),

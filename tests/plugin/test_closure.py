@@ -66,7 +66,7 @@ def test_what_is_open_has_a_reason_or_a_suggestion(lamps: pytest.Pytester) -> No
     (tested,) = report(lamps.path)["tests"]
     lines = {gap["location"]: gap for gap in gaps(lamps, "statements")}
     assert lines["lamps/guide.py"]["reason"] == "waived as unreachable: done by the caretaker"
-    assert lines["lamps/guide.py dimmed"]["reason"] == "no test comes to this function"
+    assert lines["lamps/guide.py dimmed"]["reason"] == "no test reaches this function"
     level = lines["lamps/guide.py level_for"]
     assert level["test"] == tested["id"]
     dark = next(number for number, line in enumerate(text.splitlines(), 1) if "if wish.cellar" in line)

@@ -135,7 +135,7 @@ def test_totals_are_those_of_coverages_own_report_of_the_same_run(lamps: pytest.
     assert ours(lamps.path) == coverages(lamps.path)
     joined = ours(lamps.path)
     if name == "dynamic contexts":  # coverage.py itself then has nothing of what was imported before the first test
-        why = "it was imported, and the running measurement (--cov) has nothing of that"
+        why = "it was imported, but the running measurement (--cov) recorded nothing of it"
         assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"lamps/messages.py": why}
         return
     lamps.runpytest_inprocess(*SUITE, "-p", "no:xdist", "-p", "no:cov")

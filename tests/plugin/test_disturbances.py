@@ -173,7 +173,7 @@ BAD = [
     (
         "disturbances={",
         'state=StateField("wish.level"), disturbances={',
-        "state: name is 'wish.level', which is no text fiel",
+        "state: name is 'wish.level', which is not a text fiel",
     ),
     (
         "disturbances={",

@@ -195,7 +195,7 @@ def test_an_illegal_bin_that_is_hit_fails_its_test(lamps: pytest.Pytester) -> No
     ("old", "new", "fault"),
     [
         ("levels})", 'levels}, impossible={("cellar", "*"): "no wire"})', "*: cellar x 100 was hit but is *: no wire"),
-        ("[(place, level) for", '[(place, f"{level} %") for', "cross product 'light': ('*', '* %') is no bin; *"),
+        ("[(place, level) for", '[(place, f"{level} %") for', "cross product 'light': ('*', '* %') is not a bin; *"),
         ('cross={"light": [(', 'cross={"lihgt": [(', "cross product: run reported bins of 'lihgt', * are: light"),
     ],
     ids=["impossible", "no bin", "no product"],

@@ -199,7 +199,7 @@ def test_what_was_imported_before_it_could_be_followed_is_imported_again_once_an
     result = lamps.runpytest_subprocess(*ALONE)
     assert result.ret == 0
     assert log.read_text().splitlines() == ["before", "before"]
-    why = "imported once more, to be measured, it raised SystemExit: the relay is in use"
+    why = "imported again to be measured, it raised SystemExit: the relay is in use"
     assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"relays.py": why}
     assert files(lamps.path)["guide.py"][0] > 20
 

@@ -136,7 +136,7 @@ FORM = (
             "hri_known_violations: * expected 'when CONDITION' in place of 'while CONDITION'",
         ),
         ("R2 when once[0:10](on(wish))", f"hri_known_violations: * {FORM}"),
-        ("R2 when lamp_level > 3 until 2020-02-30: dark", "hri_known_violations: * '2020-02-30' is no day*"),
+        ("R2 when lamp_level > 3 until 2020-02-30: dark", "hri_known_violations: * '2020-02-30' is not a date*"),
     ],
 )
 def test_a_condition_that_cannot_be_is_refused_before_anything_runs(

@@ -146,7 +146,7 @@ def test_another_run_without_a_reason_fails(failed: pytest.Pytester) -> None:
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(
         [
-            f"this run is not the one that {FILE} is of: *",
+            f"this run differs from the one in {FILE}: *",
             f"replay of {BRIGHT}: differs from the recording; cause unknown: --hri-audit looks for it",
         ]
     )

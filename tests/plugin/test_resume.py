@@ -124,7 +124,9 @@ def test_only_the_same_code_and_testbench_are_resumed(
     before = report(lamps.path)
     result = lamps.runpytest_inprocess(SUITE, "-x", "--hri-strict", "--hri-resume")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines([f"ERROR: --hri-resume: the journal in * is of something else: {told}; without *"])
+    result.stderr.fnmatch_lines(
+        [f"ERROR: --hri-resume: the journal in * belongs to another session: {told}; without *"]
+    )
     assert report(lamps.path) == before
 
 
@@ -153,13 +155,13 @@ def test_a_journal_that_somebody_doctored_is_not_resumed(lamps: pytest.Pytester)
     path.write_bytes(b"".join(map(journals.line, records)))
     result = lamps.runpytest_inprocess(SUITE, "--hri-resume")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: --hri-resume: the journal in * cannot be gone on with: Expected `str`*"])
+    result.stderr.fnmatch_lines(["ERROR: --hri-resume: the journal in * cannot be resumed: Expected `str`*"])
     path.unlink()
     path.symlink_to(lamps.path / "requirements.toml")
     before = (lamps.path / "requirements.toml").read_text()
     result = lamps.runpytest_inprocess(SUITE, "--hri-resume")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: *a symbolic link, and none is followed here: remove it*"])
+    result.stderr.fnmatch_lines(["ERROR: *a symbolic link, which is not followed here: remove it*"])
     assert (lamps.path / "requirements.toml").read_text() == before
 
 

@@ -60,4 +60,4 @@ def test_values_of_what_is_no_text_are_refused(toned: pytest.Pytester) -> None:
     change(toned.path, "conftest.py", "fields={}", 'fields={"color": Field(values=("white",))}')
     result = toned.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*values of 'color': this is no signal or topic.field of type str; nearest: colour*"])
+    result.stderr.fnmatch_lines(["*values of 'color': not a signal or topic.field of type str; nearest: colour*"])

@@ -202,5 +202,5 @@ SUGGESTIONS = {
     "seed": 0,
     "wall_s": 12.5,
     "end_reason": "done",
-    "notes": ["2 of 10 faults not tried: time was over"],
+    "notes": ["2 of 10 faults not tried: time ran out"],
 }

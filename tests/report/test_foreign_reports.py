@@ -149,7 +149,7 @@ def test_merging_carries_nothing_along_that_a_link_leads_to(report: Path, victim
     (report / name).symlink_to(victim / "secret.json")
     assert main(["merge", str(report), "-o", "merged"]) == 2
     assert "evil" in (errors := capsys.readouterr().err)
-    assert "a symbolic link, and none is followed here: remove it" in errors
+    assert "a symbolic link, which is not followed here: remove it" in errors
     assert not Path("merged").exists()
 
 
@@ -219,9 +219,9 @@ def test_a_journal_that_is_a_link_is_neither_read_nor_written(tmp_path: Path, vi
     for target in (victim / "secret.json", tmp_path / "new"):
         (tmp_path / NAME).unlink(missing_ok=True)
         (tmp_path / NAME).symlink_to(target)
-        with pytest.raises(OSError, match="a symbolic link, and none is followed here"):
+        with pytest.raises(OSError, match="a symbolic link, which is not followed here"):
             JournalWriter(tmp_path / NAME)
-        with pytest.raises(OSError, match="a symbolic link, and none is followed here"):
+        with pytest.raises(OSError, match="a symbolic link, which is not followed here"):
             read(tmp_path / NAME)
     assert untouched(victim)
     assert not (tmp_path / "new").exists()

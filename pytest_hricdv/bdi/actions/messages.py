@@ -145,7 +145,7 @@ def _printf(invocation: Invocation) -> Outcome:
             return text.upper() if kind == "S" else text
         if kind not in "feEgG" or not isinstance(value, Number):
             # As in Java: numbers are none that `%d` takes.
-            raise EvaluationError(f"{invocation.call}: {match[0]} is no format of {value}", "unknown")
+            raise EvaluationError(f"{invocation.call}: {match[0]} is not a format of {value}", "unknown")
         return format(float(value), (flags.replace("-", "<") or "") + kind)
 
     invocation.agent.run.print(invocation.agent.name, _FORMAT.sub(fill, invocation.text(0)).rstrip("\n"))

@@ -292,7 +292,7 @@ _INSTEAD = {
     ".include": 'use the directive { include("file.asl") }',
     ".get_src_info": "failure plans receive the source location as annotations: -!g[code_src(File), code_line(Line)]",
     ".join": "it is part of .fork: write .fork(and, { ... }, { ... }), or !a |&| !b",
-    ".list_files": "runs read no folders: what there is to choose from is a list of beliefs",
+    ".list_files": "runs read no folders: list the choices as beliefs",
     ".namespace_get_prop": _NAME_SPACES,
     ".namespace_set_prop": _NAME_SPACES,
     ".println_error": "use .print",

@@ -79,7 +79,7 @@ def in_space(space: Term, literal: Term, written: QualifiedLiteral) -> Term:
     if isinstance(space, Variable):
         return QualifiedLiteral(space, literal)
     if not isinstance(space, Structure) or not is_name(space):
-        raise EvaluationError(f"{space} is no name of a name space, in {written}")
+        raise EvaluationError(f"{space} is not the name of a name space, in {written}")
     if not isinstance(literal, Structure):
         return QualifiedLiteral(space, literal)
     if space.functor == DEFAULT or split(literal.functor)[0] != DEFAULT:

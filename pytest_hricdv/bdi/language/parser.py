@@ -35,7 +35,7 @@ MAX_FILES = 1_000
 the next twice would be a billion."""
 
 MAX_INCLUDE_DEPTH = 50
-"""Most files that include each the next: two frames each, of the 1,000 of Python's stack."""
+"""Most files in a chain of includes: two frames each, of the 1,000 of Python's stack."""
 
 
 def parse_program(text: str, file: str = "<text>") -> Program:
@@ -206,7 +206,7 @@ class _ProgramReader:
         if _real(path) in self._open:
             message = "files that include each other"
         elif len(self._open) > MAX_INCLUDE_DEPTH:
-            message = f"more than {MAX_INCLUDE_DEPTH} files that include each the next"
+            message = f"more than {MAX_INCLUDE_DEPTH} files in a chain of includes"
         elif self._files > MAX_FILES or self._size > MAX_SOURCE:
             message = f"a program of more than {MAX_FILES:,} files, or {MAX_SOURCE:,} characters, with what it includes"
         if message:
@@ -225,7 +225,7 @@ def _real(path: Path) -> Path:
 def _without_contents(error: BdiError, path: Path) -> str:
     """The error without anything of the file: a model that comes from elsewhere may name any file of the reader's."""
     place = f"{path}:{error.line}:{error.column}" if isinstance(error, BdiSyntaxError) else f"{path}"
-    return f"{place}: no AgentSpeak; what is wrong is not shown: the file is outside of the project's folder"
+    return f"{place}: not AgentSpeak; details are not shown, because the file is outside of the project's folder"
 
 
 def parse_term(text: str) -> Term:

@@ -77,7 +77,7 @@ def syntax_error(error: UnexpectedInput | TooDeepError, text: str, file: str) ->
         if _starts_plan(error.token, text):
             column -= 1
     elif isinstance(error, TooDeepError):
-        message = f"nested too deeply: more than {MAX_DEPTH} brackets and operators in each other"
+        message = f"nested too deeply: more than {MAX_DEPTH} levels of brackets and operators"
         line, column = _place(error.token, text)
     else:
         message = _bad_character(text, error.pos_in_stream or 0)

@@ -10,7 +10,7 @@ from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Key, Structure, V
 from pytest_hricdv.bdi.lint.model import AgentModel, Problem, System, check
 
 
-@check("dead-timeout", "The plan never runs: what it should do when nothing comes in time is never done.")
+@check("dead-timeout", "The plan never runs: nothing handles the time-out.")
 def find_dead_timeouts(system: System) -> Iterator[Problem]:
     """Plans for a time-out that no statement of the agent can have."""
     for agent in system.agents:
@@ -50,7 +50,7 @@ def _timeouts(agent: AgentModel) -> set[str]:
 
 @check(
     "dead-failure-plan",
-    "The plan never runs: what it should do when the goal fails, or takes too long, is never done.",
+    "The plan never runs: nothing handles a failure of the goal, or its deadline.",
 )
 def find_dead_failure_plans(system: System) -> Iterator[Problem]:
     """Plans for the failure of a goal that always has a plan to run, of statements that cannot fail."""

@@ -105,7 +105,7 @@ def _sources(additions: list[Addition]) -> str:
 
 @check(
     "untested-percept",
-    "Whoever adds it expects an effect: it has none, as no condition, plan or deletion names it.",
+    "Adding it has no effect: no condition, plan or deletion names it.",
 )
 def find_untested_percepts(system: System) -> Iterator[Problem]:
     """Declared percepts that no agent tests: what comes from outside, and changes nothing."""

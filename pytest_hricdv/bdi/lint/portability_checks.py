@@ -15,7 +15,7 @@ KEYWORDS = frozenset({"div", "elif", "else", "for", "if", "mod", "not", "while"}
 """Reserved words of Jason, checked with 1.4.2 and 3.3."""
 
 
-@check("not-portable", "It runs here only: no Jason reads this source.")
+@check("not-portable", "It runs only here: Jason cannot parse this source.")
 def find_unportable_names(system: System) -> Iterator[Problem]:
     """Names that Jason's parser refuses: keywords, and names with non-ASCII letters."""
     reported: set[tuple[str, str]] = set()
@@ -69,7 +69,7 @@ def _names(agent: AgentModel) -> Iterator[tuple[str, Location]]:
 
 def _reason(name: str) -> str:
     if name in KEYWORDS:
-        return "a keyword of Jason, and no name there"
+        return "a keyword of Jason, which cannot be a name there"
     if not name.isascii() and not name.startswith("'"):
-        return "not of ASCII letters only, as names are in Jason"
+        return "not ASCII, as names have to be in Jason"
     return ""

@@ -28,7 +28,7 @@ def find_unbound_comparisons(system: System) -> Iterator[Problem]:
 
 @check(
     "repeated-anonymous",
-    "As in Jason, `_name` is a variable of its own at each place: what one is bound to, the other is not.",
+    "As in Jason, `_name` is a new variable at each occurrence: binding one does not bind another.",
 )
 def find_repeated_anonymous(system: System) -> Iterator[Problem]:
     """Names that begin with ``_`` and are written twice in a plan or rule: each is another variable."""

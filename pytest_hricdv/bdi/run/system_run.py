@@ -72,7 +72,7 @@ class SystemRun:
         self.messages = 0
         """The number of messages sent so far."""
         self.work_left = MAX_WORK
-        """What it may still do beside one statement in each cycle, see `pytest_hricdv.bdi.language.limits`."""
+        """What it may still do besides one statement in each cycle, see `pytest_hricdv.bdi.language.limits`."""
         self._seed = seed
         self._random: random.Random | None = None
         self._first_fresh = self._fresh = 0

@@ -135,7 +135,7 @@ class Auditor:
         self, repeating: Repeater, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, Rerun]]
     ) -> None:
         """Run tests again; those that come otherwise are added."""
-        tell = self._session.wait("running tests again, to see whether they come out the same")
+        tell = self._session.wait("rerunning tests, to check that they are repeatable")
         for number, test in enumerate(tests, 1):
             tell(f"{number} of {len(tests)}")
             repeat = repeating.run(RerunOrder((test.nodeid,)), self._hash_seed)
@@ -145,7 +145,7 @@ class Auditor:
     def _cause(self, repeating: Repeater, result: TestResult, repeat: Rerun, changed: Mapping[str, str]) -> RepeatCause:
         aggregation = self._session.aggregation
         took_s = sum(test.wall_s or 0.0 for test in self._session.results)
-        self._session.say(f"hricdv: {result.id} came otherwise when it ran again; looking for the cause ...")
+        self._session.say(f"hricdv: {result.id} gave another result when rerun; looking for the cause ...")
         processes = [] if self._session.options.isolate else self._processes
         diagnosis = CauseSearch(
             repeating,

@@ -72,14 +72,14 @@ class CauseSearch:
     _place: Callable[[str], str] = field(default=os.path.basename)
 
     def cause(self) -> RepeatCause:
-        """Why it came otherwise. A process that is silent, or experiments that take too long, leave it not found."""
+        """Why it differed. A silent process, or experiments that take too long, leave the cause unknown."""
         try:
             for experiment in (self._chance, self._state, self._order, self._files, self._worker):
                 cause = experiment()
                 if cause is not None:
                     return cause
         except OutOfTimeError:
-            return RepeatCause(NOT_FOUND, "the time for experiments was over")
+            return RepeatCause(NOT_FOUND, "the time for experiments ran out")
         return RepeatCause(
             NOT_FOUND, f"neither hash seed, nor tests before it, nor chance make the difference{self._reads()}"
         )
@@ -106,12 +106,12 @@ class CauseSearch:
         return self._still() or self._left_files(again, everywhere=True) or self._observation()
 
     def _still(self) -> RepeatCause | None:
-        """The kind of source that makes two runs the same where it stands still."""
+        """The kind of source that makes two runs the same when it is frozen."""
         readings = self._readings()
         for kind in KINDS:
             places = [reading for reading in readings if reading.kind == kind]
             if places and self._is_same(self._single(still=(kind,))):
-                detail = f"alone, runs differ from each other, and are the same where it stands still; {_at(places)}"
+                detail = f"alone, runs differ from each other, and are the same when it is frozen; {_at(places)}"
                 return RepeatCause(kind, detail)
         if readings and self._is_same(self._single(still=KINDS)):
             return RepeatCause(" and ".join(dict.fromkeys(reading.kind for reading in readings)), _at(readings))
@@ -192,7 +192,7 @@ class CauseSearch:
                     least = middle
         except OutOfTimeError:
             return RepeatCause(
-                STATE, f"it runs otherwise after the {size} tests before it; there was no time to find which"
+                STATE, f"it runs differently after the {size} tests before it; there was no time to find which"
             )
         start = len(before) - size
         culprit = before[start]
@@ -201,7 +201,7 @@ class CauseSearch:
             after += f" and the {size - 1} tests after that"
         remedy = "--hri-isolate keeps tests apart"
         return RepeatCause(
-            f"state that {culprit} leaves", f"alone it repeats, and runs otherwise after {after}; {remedy}", culprit
+            f"state that {culprit} leaves", f"alone it repeats, and runs differently after {after}; {remedy}", culprit
         )
 
     # What is there in one and not in the other
@@ -210,7 +210,7 @@ class CauseSearch:
         return self._left_files(self.alone)
 
     def _left_files(self, reference: Rerun, *, everywhere: bool = False) -> RepeatCause | None:
-        """A file that it reads, and without which it runs otherwise, and the same each time.
+        """A file that it reads, and without which it runs differently, but repeatably.
 
         Args:
             reference: how it runs with it.
@@ -223,7 +223,7 @@ class CauseSearch:
                 left_by = self.changed.get(path, "")
                 by = f", written while {left_by} ran" if left_by else ""
                 return RepeatCause(
-                    f"{FILE}: {self._place(path)}", f"it reads {path}{by}, and runs otherwise without it", left_by
+                    f"{FILE}: {self._place(path)}", f"it reads {path}{by}, and runs differently without it", left_by
                 )
         return None
 
@@ -231,7 +231,8 @@ class CauseSearch:
         if not self.was_in_worker or self._run(self._single(), variables=WORKER).key == self.alone.key:
             return None
         return RepeatCause(
-            f"{ENVIRONMENT}: PYTEST_XDIST_WORKER", "alone it runs otherwise with the variables of a worker of xdist"
+            f"{ENVIRONMENT}: PYTEST_XDIST_WORKER",
+            "alone it runs differently with the environment variables of an xdist worker",
         )
 
 

@@ -42,7 +42,7 @@ class AuditFeature(Feature[AuditOptions]):
             "audit",
             "N|off",
             "after all tests, run N of them again, failures first, each alone in a fresh process under another hash "
-            "seed; one that comes otherwise fails the session, with the cause (default: 3, or more where they take "
+            "seed; one that differs fails the session, with the cause (default: 3, or more where they take "
             "less than 3 %% of the time)",
         ),
     )

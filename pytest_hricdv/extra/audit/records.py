@@ -41,7 +41,7 @@ def sentence(record: Unrepeatable) -> str:
         )
         begin = f"is not repeatable: {alone}"
     else:
-        begin = "is not repeatable: alone in a fresh process, its run is another one"
+        begin = "is not repeatable: alone in a fresh process, its run differs"
     events = f"; first difference: {record.in_session} in the session, {record.alone} alone" if record.alone else ""
     return f"{begin}; cause: {record.cause} ({record.detail}){events}"
 

@@ -165,7 +165,7 @@ class Repeater:
             order: of tests.
             hash_seed: of the process.
             copy: another number is another process.
-            variables: of the environment, beside those of the session.
+            variables: of the environment, besides those of the session.
             among: the tests that the process is to have; none: those of the start.
         """
         start = self.start.with_tests(among) if among else self.start

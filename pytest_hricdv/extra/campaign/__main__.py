@@ -42,8 +42,8 @@ def main(arguments: Sequence[str] | None = None, called: str = "hricdv campaign"
 def _parser(called: str) -> CommandParser:
     parser = CommandParser(prog=called, description=__doc__)
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    _add_run(subparsers.add_parser("run", help="begin a campaign, or go on with it"))
-    status = subparsers.add_parser("status", help="how far a campaign is, and who has worked for it")
+    _add_run(subparsers.add_parser("run", help="start a campaign, or resume it"))
+    status = subparsers.add_parser("status", help="show the progress of a campaign, and its workers")
     status.set_defaults(do=commands.status)
     report = subparsers.add_parser("report", help="write the report of all runs; exit 1 where a gate fails")
     report.add_argument("-o", "--output", type=Path, default=Path("hri-report"), help="folder (default hri-report)")
@@ -55,10 +55,10 @@ def _parser(called: str) -> CommandParser:
         help=f"list all runs where they are at most N, otherwise those to keep (default {commands.MAX_LISTED})",
     )
     report.set_defaults(do=commands.report)
-    export = subparsers.add_parser("export", help="write a row a run for other tools")
+    export = subparsers.add_parser("export", help="write one row per run for other tools")
     export.add_argument("--parquet", type=Path, required=True, metavar="FILE", help="file to write")
     export.set_defaults(do=commands.export)
-    cancel = subparsers.add_parser("cancel", help="let a campaign that runs elsewhere end in an orderly way")
+    cancel = subparsers.add_parser("cancel", help="stop a campaign that runs elsewhere in an orderly way")
     cancel.set_defaults(do=commands.cancel)
     for subparser in subparsers.choices.values():
         subparser.add_argument(
@@ -88,7 +88,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
         type=_number,
         default=120,
         metavar="S",
-        help="a run that takes longer is tried again",
+        help="a run that takes longer is retried",
     )
     add("--retry-lost", action="store_true", help="run again what was lost")
     add(

@@ -89,8 +89,8 @@ def _open_store(path: Path, now: CampaignPlan) -> Store:
         stored = store.counts().runs
         store.close()
         raise CampaignError(
-            f"{path}: its {stored:,} runs are of another campaign: {differ}. Runs of different code stand in no common "
-            "report: go back to that code to end it, or give another --state"
+            f"{path}: its {stored:,} runs are of another campaign: {differ}. Runs of different code cannot share a "
+            "report: restore that code to finish it, or give another --state"
         )
     return store
 
@@ -131,7 +131,7 @@ def _tell_end(state: Path, now: CampaignPlan, store: Store, progress: CampaignPr
     for text in _summary(now, store, counts):
         progress.say(text)
     if counts.runs < now.runs or why:
-        progress.say("the same command goes on with it")
+        progress.say("the same command resumes it")
         return UNFINISHED
     progress.say(f"its report: hricdv campaign report --state={state}")
     failed = sum(counts.outcomes.get(name, 0) for name in (*FAILING, LOST))
@@ -178,7 +178,7 @@ def cancel(options: argparse.Namespace) -> int:
     """Let whoever runs the campaign end it in an orderly way."""
     with closing(Store.open(options.state.resolve())) as store:
         store.cancel()
-    print(f"{options.state}: whoever runs it stops within seconds; what is stored is kept")
+    print(f"{options.state}: its process stops within seconds; stored results are kept")
     return OK
 
 

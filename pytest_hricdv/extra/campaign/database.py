@@ -111,6 +111,6 @@ def error_location(path: Path) -> Iterator[None]:
 def damage_error(path: Path, why: object) -> CampaignError:
     """The error of a file that is no campaign's, or no longer."""
     return CampaignError(
-        f"{path}: damaged, or no campaign ({why}): 'sqlite3 {path} .recover' may save its rows; otherwise give "
+        f"{path}: damaged, or not a campaign ({why}): 'sqlite3 {path} .recover' may save its rows; otherwise give "
         "another --state"
     )

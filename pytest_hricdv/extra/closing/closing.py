@@ -92,7 +92,7 @@ class ClosureGenerator:
                 suite, result = self._close(runs, tests)
                 self._signals.hold()  # up to where a report can be made
         except (ProcessError, LoopError) as error:
-            raise usage_error(f"--hri-suite={NAME}: no run came to its end: {error}") from None
+            raise usage_error(f"--hri-suite={NAME}: no run completed: {error}") from None
         except (GenerateError, CoverageError, InteractiveAgentError) as error:
             raise usage_error(f"--hri-suite={NAME}: {error}") from None
         except ClusterError as error:
@@ -176,7 +176,7 @@ class ClosureGenerator:
             except KeyboardInterrupt:
                 ended = "interrupted"
             except GivenUpError as error:
-                faults.append(f"the loop did not begin: {error}")
+                faults.append(f"the loop did not start: {error}")
                 ended = "error"
         for number in sorted(observed):
             archive.add(observed[number], GIVEN)

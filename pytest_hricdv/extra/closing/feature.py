@@ -44,7 +44,7 @@ class ClosingFeature(Feature[ClosingOptions]):
             "closure: of the runs that are left, search in N for violations where margins are smallest "
             "(default: a tenth of the runs made; 0: none)",
         ),
-        Value("close-without", "STRATEGY[,...]", "closure: leave these strategies out, to see what they bring"),
+        Value("close-without", "STRATEGY[,...]", "closure: leave these strategies out, to see what they contribute"),
     )
 
     def asks_for_suites(self, reader: OptionReader) -> bool:

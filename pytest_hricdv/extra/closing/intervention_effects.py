@@ -1,7 +1,7 @@
 """Effects of single interventions: how probably each one brings about a condition that an effect lacks.
 
-What an intervention does to one of several characters, as those of a pattern of sensors, it does whatever the others
-are. Whether it does anything is told from what comes by chance, as sensors err, by Bayes' theorem.
+The effect on one of several characters, as in a pattern of sensors, is taken to be independent of the others. Bayes'
+theorem tells it from chance, as sensors err.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Trial(NamedTuple):
 
     Args:
         intervention: that was tried.
-        before: what would probably have come without it: effects of the others beside it, or the nominal one.
+        before: what would probably have come without it: effects of the others alone, or the nominal one.
         after: the effect that came.
         weight: how much this counts.
     """
@@ -94,10 +94,11 @@ class InterventionEffects:
         self._combined = [*self._with_others()]
 
     def chances(self, condition: MissingCondition, commands: int) -> dict[Intervention, float]:
-        """Intervention -> how probably it brings about a missing condition; without those that never did.
+        """Intervention -> the probability that it brings about a missing condition; without those that never did.
 
-        What inverted a character probably does both, as what inverts a sensor does. Tries beside others count for
-        those that did it alone. What may have come by chance, as sensors err, is expected less.
+        An intervention that inverted a character probably inverts it both ways, as a fault of a sensor does. Tries in
+        combinations count for interventions that did it alone. Effects that chance may explain, as sensors err, count
+        less.
 
         Args:
             condition: that is missing.
@@ -107,9 +108,9 @@ class InterventionEffects:
         if chances is None:
             tries: dict[Intervention | str, float] = defaultdict(float)
             met: dict[Intervention | str, float] = defaultdict(float)
-            # Of those beside others, the ones that count are known after all single tries.
-            beside = (trial for trial in self._combined if met[trial.intervention.name])
-            for trial in chain(self._singles, beside):
+            # Which tries in combinations count is known after all single tries.
+            combined = (trial for trial in self._combined if met[trial.intervention.name])
+            for trial in chain(self._singles, combined):
                 weight, weight_met = _weigh(trial, condition)
                 keys: tuple[Intervention | str, ...] = (
                     *fit_combination((trial.intervention,), commands),
@@ -131,8 +132,8 @@ class InterventionEffects:
     def _significances(self, condition: MissingCondition) -> dict[str, float]:
         """Disturbance -> the probability that it is what brought about a missing condition, and not chance.
 
-        By tries of it alone: beside others, it may have been one of these. A condition is met by chance as often as
-        without disturbances and with the other ones: most do nothing to it, and some make sensors err more often.
+        By single tries: in a combination, another intervention may have done it. A condition is met by chance as often
+        as without disturbances and with the other ones: most do nothing to it, and some make sensors err more often.
         """
         tried, met = dict[str, float](), dict[str, float]()
         for trial in self._singles:
@@ -178,7 +179,7 @@ class InterventionEffects:
     def _change_chance(self, name: str, conditions: tuple[MissingCondition, ...], nominal: Effect) -> float:
         """How often a disturbance made these conditions missing where they are met; 0 where they never were.
 
-        What may have come by chance, as sensors err, is expected less.
+        Effects that chance may explain, as sensors err, count less.
         """
 
         def is_alike(before: Effect) -> bool:

@@ -74,7 +74,7 @@ class ClosingRuns(ABC):
         self._losses += 1
         if self._losses >= MAX_ATTEMPTS:
             raise GivenUpError(f"{_loss_text(self._losses)}, the last time{where}: {problem}") from None
-        self._say(f"the process of the closing loop{where} was lost: {problem}; another one takes its place")
+        self._say(f"the process of the closing loop{where} was lost: {problem}; it is replaced")
 
 
 class RunsHere(ClosingRuns):

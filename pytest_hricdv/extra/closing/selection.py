@@ -21,7 +21,7 @@ from pytest_hricdv.extra.closing.strategy import draw_good
 from pytest_hricdv.generate.rng import random_index
 
 CANDIDATES = 48
-"""Tests with a wanted interaction that are compared, as there may be thousands; see the package."""
+"""Number of tests with a wanted interaction that are compared: there may be thousands; see the package."""
 
 
 class Option(NamedTuple):
@@ -58,7 +58,7 @@ class TestSelection(NamedTuple):
 
 
 class Selection:
-    """Selects the tests of a generation. What one will probably hit, the next ones are aimed at less.
+    """Selects the tests of a generation; points that one will probably hit are worth less to the next ones.
 
     Args:
         pool: of abstract tests.

@@ -48,7 +48,7 @@ _ENDED = {
     "closed": "nothing is open",
     "runs": "the budget of runs is used up",
     "seconds": "the budget of time is used up",
-    "nothing to try": "no strategy knows a further test",
+    "nothing to try": "no strategy proposes another test",
     "interrupted": "interrupted",
     "error": "an error of the loop itself",
 }
@@ -176,7 +176,7 @@ def kinds_left_text(estimate: ViolationEstimate) -> str:
     if not estimate.once:
         bound = percent(100.0 * min(1.0, RULE_OF_THREE / estimate.runs))
         seen = f"no new violation in {plural(estimate.runs, 'run')}"
-        seen = "each kind of violations came again" if estimate.kinds else seen
+        seen = "all kinds of violations recurred" if estimate.kinds else seen
         return f"{seen}: below {bound} of runs show another (95 %)"
     kinds = f"{estimate.once} of {estimate.kinds} came once"
     return f"a further run would find {quantity(estimate.new)} more kinds of violations ({kinds})"

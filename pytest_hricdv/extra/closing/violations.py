@@ -2,7 +2,7 @@
 
     ("violation", requirement, part, state, outcome)      one that is not known
     ("known violation", requirement, part, state, outcome)
-    ("fault", text without numbers)                       what was wrong with a run beside its requirements
+    ("fault", text without numbers)                       what was wrong with a run besides its requirements
 
 As they are points, the archive keeps the shortest run of each kind, and a suite has a test for it.
 """

@@ -143,7 +143,7 @@ class Cluster:
     def _refuse(self, worker: str, why: str) -> None:
         if worker not in self.refused:
             self.refused[worker] = why
-            self.say(f"worker {worker} is not asked: {why}")
+            self.say(f"worker {worker} is not used: {why}")
         self._checked.pop(worker, None)
 
     def look_at_workers(self) -> None:
@@ -164,7 +164,7 @@ class Cluster:
                 return
             if present and set(present) <= set(self.refused):
                 reasons = "; ".join(f"{worker}: {self.refused[worker]}" for worker in sorted(present))
-                raise ClusterError(f"{self.address}: no worker can be asked: {reasons}")
+                raise ClusterError(f"{self.address}: no worker can be used: {reasons}")
             waited_s = time.monotonic() - began_s
             if self.connection.is_local and waited_s > WAIT_FOR_LOCAL_S:
                 raise OSError(f"no worker in {WAIT_FOR_LOCAL_S:.0f} s")
@@ -191,7 +191,7 @@ class Cluster:
             if isinstance(own, dict) and own == wanted:
                 self._checked[worker] = threads
             elif isinstance(own, dict):
-                self._refuse(worker, f"its versions are others: {differences(wanted, own)}")
+                self._refuse(worker, f"its versions differ: {differences(wanted, own)}")
             elif isinstance(own, ImportError):
                 self._refuse(worker, f"pytest-hricdv is not installed there ({own})")
 

@@ -142,7 +142,7 @@ class Connection:
         """Restart scheduler and workers of this machine: nannies give up on workers that die when they start."""
         self._restarts += 1
         if self._restarts > MAX_RESTARTS:
-            raise ClusterError(f"{self._address}: the workers of this machine end again and again: {error}") from None
+            raise ClusterError(f"{self._address}: the workers of this machine keep ending: {error}") from None
         self._say("the workers of this machine are gone: others are started")
         self._close_client()
         self._close_local()

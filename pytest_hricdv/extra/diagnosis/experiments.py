@@ -1,9 +1,9 @@
 """Experiments: reruns failing tests without their suspected causes.
 
-First it runs as it was: what does not fail then, outside of its test function, fails for what a fixture does, and shows
-nothing. What passes without it has failed for that; what fails all the same has another cause. So hypotheses are
-confirmed or refuted, the groups are made anew, and the next experiment is about the largest group of which least is
-known. Experiments are counted, not timed, so the same report leads to the same ones.
+A test is first rerun unchanged: if it then passes, outside of its test function, its failure depends on a fixture, and
+it can show nothing. If it passes without the suspected cause, this is confirmed; if it still fails, refuted. Then the
+failures are grouped again, and the next experiment is on the largest group with the least evidence. The budget counts
+runs, not time, so the same report leads to the same experiments.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 
 
 def list_experiments(evidence: ExperimentEvidence) -> tuple[Experiment, ...]:
-    """Evidence, as a report has it."""
+    """The records of evidence for a report."""
     confirmed = [(*key, change, True) for key, change in evidence.confirmed.items()]
     refuted = [(*key, change, False) for key, changes in evidence.refuted.items() for change in sorted(changes)]
     shown = tuple(
@@ -37,7 +37,7 @@ def list_experiments(evidence: ExperimentEvidence) -> tuple[Experiment, ...]:
 
 
 def evidence_of(experiments: Iterable[Experiment]) -> ExperimentEvidence:
-    """What experiments of reports have shown."""
+    """The evidence in the experiments of reports."""
     confirmed: dict[tuple[str, str], Change] = {}
     refuted: dict[tuple[str, str], set[Change]] = {}
     apart: set[tuple[str, str, str]] = set()
@@ -61,7 +61,7 @@ class Experiments:
         grouping: makes groups, given evidence.
         tests: node id -> the failing test.
         run: runs a test.
-        budget: at most so many runs.
+        budget: maximum number of runs.
     """
 
     grouping: Callable[[ExperimentEvidence], tuple[Group, ...]]

@@ -143,7 +143,7 @@ class _Triage:
         """One for each requirement that fails for the cause."""
         for requirement in sorted(group.requirements, key=by_requirement):
             if requirement == FAULT:
-                yield TriageEntry(FAULT, None, note="a fault of a run is no violation: no entry makes it a known one")
+                yield TriageEntry(FAULT, None, note="a fault of a run is not a violation: it cannot be declared known")
             else:
                 yield self._entry(
                     requirement, [failure for failure in group.failures if failure.requirement == requirement]
@@ -281,7 +281,7 @@ def compare_with_entries(report: Report, entries: Mapping[str, Exemption]) -> It
                 yield (
                     True,
                     f"{requirement} is known of {_list(entry)}, but {tests} it for cause {id_of(group)}, first "
-                    f"{subject.tests[failing[0]].id}: mend it, or name it in hri_known_violations",
+                    f"{subject.tests[failing[0]].id}: fix it, or name it in hri_known_violations",
                 )
         for name in entry.causes:
             if name not in ids:

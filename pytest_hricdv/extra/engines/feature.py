@@ -76,8 +76,8 @@ TEST_SECTIONS = (CROSS_CHECK,)
 
 def further_engines(test: Struct) -> Names:
     """Of a test that ran on a second engine."""
-    beside = CROSS_CHECK.of(test)
-    return (beside.engine,) if beside is not None else ()
+    second = CROSS_CHECK.of(test)
+    return (second.engine,) if second is not None else ()
 
 
 LOOK = "outcome differs: look"
@@ -157,7 +157,7 @@ class EnginesFeature(Feature[str]):
             "engine",
             "NAME|both",
             "the physics engine, of the testbench's engines (default: the first that is installed); both: each test "
-            "runs on the first two, and a verdict that depends on the engine is no pass",
+            "runs on the first two, and a verdict that depends on the engine does not pass",
         ),
     )
 
@@ -237,8 +237,8 @@ class EnginesFeature(Feature[str]):
 
     def discrepancies(self, result: TestResult) -> tuple[EngineDifference, ...]:
         """What depends on the engine."""
-        beside = CROSS_CHECK.of(result)
-        return () if beside is None else beside.differences
+        second = CROSS_CHECK.of(result)
+        return () if second is None else second.differences
 
 
 def _on_second(testbench: Testbench) -> Testbench:

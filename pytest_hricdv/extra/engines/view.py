@@ -57,10 +57,10 @@ class Agreement:
 
 def agreement(tests: Iterable[TestResult]) -> Agreement | None:
     """How far the engines agree; None where no test ran on two."""
-    both = [(test, beside) for test in tests if (beside := CROSS_CHECK.of(test)) is not None]
+    both = [(test, second) for test in tests if (second := CROSS_CHECK.of(test)) is not None]
     if not both:
         return None
-    ends = [pair for test, beside in both for pair in zip_longest(test.outcomes, beside.outcomes)]
+    ends = [pair for test, second in both for pair in zip_longest(test.outcomes, second.outcomes)]
     return Agreement(
         engines=(both[0][0].engine, both[0][1].engine),
         tests=len(both),
@@ -68,21 +68,21 @@ def agreement(tests: Iterable[TestResult]) -> Agreement | None:
         same=sum(first == second for first, second in ends),
         verdicts={name: _verdicts_agreement(name, both) for name in both[0][1].requirements},
         differing={
-            test.id: tuple(difference.text for difference in beside.differences)
-            for test, beside in both
-            if beside.differences or beside.errors
+            test.id: tuple(difference.text for difference in second.differences)
+            for test, second in both
+            if second.differences or second.errors
         },
     )
 
 
 def _verdicts_agreement(name: str, both: list[tuple[TestResult, EngineComparison]]) -> VerdictAgreement:
-    pairs = [(test.requirements[name], beside.requirements[name]) for test, beside in both]
+    pairs = [(test.requirements[name], second.requirements[name]) for test, second in both]
     margins = [
         abs(first.margin - second.margin)
         for first, second in pairs
         if first.margin is not None and second.margin is not None
     ]
-    differences = [difference for _, beside in both for difference in beside.differences if difference.what == name]
+    differences = [difference for _, second in both for difference in second.differences if difference.what == name]
     return VerdictAgreement(
         tests=len(pairs),
         same=sum(first.verdict == second.verdict for first, second in pairs),
@@ -137,8 +137,8 @@ class EnginesView(View):
 
     def facts(self, test: TestResult) -> dict[str, str]:
         """What depends on the engine."""
-        beside = CROSS_CHECK.of(test)
-        differences = () if beside is None else beside.differences
+        second = CROSS_CHECK.of(test)
+        differences = () if second is None else second.differences
         return {"Engines differ": "; ".join(difference.text for difference in differences)}
 
 

@@ -42,7 +42,7 @@ def _add_verify(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("folder", type=Path, metavar="DIR", help="a folder that `evidence` wrote")
     add("--project", type=Path, default=Path(), metavar="DIR", help="where its tests run (default: here)")
-    add("--rerun", type=int, default=3, metavar="N", help="run so many tests again, to the bit (default 3; 0: none)")
+    add("--rerun", type=int, default=3, metavar="N", help="rerun N tests, compare their records (default 3; 0: none)")
 
 
 def _verify(options: argparse.Namespace) -> int:

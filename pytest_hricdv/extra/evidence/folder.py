@@ -124,7 +124,7 @@ def _hashes(path: Path) -> Mapping[str, str]:
     except MalformedError as error:
         raise ReportError(f"{path}{error}") from None
     except (KeyError, TypeError):
-        raise ReportError(f"{path}: no in-toto statement: expected subjects with a name and a sha256") from None
+        raise ReportError(f"{path}: not an in-toto statement: expected subjects with a name and a sha256") from None
 
 
 def _run_again(report: Report, project: Path, count: int) -> Iterator[str]:
@@ -146,9 +146,9 @@ def _run_again(report: Report, project: Path, count: int) -> Iterator[str]:
     now = {test.nodeid: test.record_sha256 for test in again.tests}
     for test in chosen:
         if test.nodeid not in now:
-            yield f"{test.id}: did not run again"
+            yield f"{test.id}: was not rerun"
         elif now[test.nodeid] != test.record_sha256:
-            yield f"{test.id}: its run is another one now: the SHA-256 of its record differs"
+            yield f"{test.id}: rerun, it differs: the SHA-256 of its record is another one"
 
 
 def _run(report: Report, chosen: Sequence[TestResult], project: Path, target: Path) -> str:

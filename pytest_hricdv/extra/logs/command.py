@@ -42,9 +42,9 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.set_defaults(do=do)
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="MCAP file, bag, or folder of them")
     parser.add_argument(
-        "--map", type=Path, metavar="MAP.toml", help="which topic and field is which message and signal"
+        "--map", type=Path, metavar="MAP.toml", help="a map from topics and fields to messages and signals"
     )
-    parser.add_argument("--map-draft", action="store_true", help="print such a map, as far as names say it")
+    parser.add_argument("--map-draft", action="store_true", help="print a draft of such a map, as far as names match")
     parser.add_argument(
         "--to-tests", type=Path, metavar="FILE.txt", help="write what people do in the logs as abstract tests"
     )

@@ -12,13 +12,13 @@ from pytest_hricdv.coverage.code_map import percent
 from pytest_hricdv.results.section import Section, Share
 
 EXCEPTION, ENDING, BIN = "exception", "ending", "bin"
-"""Oracles beside requirements: something raised an exception; the run did not end, or in a way that the testbench does
+"""Oracles besides requirements: something raised an exception; the run did not end, or in a way that the testbench does
 not allow; it hit a bin that it cannot or must not hit."""
 
 MutationEnd = Literal["done", "seconds", "interrupted", "lost"]
 MutantStatus = Literal["killed", "survived", "unchanged", "no coverage", "not run"]
 """Killed: some test fails. Survived: a record changed, and no test fails. Unchanged: no record changed. Not executed:
-no test executes the statement. Not tried: time was over before, or before all of its tests had run."""
+no test executes the statement. Not tried: time ran out before, or before all of its tests had run."""
 
 
 class MutantRun(PlainRecord, frozen=True, kw_only=True):
@@ -29,7 +29,7 @@ class MutantRun(PlainRecord, frozen=True, kw_only=True):
         suite: of the test.
         assertions: what failed: requirements that are not known to be violated, and the oracles of this module.
         changed: the record is another one than without the fault.
-        note: what was wrong beside requirements.
+        note: what was wrong besides requirements.
     """
 
     test: str

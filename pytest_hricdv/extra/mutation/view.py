@@ -23,7 +23,7 @@ WHY: Mapping[MutantStatus, str] = {
     "survived": "a record changed, and nothing failed: an oracle is missing",
     "unchanged": "no record changed: a stimulus is missing, or it is equivalent",
     "no coverage": "no test executes the statement",
-    "not run": "time was over before all of its tests had run",
+    "not run": "time ran out before all of its tests had run",
 }
 """What a mutant that was not killed tells."""
 
@@ -120,9 +120,7 @@ def notes(result: MutationResult) -> Iterator[str]:
         excluded_tests = plural(len(result.excluded_tests), "test")
         yield f"{excluded_tests} took no part, failing or unmeasured without a fault: {_list(result.excluded_tests)}"
     if result.end_reason != "done":
-        why = {"seconds": "time was over", "lost": "their process was lost"}.get(
-            result.end_reason, "it was interrupted"
-        )
+        why = {"seconds": "time ran out", "lost": "their process was lost"}.get(result.end_reason, "it was interrupted")
         yield f"{plural(result.total.not_run, 'mutant')} not tried: {why}"
 
 

@@ -189,7 +189,7 @@ def _level(text: str) -> tuple[str, str]:
     """Logger and level of `level` or `logger:=level`."""
     logger, separator, level = text.rpartition(":=")
     if level.upper() not in _LEVELS or (separator and not logger):
-        raise _fault(f"'{text}' is no level of a logger; levels: {', '.join(_LEVELS)}")
+        raise _fault(f"'{text}' is not a level of a logger; levels: {', '.join(_LEVELS)}")
     return logger, level
 
 
@@ -203,7 +203,7 @@ def _add_parameter(parsed: Arguments, text: str) -> None:
     try:
         parsed.parameters.append((node or "/**", name, yaml.load(value, Loader=_Loader)))  # a safe one
     except yaml.YAMLError as error:
-        raise _fault(f"'{text}' is no YAML: {' '.join(str(error).split())}") from None
+        raise _fault(f"'{text}' is not YAML: {' '.join(str(error).split())}") from None
 
 
 def _add_file(parsed: Arguments, path: str) -> None:

@@ -66,7 +66,7 @@ def requirement_name(full_name: str) -> str:
         Ros2Error: the name is not full.
     """
     if not full_name.startswith("/") or len(full_name) < 2:
-        raise Ros2Error(f'ros2: {full_name!r} is no full name; expected one with "/" in front, such as "/arm/state"')
+        raise Ros2Error(f'ros2: {full_name!r} is not a full name; expected one with "/" in front, such as "/arm/state"')
     return full_name[1:].replace("/", "_")
 
 

@@ -217,7 +217,7 @@ def _describe_program(package: str, executable: str) -> str:
     file = find_executable(package, executable)
     if file is None:
         return ""
-    kind = "a compiled program, as of C++" if is_binary(file) else "a program that is no console script of Python"
+    kind = "a compiled program, as of C++" if is_binary(file) else "a program that is not a console script"
     return f"is {kind}, {file}"
 
 

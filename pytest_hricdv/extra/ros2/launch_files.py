@@ -93,7 +93,7 @@ def find(launch: Launch) -> LaunchFile:
     workspace = [Path(folder) for folder in launch.workspace]
     missing = next((folder for folder in workspace if not folder.is_dir()), None)
     if missing is not None:
-        raise LaunchError(f"{launch}: workspace: {missing.absolute()} is no folder")
+        raise LaunchError(f"{launch}: workspace: {missing.absolute()} is not a folder")
     if not launch.package:
         path = Path(launch.file)
         if not path.is_file():

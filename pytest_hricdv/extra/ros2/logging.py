@@ -92,7 +92,7 @@ def configure(context: Context) -> None:
 def set_logger_level(name: str, level: int, detailed_error: bool = False) -> None:
     """Set the level of a logger; UNSET: that of the one above it. Raises RuntimeError for a level that is none."""
     if level not in tuple(Severity):
-        raise RuntimeError(f"Failed to set level for logger: {level} is no level")
+        raise RuntimeError(f"Failed to set level for logger: {level} is not a level")
     _levels()[name] = int(level)
 
 

@@ -69,7 +69,7 @@ def packages_in(workspace: Iterable[str | Path]) -> dict[str, SourcePackage]:
     folders = [Path(folder) for folder in workspace]
     missing = next((folder for folder in folders if not folder.is_dir()), None)
     if missing is not None:
-        raise LaunchError(f"workspace: {missing.absolute()} is no folder")
+        raise LaunchError(f"workspace: {missing.absolute()} is not a folder")
     return packages_around(Path("pytest.ini"), [*folders, Path()])
 
 

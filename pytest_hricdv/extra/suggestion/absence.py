@@ -8,11 +8,11 @@ from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCan
 from pytest_hricdv.extra.suggestion.events import RecordedEvent, Runs, next_after
 
 MIN_OTHERWISE = 0.6
-"""After the other values it happens in this share of cases: otherwise its absence is no difference."""
+"""Share of the other values after which the event has to happen, for its absence to be significant."""
 
 
 def absences(runs: Runs, events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
-    """Of the values of each topic, compared with all other messages of the topic."""
+    """Candidates for each value of a topic, compared with all other messages of the topic."""
     topics = [event for event in events if event.is_message and not event.is_part and not event.is_state]
     by_topic = {event.subject: event for event in topics}
     for trigger in events:
@@ -37,7 +37,7 @@ def _absence(
     event: RecordedEvent,
     rounds: Sequence[RecordedEvent],
 ) -> Iterator[RequirementCandidate]:
-    """Up to the next message of a topic that begins a round, those of people first."""
+    """The absence up to the next message that begins a round; topics of people are tried first."""
     for again in sorted(rounds, key=lambda other: (other.author != "person", other.text)):
         if again.subject in (event.subject, trigger.subject):
             continue
@@ -57,7 +57,7 @@ def _absence(
 
 
 def _share(runs: Runs, times: Sequence[Sequence[float]], event: RecordedEvent, again: RecordedEvent) -> float:
-    """After how many of these times the event happens before the next round."""
+    """The share of these times after which the event happens before the next round."""
     total = happened = 0
     for run, triggers in enumerate(times):
         for time_s in triggers:

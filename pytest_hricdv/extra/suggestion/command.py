@@ -48,7 +48,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help=f"further tests (default {default.further})",
     )
     add("--seconds", type=_number, metavar="S", help="start no new fault after S seconds (default: no limit)")
-    add("--anew", action="store_true", help="as though there were no requirements yet: to compare them with yours")
+    add("--anew", action="store_true", help="ignore existing requirements, to compare suggestions with them")
     add("pytest", nargs="*", metavar="ARGUMENT", help="further arguments of pytest, after --, as -- -n 2")
 
 

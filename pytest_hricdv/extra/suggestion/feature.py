@@ -39,7 +39,7 @@ class SuggestionFeature(Feature[SuggestionOptions]):
             f"{SuggestionOptions.further})",
         ),
         Value("suggest-seconds", "S", "start no new fault after S seconds (default: no limit)"),
-        Flag("suggest-anew", "suggest as though there were no requirements yet: to compare them with yours"),
+        Flag("suggest-anew", "ignore existing requirements, to compare suggestions with them"),
     )
 
     switched_off = MappingProxyType({"hri_suggest": False})

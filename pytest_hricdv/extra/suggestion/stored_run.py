@@ -36,7 +36,7 @@ class StoredRun(msgspec.Struct, frozen=True, kw_only=True):
         test: its id.
         sha256: of the record; empty where there is none.
         end_s: when it ended (s of simulated time).
-        failed: the requirements that it violated, beside known violations.
+        failed: the requirements that it violated, except known violations.
         errors: what else was wrong with it, a sentence each.
         signals: name -> times (s) and values, as the bytes of doubles.
         texts: name -> times (s), as the bytes of doubles, and values.
@@ -113,7 +113,7 @@ def store(test: str, result: CaseResult, authorship: Authorship, failed: tuple[s
         test: its id.
         result: of the run.
         authorship: watched it.
-        failed: the requirements that it violated, beside known violations.
+        failed: the requirements that it violated, except known violations.
     """
     return StoredRun(
         test=test,

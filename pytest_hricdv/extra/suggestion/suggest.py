@@ -150,7 +150,7 @@ class Suggester:
         runs = recordings.of_faults(trials, settings.seconds)
         left = len(trials) - len(runs)
         if left:
-            self._notes.append(f"{left} of {plural(len(trials), 'fault')} not tried: time was over")
+            self._notes.append(f"{left} of {plural(len(trials), 'fault')} not tried: time ran out")
         return {fault: changed for fault, changed in runs.items() if changed}, unreached, "seconds" if left else "done"
 
     def _seed(self, measured: Sequence[TestResult]) -> Callable[..., Trials] | None:

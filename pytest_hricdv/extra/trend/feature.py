@@ -240,7 +240,8 @@ class TrendFeature(Feature[Path]):
         path = reader.file("history")
         if path is not None and path.is_file() and _is_of_others(path):
             raise usage_error(
-                f"--hri-history: {visible(str(path))} is no history, and a line would be added to it; name another file"
+                f"--hri-history: {visible(str(path))} is not a history file, and a line would be appended to it; "
+                "name another file"
             )
         return path
 

@@ -124,7 +124,7 @@ class _PlanReader:
         for key in table.keys() - tables.keys():
             if key not in allowed:
                 owner = "a goal" if is_goal else "a section, whose goals are its tables"
-                raise self._error(name, f"{quote(key)} is no key of {owner}{nearest(key, allowed)}")
+                raise self._error(name, f"{quote(key)} is not a key of {owner}{nearest(key, allowed)}")
         texts = {key: self._text(name, key, table) for key in _TEXTS if key in table}
         part = PlanItem(
             name=name,

@@ -122,7 +122,7 @@ class _Guard:
             if name.rpartition(".")[2] not in _CLOCKED:
                 self._refuse(name)
             raise RealTimeError(
-                f"{place_of(sys._getframe(1))}: node {node.name} uses {name}, which strikes by the machine's clock: "
+                f"{place_of(sys._getframe(1))}: node {node.name} uses {name}, which uses the machine's clock: "
                 'a run has its own; use threading.Timer, with time=VirtualTime(apis=("time", "threading"))'
             )
         if name == "signal.pthread_sigmask":

@@ -297,7 +297,7 @@ class _TerminalText(io.TextIOWrapper):
     def _reading(self, read: Any, *arguments: Any) -> Any:
         node, other = current_node(), self._reader
         if node is None or (other is not None and other is not node and not other.ended):
-            who = "what is no node" if node is None else f"{node.name}, while {other.name if other else ''} does"
+            who = "code outside of a node" if node is None else f"{node.name}, while {other.name if other else ''} does"
             raise KernelError(f"the terminal {self._terminal.name!r} is read by {who}: one node at a time can read it")
         self._reader = node
         try:

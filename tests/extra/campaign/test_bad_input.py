@@ -24,15 +24,15 @@ def free_port() -> int:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["run", "--suite=nonesuch"], "the tests cannot be planned: ERROR: --hri-suite: suite 'nonesuch' is no method"),
+        (["run", "--suite=nonesuch"], "the tests cannot be planned: ERROR: --hri-suite: suite 'nonesuch' is not a"),
         (["run", "--concretizations=0"], "'0': expected a whole number from 1 to 10,000,000"),
         (["run", "--cluster=lokal"], "'lokal': expected local, local:WORKERS or a scheduler's tcp://HOST:PORT"),
         (["run", "--cluster=local:0"], "expected at least one worker"),
         (["run", "--audit=101"], "expected a share in per cent, from 0 to 100"),
         (["run", *SUITE, "--state=nowhere/a.db"], "there is no folder"),
         (["status"], "campaign.db: no such campaign: 'hricdv campaign run --state="),
-        (["report", "--state=conftest.py"], "conftest.py: damaged, or no campaign (file is not a database)"),
-        (["run", *SUITE, "--state=conftest.py"], "conftest.py: damaged, or no campaign (file is not a database)"),
+        (["report", "--state=conftest.py"], "conftest.py: damaged, or not a campaign (file is not a database)"),
+        (["run", *SUITE, "--state=conftest.py"], "conftest.py: damaged, or not a campaign (file is not a database)"),
         (["export", "--state=a.db"], "the following arguments are required: --parquet"),
     ],
 )
@@ -63,7 +63,7 @@ def test_a_damaged_store_is_not_touched(begun: Path, lamps: Path, campaign: Camp
     for arguments in (["status"], ["report"], ["run", *SUITE, "--cluster=local:1"]):
         done = campaign(*arguments, "--state=a.db")
         assert done.returncode == 2, done.stdout
-        assert "a.db: damaged, or no campaign" in done.stderr
+        assert "a.db: damaged, or not a campaign" in done.stderr
     assert (lamps / "a.db").read_bytes() == data[: len(data) // 2]
 
 

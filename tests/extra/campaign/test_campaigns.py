@@ -206,7 +206,7 @@ def test_a_campaign_is_cancelled_from_elsewhere(lamps: Path, campaign: Campaign)
         said += running.stdout.readlines()
     assert running.returncode == 3
     assert "ended before all was done: cancelled\n" in said
-    assert "the same command goes on with it\n" in said
+    assert "the same command resumes it\n" in said
 
 
 @pytest.mark.slow

@@ -96,7 +96,7 @@ def test_no_id_writes_outside_of_the_report(state: Path, capsys: Any, name: str)
     execute(state, "UPDATE results SET result = ? WHERE test = 0", zlib.compress(encode(test).encode()))
     status, _, errors = said(capsys, "report")
     assert status == 2
-    assert "a.db: damaged, or no campaign (Expected `str` matching regex" in errors
+    assert "a.db: damaged, or not a campaign (Expected `str` matching regex" in errors
     assert [path for path in state.parent.rglob("*") if path.suffix == ".json"] == []
     assert [path for path in before if not path.exists()] == []
 
@@ -114,7 +114,7 @@ def test_no_id_writes_outside_of_the_report(state: Path, capsys: Any, name: str)
         ("UPDATE runs SET k = 'x' WHERE test = 0", "1 rows of runs are of no test of its plan"),
         ("UPDATE runs SET outcome = 'owned'", "Invalid enum value 'owned'"),
         ("UPDATE runs SET outcome = NULL", "Expected `str`, got `null`"),
-        ("UPDATE runs SET summary = json_set(summary, '$.judgements', json('[]'))", "damaged, or no campaign"),
+        ("UPDATE runs SET summary = json_set(summary, '$.judgements', json('[]'))", "damaged, or not a campaign"),
         ("UPDATE runs SET summary = json_set(summary, '$.judgements', 1)", "Expected `array`, got `int`"),
         ("UPDATE runs SET summary = replace(printf('%.99999c', '['), ' ', '[')", "nested too deeply"),
         ("UPDATE runs SET summary = NULL", "Expected `str`, got `null`"),
@@ -123,7 +123,7 @@ def test_no_id_writes_outside_of_the_report(state: Path, capsys: Any, name: str)
         ("UPDATE runs SET sim_s = -1", "Expected `float` >= 0.0"),
         ("UPDATE workers SET versions = '[1]'", "Expected `object`, got `array`"),
         ("UPDATE workers SET versions = NULL", "Expected `str`, got `null`"),
-        ("UPDATE workers SET versions = 'x'", "damaged, or no campaign (Expecting value"),
+        ("UPDATE workers SET versions = 'x'", "damaged, or not a campaign (Expecting value"),
         ("INSERT INTO again VALUES (0, 5, 'x', 1, 'z')", "a run that is not there was repeated: (0, 5)"),
         ("INSERT INTO again VALUES (0, 0, 'x', 'y', 'z')", "Expected `int`, got `str`"),
         ("UPDATE campaign SET value = x'00' WHERE name = 'plan'", "cannot be unpacked"),
@@ -182,7 +182,7 @@ def test_no_link_beside_a_campaign_is_written_through(state: Path, capsys: Any, 
             Store.open(state).hold()
     else:
         status, _, errors = said(capsys, "status")
-        assert (status, "a symbolic link, and none is followed here" in errors) == (2, True)
+        assert (status, "a symbolic link, which is not followed here" in errors) == (2, True)
     assert victim.read_text() == "precious"
 
 
@@ -196,5 +196,5 @@ def test_no_link_in_a_report_lets_a_campaign_delete_or_write_elsewhere(
     os.symlink(victim, tmp_path / "hri-report" / "failures")
     status, _, errors = said(capsys, "report")
     assert status == 2
-    assert "a symbolic link is in the way, and none is followed there: remove it" in errors
+    assert "a symbolic link is in the way, which is not followed there: remove it" in errors
     assert [path.name for path in victim.iterdir()] == ["package.json"]

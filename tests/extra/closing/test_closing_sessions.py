@@ -114,7 +114,7 @@ GREETS = 'any(action.command == "greet" for action in run.test.actions)'
 @pytest.mark.slow
 def test_where_every_run_errs_it_is_said_why(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", LAMP, f"    {{}}[run.test.seed]\n{LAMP}")
-    assert "--hri-suite=closure: no run came to its end: KeyError: " in refused(lamps, *SUITE)
+    assert "--hri-suite=closure: no run completed: KeyError: " in refused(lamps, *SUITE)
 
 
 @pytest.mark.slow

@@ -138,7 +138,7 @@ def test_the_summary_says_what_came_nearest_and_what_a_further_run_would_find() 
     assert "  no new violation in 300 runs: below 1.0 % of runs show another (95 %)" in lines
     again = with_near(estimated_undetected={"kinds": 3, "once": 0, "runs": 300, "new": 0.0})
     lines = [line.text for line in terminal.summary(sample.typed(again), Path("out"), 80)]
-    assert "  each kind of violations came again: below 1.0 % of runs show another (95 %)" in lines
+    assert "  all kinds of violations recurred: below 1.0 % of runs show another (95 %)" in lines
 
 
 def test_the_page_has_how_near_each_requirement_came() -> None:

@@ -285,7 +285,7 @@ def test_a_process_that_is_silent_for_too_long_is_ended(cluster: Cluster, echo: 
 
 def test_a_worker_with_another_project_is_refused_and_named(echo: Path) -> None:
     said: list[str] = []
-    refused = pytest.raises(ClusterError, match=r"no worker can be asked: tls://.*robot\.py changed")
+    refused = pytest.raises(ClusterError, match=r"no worker can be used: tls://.*robot\.py changed")
     with connect(Address(workers=1), said.append) as made, refused:
         ask(made, service(echo, has="fedcba9876543210"), '["one"]')
     assert len(said) == 1
@@ -353,12 +353,12 @@ def test_a_worker_with_other_versions_is_refused_and_named(echo: Path, tmp_path:
         given = {**environment(), "PYTHONPATH": path}
         with subprocess.Popen(worker, env=given, **lost_workers.QUIET) as process:  # type: ignore[call-overload]
             said: list[str] = []
-            with pytest.raises(ClusterError, match=r"no worker can be asked: .*msgspec .*, now 0\.0\.1"):
+            with pytest.raises(ClusterError, match=r"no worker can be used: .*msgspec .*, now 0\.0\.1"):
                 connect(Address(scheduler.address), said.append).__enter__()
             process.kill()
     assert len(said) == 2
     assert "is neither encrypted nor authenticated" in said[0]
-    assert "is not asked: its versions are others: msgspec" in said[1]
+    assert "is not asked: its versions differ: msgspec" in said[1]
 
 
 @pytest.mark.parametrize("text", ["local:x", "localhost:8786", "tcp://host", "tcp://:8786x", ""])

@@ -21,8 +21,8 @@ def test_an_entry_names_causes() -> None:
 @pytest.mark.parametrize(
     ("line", "form", "message"),
     [
-        ("R2 of 965b64b: dim", KNOWN, "'965b64b' is no id of a cause; expected eight of 0-9 and a-f"),
-        ("R2 of surge: dim", KNOWN, "'surge' is no id of a cause"),
+        ("R2 of 965b64b: dim", KNOWN, "'965b64b' is not the id of a cause; expected eight of 0-9 and a-f"),
+        ("R2 of surge: dim", KNOWN, "'surge' is not the id of a cause"),
         ("R2 of 965b64b5, 0dc13159: dim", KNOWN, r"expected 'REQUIREMENT: reason' or 'REQUIREMENT \[of CAUSE,...\]"),
         ("R2 of 965b64b5: dim", ALLOWED_UNTRIGGERED, "expected 'REQUIREMENT: reason'"),
     ],
@@ -46,7 +46,7 @@ def test_a_violation_of_another_cause_fails_and_a_cause_that_is_gone_is_told(
     one.stdout.fnmatch_lines(
         [
             f"FAILED R2 is known of cause {surge}, but 2 tests violate it for cause {wish}, first "
-            "surges-2-actions-f3507d88: mend it, or name it in hri_known_violations"
+            "surges-2-actions-f3507d88: fix it, or name it in hri_known_violations"
         ]
     )
     three = surging.runpytest_inprocess(*SUITE, f"--hri-known=R2 of {surge},{wish},0123abcd", "-n", "1")

@@ -226,9 +226,9 @@ def test_without_pillow_the_extra_is_named(filmed: pytest.Pytester, monkeypatch:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('"answer": "answer"', '"answer": "anwser"', "film moment 'answer' comes with 'anwser', which is no message"),
+        ('"answer": "answer"', '"answer": "anwser"', "film moment 'answer' comes with 'anwser', neither a message nor"),
         ('"answer": "answer"', '"glare": "lamp_level"', "film moment 'glare' comes with 'lamp_level', which is no"),
-        ('"switched.level"', '"switched.lumen"', "film state is 'switched.lumen', which is no field of a message"),
+        ('"switched.level"', '"switched.lumen"', "film state is 'switched.lumen', which is not a field of a message"),
         ("period_s=0.1", "period_s=0", "expected a microsecond or more"),
     ],
 )

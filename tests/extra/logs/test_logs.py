@@ -248,7 +248,7 @@ def test_what_the_person_did_in_a_log_is_a_test_that_runs(lamps: pytest.Pytester
     [
         ('"hall"', '"attic"', "field.mcap: /door is 'enter attic', which the testbench has no command for; nearest: "),
         ('"{room}"', '"{rom}"', "/door: its messages have no field rom; nearest: room"),
-        ('command = "greet"', 'command = "greet("', "/speech: 'greet(' is no command; expected "),
+        ('command = "greet"', 'command = "greet("', "/speech: 'greet(' is not a command; expected "),
         ('"thought_ms"', '"thought"', "actions./wish.pause_s: thought is None; expected a number; nearest: thought_ms"),
         ("parameters.pause_s", "parameters.paus_s", "has no parameter paus_s; nearest: pause_s"),
         ("hello", "bye", ""),

@@ -139,7 +139,7 @@ def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(
     found = mutation(guide)
     assert found["end_reason"] == "seconds"
     assert 0 < found["total"]["not_run"] < 8
-    result.stdout.fnmatch_lines([f"  {found['total']['not_run']} not run: time was over *"])
+    result.stdout.fnmatch_lines([f"  {found['total']['not_run']} not run: time ran out *"])
 
 
 @pytest.mark.slow

@@ -33,11 +33,11 @@ def test_the_summary_has_score_oracles_and_survivors_in_lines_that_fit() -> None
         "    controller/states.py:14  message dropped: robot.bus.publish(State(name))",
         "  1 no coverage: no test executes the statement",
         "    controller/states.py:15  message dropped: robot.bus.publish(State(name))",
-        "  1 not run: time was over before all of its tests had run",
+        "  1 not run: time ran out before all of its tests had run",
         "    controller/states.py:16  message dropped: robot.bus.publish(State(name))",
         "  2 that were not killed were tried on 1 test of a suite, and more execute them",
         "  1 test took no part, failing or unmeasured without a fault: rl-leg1-left-out",
-        "  1 mutant not tried: time was over",
+        "  1 mutant not tried: time ran out",
     ]
 
 

@@ -42,7 +42,7 @@ def test_the_oracle_says_what_is_required(tmp_path: Path) -> None:
         ({"actions": (ActionMapping("take(", "on(taken)"),)}, "ActionMapping('take('): *"),
         (
             {"actions": (ActionMapping("take(Thign)", "on(taken)"),)},
-            "ActionMapping('take(Thign)'): Thign is no field of its message and no signal; nearest: thing",
+            "ActionMapping('take(Thign)'): Thign is neither a field of its message nor a signal; nearest: thing",
         ),
         (
             {"actions": (ActionMapping("offered", "on(offer)", fails="rise(gripping)"),)},
@@ -151,7 +151,7 @@ def test_a_variable_can_be_a_signal_which_needs_a_value(tmp_path: Path) -> None:
 def test_an_agent_that_waits_busily_is_refused(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !spin. +!spin <- .print(x); !spin. +thanks <- offered."
     toy = Toy(tmp_path, robot, actions=(OFFERED,), limits={})
-    with pytest.raises(ModelOracleError, match=r"robot does not come to rest: it has to wait with \.wait, not busily"):
+    with pytest.raises(ModelOracleError, match=r"robot does not come to rest: let it wait with \.wait, not in"):
         toy.follow((1.0, "order", {"thing": "cup"}))
 
 

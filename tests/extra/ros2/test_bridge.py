@@ -278,7 +278,7 @@ def test_two_names_that_are_one_in_the_record_are_an_error() -> None:
 @pytest.mark.parametrize(
     ("declared", "message"),
     [
-        (Ros2(topics={"scan": "cell_msgs/msg/Scan"}), "'scan' is no full name"),
+        (Ros2(topics={"scan": "cell_msgs/msg/Scan"}), "'scan' is not a full name"),
         (Ros2(topics={"/scan": "cell_msgs/Scan"}), "topics has the type 'cell_msgs/Scan'; expected one such as"),
         (Ros2(topics={"/scan": "cell_msgs/srv/Grasp"}), "topics has the type 'cell_msgs/srv/Grasp'"),
         (Ros2(topics={"/scan": "cell_msgs/msg/Scn"}), "cell_msgs has no msg 'Scn'; nearest: Scan"),

@@ -173,7 +173,7 @@ def test_a_node_of_a_workspace_needs_no_build(
         load(RosNode(package="source_robot", executable="gasper", workspace=workspace))
     with pytest.raises(MissingExecutableError, match="nearest: source_robot"):
         load(RosNode(package="source_robt", executable="grasper", workspace=workspace))
-    with pytest.raises(LaunchError, match="is no folder"):
+    with pytest.raises(LaunchError, match="is not a folder"):
         load(RosNode(package="no_robot", executable="grasper", workspace=["not_there"]))
 
 

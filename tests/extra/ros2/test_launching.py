@@ -267,7 +267,7 @@ def test_functions_of_the_testbench_stand_for_executables(tmp_path: Path) -> Non
             {"file": "y.launch.xml", "package": "cell"},
             r"package 'cell', in .*, has none; there are bad\.launch",
         ),
-        ({"workspace": ["nowhere"]}, r"workspace: .*nowhere is no folder"),
+        ({"workspace": ["nowhere"]}, r"workspace: .*nowhere is not a folder"),
     ],
 )
 def test_what_is_wrong_is_said_in_a_sentence(launch: dict[str, Any], message: str, tmp_path: Path) -> None:

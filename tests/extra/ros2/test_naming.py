@@ -85,7 +85,7 @@ def test_parameters_come_from_files_and_arguments(tmp_path: Path) -> None:
     [
         (["-p"], arguments.InvalidROSArgsError, "'-p' has no value"),
         (["-p", "speed=1"], arguments.InvalidROSArgsError, "'speed=1' is not of the form name:=value"),
-        (["-p", "speed:=["], arguments.InvalidROSArgsError, "is no YAML"),
+        (["-p", "speed:=["], arguments.InvalidROSArgsError, "is not YAML"),
         (["--params-file", "none.yaml"], arguments.InvalidROSArgsError, r"parameter file /.*none\.yaml: No such file"),
         (["--quickly"], arguments.UnknownROSArgsError, r"\['--quickly'\]"),
     ],
@@ -171,5 +171,5 @@ def test_values_are_read_as_rcl_does(text: str, value: object) -> None:
 @pytest.mark.parametrize(("text", "levels"), [("warn", [("", "warn")]), ("arm.left:=DEBUG", [("arm.left", "DEBUG")])])
 def test_levels_of_loggers_are_arguments(text: str, levels: list[tuple[str, str]]) -> None:
     assert arguments.parse(["--ros-args", "--log-level", text]).log_levels == levels
-    with pytest.raises(arguments.InvalidROSArgsError, match="is no level"):
+    with pytest.raises(arguments.InvalidROSArgsError, match="is not a level"):
         arguments.parse(["--ros-args", "--log-level", "loud"])

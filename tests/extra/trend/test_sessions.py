@@ -78,7 +78,7 @@ def test_a_file_of_something_else_is_refused_and_stays(lamps: pytest.Pytester) -
     before = (lamps.path / "conftest.py").read_bytes()
     result = lamps.runpytest_inprocess(*SUITE[:-1], "--hri-history=conftest.py")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: --hri-history: *conftest.py is no history*"])
+    result.stderr.fnmatch_lines(["ERROR: --hri-history: *conftest.py is not a history file*"])
     assert (lamps.path / "conftest.py").read_bytes() == before
 
 
