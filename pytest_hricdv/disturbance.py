@@ -51,7 +51,7 @@ class Disturbance:
 
 
 class MessageDisturbance(ABC):
-    """The next message of a topic is not delivered as it should be; each says how. It needs no handler."""
+    """A disturbance of the delivery of a topic's next message; subclasses say which. It needs no handler."""
 
     topic: str
 
@@ -62,7 +62,7 @@ class MessageDisturbance(ABC):
 
     @abstractmethod
     def message_fault(self, parameters: Parameters) -> MessageFault:
-        """What happens to the message, with these parameters."""
+        """The fault of the message for these parameters."""
 
     def faults(self, topics: Collection[str]) -> Iterator[str]:
         """What is wrong with its declaration, a sentence each. `topics`: of the testbench's messages."""

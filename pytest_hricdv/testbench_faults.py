@@ -96,7 +96,7 @@ def check_testbench(candidate: object, where: str) -> Testbench:
 
 
 def describe_keywords(error: BaseException) -> str:
-    """Lines for the error of a declaration: the purpose of each missing keyword, the successor of each moved one."""
+    """The lines of the error of a declaration: the purpose of each missing keyword, the successor of each moved one."""
     if not isinstance(error, TypeError):
         return ""
     class_name, is_init, fault = str(error).partition(".__init__() ")

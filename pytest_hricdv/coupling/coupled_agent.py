@@ -27,10 +27,10 @@ class CoupledAgent(Agent, ABC):
 
     @abstractmethod
     def acts_of(self, intention: Intention, literal: Structure) -> tuple[int, ...] | None:
-        """The declared acts that an intention is about to do; None if it need not stop before this one."""
+        """The declared acts that an intention is about to do; None if it need not pause before this one."""
 
     def execute(self, intention: Intention) -> None:
-        """Execute the next statement of an intention, unless it is to stop before it."""
+        """Execute the next statement of an intention, unless it has to pause before it."""
         if intention is self._released:
             self._released = None
         elif (literal := self._act_of(intention)) is not None:
@@ -54,13 +54,13 @@ class CoupledAgent(Agent, ABC):
         return super().all_intentions() + [(act.intention, None) for act in self.ready_acts]
 
     def remove_intention(self, intention: Intention) -> None:
-        """Remove an intention; it is not ready for anything any more."""
+        """Remove an intention, and the act that it is ready for."""
         super().remove_intention(intention)
         for act in [act for act in self.ready_acts if act.intention is intention]:
             self.ready_acts.remove(act)
 
     def stop_before(self, intention: Intention, text: str, literal: Structure | None, acts: tuple[int, ...]) -> None:
-        """An intention stops before an act."""
+        """Pause an intention before an act."""
         # The innermost plan that has a label: plans without one are details of it.
         labelled = [means.plan.label for means in intention.stack if means.plan.has_label]
         plan = labelled[-1] if labelled else ""

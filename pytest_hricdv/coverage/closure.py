@@ -46,7 +46,7 @@ class CoverageStep:
 
 
 def minimal_suite(tests: Sequence[MeasuredTest]) -> tuple[CoverageStep, ...]:
-    """A small part of the tests that covers as much as all of them, those that add most per simulated second first.
+    """A small subset of the tests that covers as much as all of them, ordered by points gained per simulated second.
 
     Greedy: within a factor of ln(n) + 1 of the cheapest suite (Chvatal 1979). Tests that later ones made redundant are
     removed again.
@@ -55,7 +55,7 @@ def minimal_suite(tests: Sequence[MeasuredTest]) -> tuple[CoverageStep, ...]:
 
 
 def growth(tests: Sequence[MeasuredTest]) -> tuple[tuple[float, int], ...]:
-    """What the tests cover together, in their order: (cost up to a test, points) at each test that adds any."""
+    """Cumulative coverage in the order of the tests: (cost up to a test, points) at each test that adds any."""
     covered, cost_s = 0, 0.0
     steps = []
     for test in tests:
@@ -98,7 +98,7 @@ def _greedy(tests: Sequence[MeasuredTest]) -> list[MeasuredTest]:
 
 
 def _without_redundant(chosen: Sequence[MeasuredTest]) -> list[MeasuredTest]:
-    """Without tests whose points the others cover, tried from the most expensive on."""
+    """Drop tests whose points the others cover, the most expensive ones first."""
     count: Counter[int] = Counter()
     points = {test.name: _bits(test.points) for test in chosen}
     for places in points.values():

@@ -43,7 +43,7 @@ class ImportWatch(MetaPathFinder):
         self.files: dict[str, Path] = {}
         """The modules that were followed -> their files, in the order in which their imports began."""
         self.failures: dict[str, BaseException] = {}
-        """Those of them whose import raised -> what it raised."""
+        """Modules whose import raised -> the exception."""
         self._needs: dict[str, set[str]] = {}
         self._asking: list[set[str]] = []
         self._finding: set[tuple[int, str]] = set()
@@ -98,7 +98,7 @@ class ImportWatch(MetaPathFinder):
 
     @contextmanager
     def note_imports(self) -> Iterator[set[str]]:
-        """The names of the modules that are asked for meanwhile, loaded before or not."""
+        """Collects the names of modules that are imported meanwhile, whether loaded before or not."""
         names: set[str] = set()
         is_outermost = not self._asking
         self._asking.append(names)
@@ -110,7 +110,7 @@ class ImportWatch(MetaPathFinder):
 
     @contextmanager
     def _note(self) -> Iterator[None]:
-        """What import statements and `importlib.import_module` ask for is noted."""
+        """Record what import statements and `importlib.import_module` ask for."""
         real_import, real_import_module = builtins.__import__, importlib.import_module
         importing, importing_module = self._wrap_import(real_import), self._wrap_import_module(real_import_module)
         builtins.__import__, importlib.import_module = importing, importing_module
@@ -150,7 +150,7 @@ class ImportWatch(MetaPathFinder):
         return import_statement
 
     def close_over_imports(self, names: Iterable[str]) -> frozenset[str]:
-        """Those of the modules that were followed, and all that they imported in turn."""
+        """The given modules that were followed, and all that they imported in turn."""
         needed: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -173,7 +173,7 @@ class ImportWatch(MetaPathFinder):
         return None
 
     def of_files(self, files: Collection[Path]) -> list[str]:
-        """The modules that were followed and are of these files."""
+        """The followed modules that are loaded from these files."""
         return [name for name, file in self.files.items() if file in files]
 
 
@@ -207,7 +207,7 @@ def _with_parents(name: str) -> list[str]:
 
 
 class _LoaderProxy(Loader):
-    """Loads with another loader, which stands in the module from the first line on, and is followed."""
+    """Wraps another loader, which the module refers to from its first line on, to follow the import."""
 
     def __init__(self, loader: Any, following: Callable[[], AbstractContextManager[None]]) -> None:
         self._loader = loader

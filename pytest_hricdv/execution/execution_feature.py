@@ -29,7 +29,7 @@ class Follower(Watcher, Protocol):
     """Watches a run and judges it at its end."""
 
     def finish(self, time_s: float) -> Verdict:
-        """The run ended at `time_s` (s of simulated time): the verdict."""
+        """The verdict on the run, which ended at `time_s` (s of simulated time)."""
 
 
 class ExecutionFeature:
@@ -44,14 +44,14 @@ class ExecutionFeature:
     preloaded: tuple[str, ...] = ()
 
     def prepare(self, testbench: Testbench) -> None:
-        """Before the vocabulary of a testbench is asked for, in each process that loads it.
+        """Prepare each process that loads a testbench, before its vocabulary is used.
 
         Raises:
             Ros2Error: what the testbench declares cannot be had in this process.
         """
 
     def topics(self, testbench: Testbench) -> Mapping[str, Mapping[str, Kind]]:
-        """What requirements can name of a middleware other than the bus: name -> its fields, with their types.
+        """Names of a middleware other than the bus that requirements can use -> their fields, with types.
 
         Raises:
             Ros2Error: what the testbench declares of it is wrong.
@@ -59,11 +59,11 @@ class ExecutionFeature:
         return {}
 
     def before_imports(self, testbench: Testbench) -> tuple[str, ...]:
-        """Functions, as "package.module:name", to be called in a process before it imports the code under test."""
+        """Functions, as "package.module:name", that a process calls before it imports the code under test."""
         return ()
 
     def criteria(self, testbench: Testbench) -> tuple[Criterion, ...]:
-        """What runs are judged by, besides the requirements.
+        """Criteria that runs are judged by, besides the requirements.
 
         Raises:
             InputError: what the testbench declares of it is wrong.
@@ -71,18 +71,18 @@ class ExecutionFeature:
         return ()
 
     def followers(self, criteria: Sequence[Criterion], test: ConcreteTest) -> tuple[Follower, ...]:
-        """For one run: what judges it by those of the criteria that are the feature's, a verdict for each one."""
+        """The followers that judge one run by the feature's own criteria, a verdict for each."""
         return ()
 
     def surround(self, run: Run, code: CodeUnderTest, testbench: Testbench) -> AbstractContextManager[None]:
-        """Entered around a run."""
+        """A context manager entered around a run."""
         return nullcontext()
 
     def middleware(self, testbench: Testbench) -> Middleware | None:
-        """For one run: what the code under test runs on; None where that is the bus, or another feature has it."""
+        """The middleware of the code under test in one run; None for the bus, or if another feature provides it."""
         return None
 
 
 def execution_features() -> tuple[ExecutionFeature, ...]:
-    """All that take part in execution."""
+    """All features that take part in execution."""
     return offers("execution", "EXECUTION")

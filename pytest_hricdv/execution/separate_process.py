@@ -49,11 +49,11 @@ class LostError(ProcessError):
 
 
 class SilentError(LostError):
-    """The process was ended because it gave no sign of life."""
+    """The process was ended because it was silent for too long."""
 
 
 class SeparateProcess:
-    """The process, as the one sees it that started it.
+    """A subprocess, as its parent sees it.
 
     Args:
         process: started, with pipes.
@@ -68,9 +68,9 @@ class SeparateProcess:
         self._errors = errors
         self._let_through = let_through
         self._whole: deque[bytes] = deque()
-        """Lines that were read and not handed on yet."""
+        """Lines that were read but not returned yet."""
         self._begun: list[bytes] = []
-        """The parts of a line whose end was not read yet."""
+        """The parts of an incomplete line."""
 
     def send(self, message: object) -> None:
         """Send a line: a message, which is encoded as JSON, or the bytes of one."""
@@ -122,7 +122,7 @@ class SeparateProcess:
         raise ProcessError("it ended before its work was done")
 
     def _read(self, silent_s: float | None) -> bytes:
-        """What it has written; nothing at its end, even where what it has started lives on and holds its pipe open."""
+        """Read what is available; nothing at its end, even if a child of it survives and keeps the pipe open."""
         assert self._process.stdout is not None, "it is a pipe"
         descriptor = self._process.stdout.fileno()
         if not _HAS_WAITID:
@@ -151,7 +151,7 @@ class SeparateProcess:
             return True
 
     def _end_all(self) -> None:
-        """It ends, or has ended: wait for it, and end what it has started."""
+        """Wait for its end, and end its children."""
         if self._process.returncode is None and _HAS_WAITID:
             with suppress(ChildProcessError):  # as above
                 os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOWAIT)
@@ -159,7 +159,7 @@ class SeparateProcess:
         self._process.wait()
 
     def kill(self) -> None:
-        """End it at once, with the processes that it has started."""
+        """Kill it and its children."""
         if self._process.returncode is not None:
             return
         if hasattr(os, "killpg"):

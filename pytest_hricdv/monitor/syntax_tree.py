@@ -83,7 +83,7 @@ def _grammar() -> Lark:
 
 
 def syntax_tree(source: FormulaSource, start: Start) -> Tree[Token]:
-    """The syntax tree of a text, by the rule `start` of the grammar.
+    """Parse a text by the rule `start` of the grammar.
 
     Raises:
         RequirementError: it is none; the caret marks the first unexpected token. Or it is too long, or nests too

@@ -102,7 +102,7 @@ class TermParser(ABC):
         return definition.meaning
 
     def _expect(self, node: Node, expected: Kind) -> Tree[Token]:
-        """The node without parentheses; it has to be of a type."""
+        """Check the type of a node; returns it without parentheses."""
         tree = _inside(node)
         kind = self._kind(tree)
         if kind is expected:

@@ -20,7 +20,7 @@ STUCK_AFTER_S = 8.0
 takes. With the ticks of the watchdog, it is ended within 10 s."""
 
 CRAWLS = 7.5
-"""A second of simulated time may take this many times `STUCK_AFTER_S`, a minute of processor time: physics that is
+"""Limit for a second of simulated time, in multiples of `STUCK_AFTER_S`: a minute of processor time. Physics that is
 rendered thirty times a second takes ten seconds."""
 
 NODE_WAITS_S = 0.5
@@ -64,7 +64,7 @@ class SupervisedKernel(Protocol):
 
 
 class Supervision:
-    """Ends what keeps a run from going on.
+    """Interrupts code that keeps a run from advancing.
 
     Args:
         kernel: of the run.
@@ -81,7 +81,7 @@ class Supervision:
 
     @contextmanager
     def watch(self) -> Iterator[None]:
-        """Within, code that works without end, or waits in real time, is ended. `Kernel.run` does so by itself.
+        """Context manager that interrupts code that never yields, or waits in real time. `Kernel.run` enters it itself.
 
         The watchdog has no effect outside of the main thread, and on systems without signals.
         """
@@ -114,7 +114,7 @@ class Supervision:
         return WatchState(self._kernel.now_us, WORLD_WAITS_S)
 
     def _interrupt(self, problem: Hang, frame: FrameType | None) -> None:
-        """End what has control. A node that has caught what was raised is left where it is, for ever."""
+        """Interrupt the running code. A node that has caught the exception is abandoned."""
         error = self._error_of(problem, frame)
         node = self._kernel.inside
         if node is not None and self._interrupted == self._kernel.returns:

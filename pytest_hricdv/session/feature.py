@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class FeatureSession:
-    """A session, as features see it where all results meet.
+    """The session, as features see it in the process that collects all results.
 
     Args:
         context: what runs are judged and measured with.
@@ -77,30 +77,29 @@ class FeatureSession:
         self.context.collection.say(text)
 
     def wait(self, what: str) -> Callable[[str], None]:
-        """What is told how far something is that may take long."""
+        """Start a progress line for something that may take long; returns the function that updates it."""
         return self.context.collection.wait(what)
 
 
 class Feature(FeatureOptions[Settings]):
-    """What a feature does in a session, its `FEATURE`; by default it has no options and does nothing.
+    """What a feature does in a session, its `FEATURE`; by default it has no options, and the methods do nothing.
 
-    Its module is loaded with pytest itself, also in projects that do not use the plugin: what is heavy is imported by
-    the methods.
+    Its module is loaded by pytest in every project, used or not: heavy imports belong into methods.
     """
 
     def header(self, context: RunContext) -> Iterable[str]:
-        """Lines of pytest's header, where tests are generated."""
+        """Lines for pytest's header in sessions with generated tests."""
         return ()
 
     def check(self, context: RunContext) -> None:
-        """Before the first test, and before suites are generated: find what would fail after the last one.
+        """Check, before suites are generated, what would otherwise fail after the last test.
 
         Raises:
             pytest.UsageError: what is asked for cannot be done.
         """
 
     def generate(self, context: RunContext, suites: Sequence[GeneratedSuite]) -> Iterable[GeneratedSuite]:
-        """Further suites, given the others; in the controlling process only.
+        """Generate additional suites, given the others; in the controlling process only.
 
         Raises:
             pytest.UsageError: what is asked for cannot be generated.
@@ -108,32 +107,32 @@ class Feature(FeatureOptions[Settings]):
         return ()
 
     def after_run(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
-        """Where tests run, after each run: what it gave, with what the feature adds."""
+        """After each run, in the process that ran it: its result, with additions of the feature."""
         return run
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
-        """The result that a report has of a run, before this is judged, with what the feature adds."""
+        """Add to the reported result of a run, before it is judged."""
         return result
 
     def discrepancies(self, result: TestResult) -> Iterable[Discrepancy]:
-        """What came out otherwise when the feature ran the test again, for the judge."""
+        """Differences between the run and the feature's own rerun, for the judge."""
         return ()
 
     def after_test(
         self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport
     ) -> TestResult:
-        """Where tests run, after each one: its result, with what the feature adds."""
+        """After each test, in the process that ran it: its result, with additions of the feature."""
         return result
 
     def after_isolated_test(self, context: RunContext, result: TestResult) -> None:
         """Where tests run, after each one whose run, with all of the above, was in a process of its own."""
 
     def follow_up(self, context: RunContext) -> str:
-        """What it does after the last test, as a report names it that lacks it; empty where it does nothing then."""
+        """Name of the work after the last test, for a report that lacks it; empty if there is none."""
         return ""
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
-        """After the last test: the results, with what the feature adds.
+        """After the last test: the results, with additions of the feature.
 
         Args:
             stopped: the session ended before its last test.
@@ -141,16 +140,16 @@ class Feature(FeatureOptions[Settings]):
         return results
 
     def extend_report(self, session: FeatureSession, report: Report) -> Report:
-        """The report of a session that came to its end, before it is judged by its gates."""
+        """Add to the report of a completed session, before gates judge it."""
         return report
 
     def after_gates(self, session: FeatureSession, report: Report) -> Report:
-        """The report, after it was judged."""
+        """Add to the report after gates have judged it."""
         return report
 
 
 def not_done(context: RunContext, done: Collection[str] = ()) -> tuple[str, ...]:
-    """A sentence on what follows the tests and is not done; none where all is.
+    """Names the follow-up work that was not done, in a sentence; nothing if all is done.
 
     Args:
         context: of the session.
@@ -166,5 +165,5 @@ def not_done(context: RunContext, done: Collection[str] = ()) -> tuple[str, ...]
 
 
 def features() -> tuple[Feature[Any], ...]:
-    """All that take part in sessions."""
+    """All features that take part in sessions."""
     return offers("feature", "FEATURE")

@@ -65,7 +65,7 @@ def read_learning(config: pytest.Config) -> LearningOptions:
 
 
 def parameters(options: LearningOptions, testbench: Testbench) -> QLearning:
-    """The constants in force.
+    """The effective constants of learning.
 
     Raises:
         pytest.UsageError: an unknown constant or reward, or a value out of range.
@@ -87,7 +87,7 @@ def parameters(options: LearningOptions, testbench: Testbench) -> QLearning:
 
 
 def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
-    """What learning starts from.
+    """The start of learning: a saved table, or belief sets.
 
     Raises:
         pytest.UsageError: the file cannot be read, or is not for this testbench.

@@ -47,13 +47,13 @@ class RunContext:
         self.collection = collection
         self.options = collection.options
         self.stash = pytest.Stash()
-        """What optional features keep for this process."""
+        """Objects that optional features keep for this process."""
         self.signals = Signals()
-        """Handles Ctrl-C and SIGTERM, where tests are generated and all results meet; elsewhere nobody does."""
+        """Handles Ctrl-C and SIGTERM, in the controlling process only."""
 
     @cached_property
     def requirements(self) -> tuple[Criterion, ...]:
-        """What runs are judged by: the testbench's requirements, then its model, if runs are compared with one.
+        """The criteria of runs: the testbench's requirements, and those of features such as the model as an oracle.
 
         Raises pytest.UsageError, located, when a text does not parse, or a correspondence names what does not exist.
         """
@@ -104,7 +104,7 @@ class RunContext:
 
     @cached_property
     def code(self) -> CodeMap:
-        """What can be covered. Raises pytest.UsageError for code that is not there or a waiver without reason."""
+        """The code under test and its waivers. Raises pytest.UsageError for missing code or a waiver without reason."""
         try:
             config = self.collection.config
             settings = CoverageSettings((Path.cwd(), config.rootpath), getattr(config.option, "cov_config", "") or "")
@@ -115,14 +115,14 @@ class RunContext:
 
     @property
     def measurement(self) -> Measurement:
-        """How the code under test is measured now. A debugger, which can attach at any time, disables it."""
+        """The measurement of the code under test; a debugger, which can attach at any time, disables it."""
         if not self.options.coverage:
             return NoMeasurement("switched off with --hri-no-cov")
         return NoMeasurement(self.debugger_reason) if self.debugger_reason else self._choice_of_measurement
 
     @property
     def debugger_reason(self) -> str:
-        """Which debugger is attached to this process, or was asked for, in words for people; empty for none."""
+        """The debugger that is attached to this process or was asked for, in words; empty if none."""
         return self._debugger_option() or debugger()
 
     def _debugger_option(self) -> str:
@@ -143,7 +143,7 @@ class RunContext:
 
     @cached_property
     def provenance(self) -> Provenance:
-        """What the runs of this process depend on."""
+        """The provenance of the runs of this process: what they depend on."""
         return Provenance.now(self.code, self.collection.testbench)
 
     @cached_property
@@ -153,7 +153,7 @@ class RunContext:
 
     @cached_property
     def run_settings(self) -> RunSettings:
-        """What the session's runs are judged with; unmeasured."""
+        """The settings of the session's runs, without measurement."""
         return RunSettings(self.collection.testbench, self.requirements, self.known_when)
 
     def show_nodeid(self, nodeid: str) -> str:
@@ -164,4 +164,4 @@ class RunContext:
 
 
 CONTEXT = pytest.StashKey[RunContext]()
-"""Where the configuration of a session has it, once something is to be run."""
+"""Key of the context in pytest's stash."""

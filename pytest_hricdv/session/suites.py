@@ -78,7 +78,7 @@ def select_suites(
 
 
 def _methods(selection: str, root: Path, testbench: Testbench, say: Callable[[str], None]) -> tuple[Method, ...]:
-    """The methods that were asked for; `all` takes those that the testbench has everything for, and says so."""
+    """The selected methods; `all` stands for those that the testbench supports, and reports the others."""
     lacking = [ByHand.name] if testbench.suites.by_hand is None else []
     methods = select_methods(selection, root, lacking)
     if ALL in selection.split(",") and lacking and lacking[0] not in {method.name for method in methods}:
@@ -87,7 +87,7 @@ def _methods(selection: str, root: Path, testbench: Testbench, say: Callable[[st
 
 
 def generation_context(options: Options, testbench: Testbench) -> GenerationContext:
-    """What suites are generated from, without learning."""
+    """The inputs of generation, without those of learning."""
     return GenerationContext(
         model=testbench.model,
         space=testbench.beliefs,
@@ -100,7 +100,7 @@ def generation_context(options: Options, testbench: Testbench) -> GenerationCont
 
 
 def _context(options: Options, testbench: Testbench, *, learns: bool) -> GenerationContext:
-    """What the suites are generated from."""
+    """The inputs of generation."""
     if options.learning.named and not learns:
         raise usage_error(f"{options.learning.named[0]}: nothing is learned; select the suite {METHOD}")
     context = generation_context(options, testbench)

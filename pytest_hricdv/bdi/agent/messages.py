@@ -26,7 +26,7 @@ from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, subst
 from pytest_hricdv.bdi.logic.unify import undo, unify
 
 _DIRECT = frozenset({"tell", "achieve", "signal"})
-"""The forces of messages about a literal that are acted on at once."""
+"""The illocutionary forces that are processed without a plan."""
 
 
 def add_source(content: Term, sender: str) -> Term:
@@ -112,7 +112,7 @@ def is_processed_directly(agent: AgentState, message: SpeechAct) -> bool:
 
 
 def _take_answer(agent: AgentState, question: PendingQuestion, message: SpeechAct) -> None:
-    """An intention that waited for an answer goes on with it, once all have answered that it asked."""
+    """Resume an intention that waited for answers, once all agents that it asked have answered."""
     content: Term = message.content
     if message.force == "untell" and question.force == "askOne":
         content = Structure("false")

@@ -50,7 +50,7 @@ _KEYWORDS = frozenset(
 
 @lru_cache(maxsize=4096)  # more than the predicates of a model
 def split(functor: str) -> tuple[str, str]:
-    """The name space of a functor, and its name there."""
+    """Split a functor into its name space and its name there."""
     space, separator, name = functor.partition("::")
     return (space, name) if separator and not functor.startswith("'") else (DEFAULT, functor)
 
@@ -64,7 +64,7 @@ def without_space(literal: Structure) -> tuple[Structure, Structure]:
 
 
 def in_space(space: Term, literal: Term, written: QualifiedLiteral) -> Term:
-    """A literal in a name space; what has one, or is no literal, as it is.
+    """Put a literal into a name space; other terms, and literals that have one, are returned unchanged.
 
     Args:
         space: a name, or a variable while it has no value.
@@ -89,7 +89,7 @@ def in_space(space: Term, literal: Term, written: QualifiedLiteral) -> Term:
 
 
 def in_spaces(items: list[Any], space: str, numbers: Iterator[int]) -> list[Any]:
-    """The parts of a source with the name space of each.
+    """Resolve the name spaces of the parts of a source.
 
     Args:
         items: as they are written.
@@ -112,7 +112,7 @@ class _Scope:
     names: dict[str, str]
 
     def functor(self, written: str, arity: int, qualify: bool) -> str:
-        """A functor as it is kept."""
+        """The qualified form of a functor."""
         space, separator, name = written.partition("::")
         if written.startswith("'") or not separator:
             if not qualify or (written, arity) in _KEYWORDS:
@@ -143,7 +143,7 @@ def _in_blocks(items: list[Any], scope: _Scope, numbers: Iterator[int]) -> Itera
 
 
 def resolve(part: Any, scope: _Scope, qualify: bool) -> Any:
-    """A part of a source with its name spaces; ``qualify``: whether a literal there is in that of the block."""
+    """Resolve the name spaces in a part of a source; ``qualify``: whether its literal is in that of the block."""
     if isinstance(part, tuple):
         return tuple(resolve(item, scope, qualify) for item in part)
     if isinstance(part, Structure):

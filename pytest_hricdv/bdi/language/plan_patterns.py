@@ -25,14 +25,14 @@ from pytest_hricdv.bdi.language.syntax import (
 from pytest_hricdv.bdi.language.terms import Call, Number, Structure, Variable, source
 
 _AUTOMATIC = "_plan"
-"""The label of plans that get an automatic one."""
+"""Stands for the label of a plan that gets an automatic one."""
 _ADOPTING, _ADOPTED = "fg__", "fl__"
 """Names of the pattern sga: goals that wait to be adopted, and the one that is pursued."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanPattern:
-    """What a directive and the plans in it stand for.
+    """The expansion of a directive with the plans in it.
 
     Args:
         plans: the plans, those of the source changed.
@@ -44,7 +44,7 @@ class PlanPattern:
 
 
 def plans_in(parts: Iterable[Plan | PlanPattern]) -> PlanPattern:
-    """The plans between ``begin`` and ``end``, those of patterns inside included."""
+    """The plans between ``begin`` and ``end``, including those of nested patterns."""
     plans: list[Plan] = []
     beliefs: list[Structure] = []
     for part in parts:
@@ -57,7 +57,7 @@ def plans_in(parts: Iterable[Plan | PlanPattern]) -> PlanPattern:
 
 
 def expand_pattern(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
-    """The plans that a directive makes of those inside it.
+    """Expand a directive with the plans inside it.
 
     Raises:
         EvaluationError: there is no such directive, or it has other arguments; the message names those that there are.
@@ -124,7 +124,7 @@ def _blind(directive: Structure, inside: PlanPattern, at: Location, inner: int =
 
 
 def _inner(directive: Structure, inside: PlanPattern, at: Location, index: int) -> PlanPattern:
-    """The pattern that the argument at this index names, ``bdg`` by default, for the goal of a directive."""
+    """Expand the pattern named by the argument at this index (default ``bdg``) for the goal of a directive."""
     kind = directive.args[index] if len(directive.args) > index else Structure("bdg")
     name = kind.functor if isinstance(kind, Structure) else str(kind)
     return expand_pattern(Structure(name, (_argument(directive, 0),)), inside, at)
@@ -197,7 +197,7 @@ def _argument(directive: Structure, index: int) -> Structure:
 
 
 def _give_up(pattern: PlanPattern, directive: Structure, at: Location) -> PlanPattern:
-    """The pattern, with the goal given up once the second argument is believed: then it is not tried again either."""
+    """Let the pattern give up the goal once the second argument is believed, and not retry it."""
     goal, hopeless = _argument(directive, 0), _argument(directive, 1)
     again = _plan(PlanTrigger("-!", goal), None, _pursue(goal, at), at)
     plans = (replace(plan, context=Not(hopeless)) if plan == again else plan for plan in pattern.plans)

@@ -48,7 +48,7 @@ def text_of(file: str) -> str:
 
 
 def encoding_fault(file: str) -> str:
-    """What is not UTF-8 in a source file, with its place; else empty."""
+    """The error of a source file that is not UTF-8, with its place; else empty."""
     return _source_of(file).not_utf8
 
 
@@ -96,7 +96,7 @@ _CLAUSE_END = re.compile(r"\.(?=\s|$)")
 
 
 def repeats_of_anonymous(file: str) -> Iterator[tuple[Location, str]]:
-    """The names of the form ``_name`` that are written again in a clause of a source, at their second place."""
+    """Names of the form ``_name`` that occur twice in a clause, with the location of the second one."""
     code, start = _code_of(file), 0
     for end in (*(match.end() for match in _CLAUSE_END.finditer(code)), len(code)):
         places: dict[str, list[int]] = {}
@@ -119,7 +119,7 @@ def _word(name: str) -> re.Pattern[str]:
 
 
 def clear_cache() -> None:
-    """Forget the texts, so that changed files are read again."""
+    """Clear the cache of texts, so that changed files are read again."""
     for cached in (_source_of, _code_of, _line_starts):
         cached.cache_clear()
 

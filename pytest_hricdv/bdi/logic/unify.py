@@ -77,7 +77,7 @@ def _bind(variable: Variable, value: Term, bindings: Bindings, trail: Trail) -> 
 
 
 def occurs(variable: Variable, term: Term, bindings: Bindings) -> bool:
-    """Whether the variable is part of the term: binding it to that would make an endless term."""
+    """Occurs check: whether the variable is part of the term, so that binding it would make an infinite term."""
     pending = free_variables(term)
     while pending:
         value = walk(pending.pop(), bindings)

@@ -58,7 +58,7 @@ class _Atoms(dict[str | Structure, str]):
 
 
 def find_forwarding(name: str, key: Key, templates: Sequence[AgentTemplate]) -> ForwardingRule | None:
-    """How an agent forwards the percepts of a predicate; None if it does anything else with them.
+    """Find how an agent forwards the percepts of a predicate; None if it does anything else with them.
 
     Args:
         name: of the agent.
@@ -82,7 +82,7 @@ def find_forwarding(name: str, key: Key, templates: Sequence[AgentTemplate]) -> 
 
 
 def _meaningful_atoms(receiver: AgentTemplate) -> set[str] | None:
-    """The atoms that mean something to a receiver when they come; None if that is not known."""
+    """The atoms that a receiver reacts to or believes initially; None if unknown."""
     triggers = [plan.trigger for plan in receiver.library.plans if plan.trigger.sign == "+"]
     if receiver.library.has_own_message_plans or not all(
         isinstance(trigger.literal, Structure) for trigger in triggers
@@ -181,7 +181,7 @@ class Dependencies:
 
 
 class ReceiverBeliefs(BeliefBase):
-    """The beliefs of a receiver: a query of an atom that could be forwarded is noted.
+    """The beliefs of a receiver, which record queries of atoms that could be forwarded to it.
 
     Args:
         content: what it believes for certain; a predicate without entries is certainly not believed.
@@ -250,7 +250,7 @@ class ReceiverBeliefs(BeliefBase):
 
 
 class SteeringBeliefs(BeliefBase):
-    """The beliefs of the steering agent, after it has perceived: a query of the percepts to be forwarded is noted.
+    """The beliefs of the steering agent after perception, which record queries of the forwarded percepts.
 
     Args:
         beliefs: what it believes.

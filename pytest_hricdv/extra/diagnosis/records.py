@@ -16,7 +16,7 @@ DiagnosisEnd = Literal["done", "runs", "interrupted"]
 """Why experiments ended: none was left, or the budget of runs was used up, or Ctrl-C."""
 
 DIAGNOSIS_ENDS: tuple[DiagnosisEnd, ...] = ("done", "runs", "interrupted")
-"""In order of precedence in a merged report, the last one wins."""
+"""In increasing order of precedence, for merged reports."""
 
 
 class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
@@ -74,7 +74,7 @@ class ExecutedLines(PlainRecord, frozen=True, kw_only=True):
 
 
 class Neighbour(PlainRecord, frozen=True, kw_only=True):
-    """The run of the nearest neighbour that passes, to be shown beside the one that fails.
+    """The run of the nearest passing neighbour, to be shown next to the failing run.
 
     Args:
         timeline: of it.
@@ -90,7 +90,7 @@ class Neighbour(PlainRecord, frozen=True, kw_only=True):
 
 
 class Decision(PlainRecord, frozen=True, kw_only=True):
-    """What decides between failing and passing: a failing test, and its nearest neighbour that passes.
+    """The minimal pair of a cause: a failing test, and its nearest neighbour that passes.
 
     Args:
         words: what the neighbour has otherwise, as they follow "passes"; where no neighbour passes, why that is.
@@ -118,10 +118,10 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
 
 
 class Probability(PlainRecord, frozen=True, kw_only=True):
-    """The share of a campaign's runs that fail for a cause, with its 95 % interval (per cent).
+    """The share of a campaign's runs that fail for a cause, with its 95 % confidence interval (per cent).
 
-    The interval is Wilson's (1927), over runs. Tests are not drawn at random, but the seeds of each are: so often
-    does the cause strike in these tests.
+    Wilson's interval (1927), over runs: it estimates how often the cause strikes in these tests, whose seeds alone are
+    random.
     """
 
     runs: Count
@@ -131,7 +131,7 @@ class Probability(PlainRecord, frozen=True, kw_only=True):
 
 
 class Cause(PlainRecord, frozen=True, kw_only=True):
-    """What tests fail for.
+    """A cause of failures.
 
     Args:
         id: from the change, the state and the requirement that fails first: the same in each session.
@@ -176,7 +176,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
 
 
 class Experiment(PlainRecord, frozen=True, kw_only=True):
-    """What a run has shown of a failure.
+    """An experiment: what a run has shown about a failure.
 
     Args:
         nodeid: of the test.
@@ -198,7 +198,7 @@ KindName = Literal["bool", "float", "str"]
 
 
 class Diagnosis(PlainRecord, frozen=True, kw_only=True):
-    """What the causes rest on.
+    """The evidence that the causes rest on.
 
     Args:
         runs: of experiments.

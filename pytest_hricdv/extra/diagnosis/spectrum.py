@@ -14,7 +14,7 @@ from functools import cached_property
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 
 MAX_COMPARED = 3
-"""The most suspicious statements that are compared: a fault is seldom more than three statements."""
+"""Number of most suspicious statements that are compared: a fault is seldom larger than three statements."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class ExecutionCounts:
 
 
 def ochiai(counts: ExecutionCounts) -> float:
-    """From 0 to 1: 1 for what all failing tests execute and no passing one."""
+    """Ochiai's coefficient, from 0 to 1: 1 for what all failing tests execute and no passing one."""
     executing = counts.failing + counts.passing
     return counts.failing / math.sqrt(counts.all_failing * executing) if counts.failing else 0.0
 
@@ -125,7 +125,7 @@ def combine(suspects: Iterable[Suspect], near: Spectra, failing: Collection[str]
 
 @dataclass(frozen=True)
 class ExecutionTable:
-    """Of each element of the code, which tests execute it: as the bits of a number, so that counting is one `and`.
+    """Which tests execute each element of the code, as bit sets, so that counting is one `and`.
 
     Args:
         bit_of: node id -> the bit of the test.
@@ -155,7 +155,7 @@ class ExecutionTable:
         return sum(self.bit_of[name] for name in {*names} if name in self.bit_of)
 
     def counts(self, elements: Collection[int], failing: int, passing: int) -> list[ExecutionCounts]:
-        """How many of the failing and passing tests execute each of these elements."""
+        """Count the failing and passing tests that execute each of these elements."""
         all_failing = failing.bit_count()
         return [
             ExecutionCounts((tests & failing).bit_count(), (tests & passing).bit_count(), all_failing)
@@ -164,7 +164,7 @@ class ExecutionTable:
 
 
 def _transpose(rows: Iterable[tuple[int, int]], size: int) -> tuple[int, ...]:
-    """Thousands of tests execute the same few sets of elements, so each set is looked at once."""
+    """Built from the distinct sets of elements: thousands of tests execute the same few."""
     tests_with: dict[int, int] = {}
     for row, test in rows:
         tests_with[row] = tests_with.get(row, 0) | test

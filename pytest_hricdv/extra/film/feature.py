@@ -31,7 +31,7 @@ _FILM_MAKER: pytest.StashKey[FilmMaker] = pytest.StashKey()
 
 
 class FilmFeature(Feature[bool]):
-    """Films failing tests; its setting is whether it does."""
+    """Films failing tests; its setting is whether this is asked for."""
 
     name = "film"
     group = "files"
@@ -44,11 +44,11 @@ class FilmFeature(Feature[bool]):
         return reader.flag("film")
 
     def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
-        """A result names its film."""
+        """The option, because a result names its film."""
         return {"--hri-film": "set" if self.settings(options) else ""}
 
     def check(self, context: RunContext) -> None:
-        """Whether anything can be filmed."""
+        """Check that tests can be filmed."""
         if not self.settings(context.options):
             return
         testbench = context.collection.testbench
@@ -97,7 +97,7 @@ FEATURE = FilmFeature()
 
 
 class FilmView(View):
-    """How many films there are, and on a test's page its own."""
+    """Shows the number of films, and the film of a test on its page."""
 
     name = "film"
     scripts = ("film",)

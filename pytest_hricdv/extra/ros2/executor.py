@@ -34,7 +34,7 @@ _USED = ("_wait_for_ready_callbacks", "_make_handler", *(take for _, take in _PL
 
 
 def check_entities_when_waiting(executors: Any) -> None:
-    """Let executors wait in this way; once only.
+    """Patch executors to wait in this way; a second call has no effect.
 
     Args:
         executors: the module `rclpy.executors`. One that lacks what this uses is left as it is.
@@ -87,7 +87,7 @@ def _replacement(executors: Any, original: Callable[..., Any]) -> Callable[..., 
 
 
 def _in_order(ready: list[Ready]) -> Iterator[Ready]:
-    """What is ready, as the schedule of the run has it."""
+    """The ready entities, in the order of the run's schedule."""
     kernel = current_kernel("spin")
     while ready:
         yield ready.pop(kernel.choose(len(ready)))
@@ -102,7 +102,7 @@ def _end_ns(timeout_sec: Any) -> int | None:
 
 
 def _left_s(end_ns: int | None) -> float | None:
-    """How long it is until a time-out is over (s); None: for ever."""
+    """Remaining time (s) of a time-out; None: for ever."""
     return None if end_ns is None else max(end_ns - current_kernel("spin").now_us * 1000, 0) / 1e9
 
 
@@ -167,7 +167,7 @@ class Entities:
         return made
 
     def wait(self, end_ns: int | None) -> tuple[list[Ready], bool]:
-        """Block until something is ready, or the executor is woken, or it is `end_ns`.
+        """Block until an entity is ready, the executor is woken, or the time is `end_ns`.
 
         Returns:
             What is ready, in the order in which it is to be called, and whether it is `end_ns`.
@@ -188,7 +188,7 @@ class Entities:
             block_until_woken(kernel, awaited, min(due if end_ns is None else [*due, end_ns], default=None))
 
     def _ready(self) -> list[Ready]:
-        """What is ready and may be called now: waitables first."""
+        """The ready entities that may be called now, waitables first."""
         can_execute = self._executor.can_execute
         ready = self._ready_waitables() if self._waitables.wait_set.any_is_ready() else []
         for entity, node, take, handle in self._plain:
@@ -210,7 +210,7 @@ class Entities:
 
 
 POLL_NS = 1_000_000
-"""Period (ns) of what `rclpy` polls without a pause: tasks of an `EventsExecutor`, and futures that asyncio awaits."""
+"""Period (ns) of polls by `rclpy` without a pause: of tasks of an `EventsExecutor`, and of awaited futures."""
 
 
 def events_executor(executors: Any) -> type[Any]:
@@ -325,7 +325,7 @@ _KINDS = ("timers", "subscriptions", "clients", "services", "waitables")
 
 
 def _log(executor: Any, error: BaseException, node: Any, entity: Any) -> None:
-    """As the extension does: by the logger of the node whose callback it was."""
+    """Log an error as the extension does: with the logger of the node whose callback raised it."""
     from rclpy.logging import get_logger  # type: ignore[import-not-found, unused-ignore]
 
     nodes = [node] if node is not None else executor.get_nodes()

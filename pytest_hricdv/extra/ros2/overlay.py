@@ -65,7 +65,7 @@ class OrderedSet(MutableSet[T]):
 
 
 def replace_extension() -> None:
-    """Put our module in the place of the extension, for this process; a second time has no effect.
+    """Replace the extension by our module in this process; a second call has no effect.
 
     Raises:
         KernelError: `rclpy` has its real extension already.
@@ -87,7 +87,7 @@ def replace_extension() -> None:
 
 
 _MAX_IMPORTERS = 3
-"""Of the modules that a message lists."""
+"""Number of modules listed in a message."""
 
 
 def _importers() -> list[str]:
@@ -122,7 +122,7 @@ def virtual_rclpy(*packages: str) -> Iterator[None]:
 
 
 def adapt_rclpy() -> None:
-    """Adapt what is loaded of `rclpy`: the order of its sets, how its executors wait, and what pytest shows of it."""
+    """Adapt the loaded modules of `rclpy`: the order of sets, the waiting of executors, and tracebacks in pytest."""
     _order_sets()
     for name in [module for module in sys.modules if module.partition(".")[0] == "rclpy"]:
         vars(sys.modules[name])["__tracebackhide__"] = True
@@ -169,7 +169,7 @@ def _round_up_init(original: Callable[..., None]) -> Callable[..., None]:
 
 
 def _order_sets() -> None:
-    """Let the modules of `rclpy` that are loaded make ordered sets from now on."""
+    """Let the loaded modules of `rclpy` create ordered sets from now on."""
     for name in _VISITING_SETS:
         if name in sys.modules:
             vars(sys.modules[name])["set"] = OrderedSet
