@@ -240,7 +240,7 @@ LIMITS = (
     Limit(
         "bdi.language.syntax_errors:MAX_DEPTH",
         lambda n, _: parse_program("p(" + "[" * (n - 1) + "]" * (n - 1) + ")."),
-        ":1:.*more than 120 brackets",
+        ":1:.*more than 120 levels of brackets",
     ),
     Limit(
         "bdi.logic.inference:MAX_CHOICES",
@@ -281,7 +281,7 @@ LIMITS = (
     Limit("monitor.syntax_tree:MAX_LENGTH", lambda n, at: requirement(at, "p".ljust(n - 13)), "100,001 characters"),
     Limit("monitor.syntax_tree:MAX_DEPTH", lambda n, at: requirement(at, "!" * (n - 2) + "p"), "r.toml:5:.*than 64"),
     Limit("monitor.syntax_tree:MAX_DEPTH", definitions_in_each_other, "r.toml:.*more than 64"),
-    Limit("monitor.syntax_tree:MAX_BUILT_DEPTH", built_in_python, "more than 128 operators", step=2),
+    Limit("monitor.syntax_tree:MAX_BUILT_DEPTH", built_in_python, "more than 128 levels of operators", step=2),
     Limit(
         "monitor.syntax_tree:MAX_NODES",
         lambda n, at: requirement(at, " & ".join(["d"] * (n // 2)), 'd = "p"'),

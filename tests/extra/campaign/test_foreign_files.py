@@ -106,7 +106,7 @@ def test_no_id_writes_outside_of_the_report(state: Path, capsys: Any, name: str)
     [
         ("UPDATE results SET result = (SELECT result FROM results WHERE test = 1) WHERE test = 0", "has the result of"),
         ("UPDATE results SET replay = (SELECT replay FROM results WHERE test = 1) WHERE test = 0", "of another test"),
-        ("UPDATE results SET result = substr(result, 1, 99)", "it is cut off"),
+        ("UPDATE results SET result = substr(result, 1, 99)", "it is truncated"),
         ("UPDATE results SET result = 7", "Expected `bytes`, got `int`"),
         ("UPDATE campaign SET value = 'a'", "Invalid base64"),
         ("UPDATE runs SET test = 99 WHERE test = 0", "1 rows of runs are of no test of its plan"),
