@@ -35,6 +35,7 @@ import tempfile
 import threading
 import time
 import traceback
+import tracemalloc
 import types
 import warnings
 import weakref
@@ -63,6 +64,16 @@ def _umask() -> int:
     return mask
 
 
+def _traced_frames() -> int:
+    return tracemalloc.get_traceback_limit() if tracemalloc.is_tracing() else 0
+
+
+def _trace_memory(frames: int) -> None:
+    tracemalloc.stop()
+    if frames:
+        tracemalloc.start(frames)
+
+
 _SETTINGS: tuple[tuple[Callable[[], Any], Callable[[Any], object]], ...] = (
     (gc.get_debug, gc.set_debug),
     (gc.get_threshold, lambda threshold: gc.set_threshold(*threshold)),
@@ -70,6 +81,9 @@ _SETTINGS: tuple[tuple[Callable[[], Any], Callable[[Any], object]], ...] = (
     (sys.getswitchinterval, sys.setswitchinterval),
     (sys.get_int_max_str_digits, sys.set_int_max_str_digits),
     (threading.stack_size, threading.stack_size),
+    (sys.getrecursionlimit, sys.setrecursionlimit),
+    (sys.get_coroutine_origin_tracking_depth, sys.set_coroutine_origin_tracking_depth),
+    (_traced_frames, _trace_memory),
     (_umask, os.umask),
 )
 """What says how the process works is set: how to ask, and how to set it again."""

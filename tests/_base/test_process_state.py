@@ -7,6 +7,7 @@ import gc
 import os
 import signal
 import sys
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -76,6 +77,8 @@ SETTINGS: dict[str, tuple[Callable[[], object], Callable[[Path], object]]] = {
         lambda: signal.getsignal(signal.SIGTERM),
         lambda _: signal.signal(signal.SIGTERM, signal.SIG_IGN),
     ),
+    "recursion": (sys.getrecursionlimit, lambda _: sys.setrecursionlimit(10**6)),
+    "memory": (tracemalloc.is_tracing, lambda _: tracemalloc.start()),
     "collector": (gc.get_threshold, lambda _: gc.set_threshold(1)),
     "streams": (lambda: sys.stdout, lambda _: setattr(sys, "stdout", None)),
     "descriptors": (lambda: os.path.exists("/dev/fd/1"), lambda _: os.close(1)),

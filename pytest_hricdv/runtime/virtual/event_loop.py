@@ -15,18 +15,18 @@ from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import Context
 from types import ModuleType
-from typing import Any, TypeVar, TypeVarTuple
+from typing import Any, NoReturn, TypeVar, TypeVarTuple
 
 from greenlet import GreenletExit
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv.runtime.blocking_calls import ASYNCIO
+from pytest_hricdv.runtime.blocking_calls import ASYNCIO, real_wait
 from pytest_hricdv.runtime.kernel import US_PER_S, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import error_line
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
-from pytest_hricdv.runtime.virtual.real_time import node_to_wait
+from pytest_hricdv.runtime.virtual.real_time import RealTimeError, node_to_wait
 from pytest_hricdv.runtime.virtual.selector import WHAT, VirtualSelector
 from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
 
@@ -187,10 +187,32 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         future.add_done_callback(self._keep_failed)
         return future
 
+    async def subprocess_exec(self, *_: Any, **__: Any) -> Any:
+        """Refused: nothing of a run would ever tell that the process has ended."""
+        _refuse("asyncio's subprocess")
+
+    async def subprocess_shell(self, *_: Any, **__: Any) -> Any:
+        """Likewise."""
+        _refuse("asyncio's subprocess")
+
+    async def sock_connect(self, *_: Any) -> None:
+        """Likewise: no socket is looked at."""
+        _refuse("asyncio's socket")
+
+    async def sock_recv(self, *_: Any) -> bytes:
+        """Likewise."""
+        _refuse("asyncio's socket")
+
     def __del__(self, _warn: Any = None) -> None:
         # What a run leaves open is closed without a warning: it ended at any moment, and no program would have gone on.
         if not self.is_closed() and not self.is_running():
             self.close()
+
+
+def _refuse(what: str) -> NoReturn:
+    node = node_to_wait(ASYNCIO, WHAT)
+    kernel = node.kernel
+    raise RealTimeError(real_wait(sys._getframe(1), f"node {node.name}", kernel.code, kernel.virtual, what))
 
 
 def _may_take(waiting: asyncio.Task[Any], failed: asyncio.Future[Any]) -> bool:

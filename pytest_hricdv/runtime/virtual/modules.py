@@ -27,6 +27,7 @@ _PROVIDERS = {
     "time": "clocks",
     "datetime": "clocks",
     "threading": "threads",
+    "_thread": "threads",
     "queue": "threads",
     "concurrent.futures": "thread_pool",
     "asyncio": "event_loop",
@@ -68,7 +69,7 @@ class Replacements:
                 parent = sys.modules[name.rpartition(".")[0]]
                 self._by_identity.setdefault(id(parent), (parent, _import_result(name, parent, has_names=False)))
             for key, value in vars(other).items():
-                original = vars(real).get(key, value)
+                original = getattr(real, key, value)  # also what a module loads when somebody asks for it
                 if original is not value and not key.startswith("_"):
                     self._by_identity.setdefault(id(original), (original, value))
             self._renewed |= vars(sys.modules[f"{__package__}.{_PROVIDERS[name]}"]).get("RENEWED", {})

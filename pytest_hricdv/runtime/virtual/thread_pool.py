@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import concurrent.futures as real_futures
-import concurrent.futures.thread  # noqa: F401  (otherwise loaded when somebody asks for the pool)
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import Any

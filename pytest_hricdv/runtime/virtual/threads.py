@@ -6,6 +6,7 @@ among them. A thread that raises fails the run, as its node would: nobody has to
 
 from __future__ import annotations
 
+import _thread
 import queue
 import threading
 import time
@@ -209,6 +210,17 @@ def get_ident() -> int:
     return int(current_thread().ident)
 
 
+def start_new_thread(
+    function: Callable[..., object], args: tuple[Any, ...], kwargs: Mapping[str, Any] | None = None
+) -> int:
+    """As of `_thread`."""
+    if current_node() is None:
+        return _thread.start_new_thread(function, args, dict(kwargs or {}))
+    thread = Thread(target=function, args=args, kwargs=kwargs, daemon=True)
+    thread.start()
+    return int(thread.ident or 0)
+
+
 _NAMES = {
     "Thread": Thread,
     "Timer": Timer,
@@ -246,7 +258,14 @@ def _queue(threads: ModuleType) -> ModuleType:
 _THREADING = _make_threading()
 _QUEUE = _queue(_THREADING)
 
-MODULES = (_THREADING, _QUEUE, copy("sched", {"threading": _THREADING, "time": clocks.MODULES[0]}))
+_LOW_LEVEL = stand_in(
+    _thread,
+    {"start_new_thread": start_new_thread, "start_new": start_new_thread, "get_ident": get_ident}
+    | dict.fromkeys(("allocate_lock", "allocate"), locks.Lock)
+    | {"RLock": locks.RLock},
+)
+
+MODULES = (_THREADING, _QUEUE, copy("sched", {"threading": _THREADING, "time": clocks.MODULES[0]}), _LOW_LEVEL)
 """What the modules under test see."""
 
 

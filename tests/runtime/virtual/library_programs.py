@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import asyncio
 import concurrent.futures
 import functools
@@ -242,6 +243,20 @@ def pool_with_a_timeout(say: Say) -> None:
         except concurrent.futures.TimeoutError:
             say(("late", _now()))
     say(("done", _now()))
+
+
+@program
+def threads_of_the_lowest_level(say: Say) -> None:
+    gate = _thread.allocate_lock()
+    gate.acquire()
+
+    def work() -> None:
+        time.sleep(0.5)
+        say(("thread", _now()))
+        gate.release()
+
+    _thread.start_new_thread(work, ())
+    say((gate.acquire(True, 3.0), _now()))
 
 
 @dataclass

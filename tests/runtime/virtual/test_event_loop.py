@@ -237,6 +237,19 @@ def test_it_is_refused_where_it_is_not_asked_for_and_the_coroutine_closed(
     assert inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
 
 
+@pytest.mark.parametrize(
+    "wait",
+    [lambda: asyncio.create_subprocess_exec("true"), lambda: asyncio.open_connection("127.0.0.1", 9)],
+    ids=["process", "socket"],
+)
+def test_what_is_outside_of_the_run_is_refused(wait: Callable[[], Coroutine[Any, Any, object]]) -> None:
+    async def main() -> None:
+        await wait()
+
+    with pytest.raises(NodeError, match=r"test_event_loop.py:\d+: node .+ waits in real time, in asyncio's"):
+        run(lambda kernel: VIRTUAL.run(main()), kinds=("time", "asyncio"))
+
+
 def test_so_is_a_loop_of_its_own() -> None:
     for make in (VIRTUAL.new_event_loop, VIRTUAL.get_event_loop, VIRTUAL.SelectorEventLoop):
         with pytest.raises(NodeError, match="the event loop of asyncio in node"):

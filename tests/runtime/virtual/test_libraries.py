@@ -29,6 +29,7 @@ SEEN: dict[str, list[object]] = {
     "sleeping_in_any_loop": [(True, 2.0), 3.0],
     "timeout_in_a_coroutine": [("late", 1.5)],
     "pool_with_a_timeout": [("late", 1.0), ("done", 4.0)],
+    "threads_of_the_lowest_level": [("thread", 0.5), (True, 0.5)],
     "clocks_that_were_handed_over": [(2.0, 3.0, 2.0), (2.0, 2.0)],
     "moments_of_every_kind": [
         ("moment", "moment", "datetime", True),

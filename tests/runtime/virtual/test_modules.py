@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import sys
 import threading
 import time
@@ -27,6 +28,14 @@ def test_an_original_has_its_stand_in_and_nothing_else_has() -> None:
     replacements.update()
     assert replacements.of(time.sleep) is clocks.sleep
     assert replacements.of(Hook) is Hook
+
+
+def test_what_a_module_loads_when_it_is_asked_for_has_its_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A library that has the pool by name is the first to ask for it."""
+    monkeypatch.delitem(vars(concurrent.futures), "ThreadPoolExecutor", raising=False)
+    replacements = Replacements()
+    replacements.update()
+    assert concurrent.futures.ThreadPoolExecutor in replacements
 
 
 def test_what_takes_the_place_in_memory_of_a_hook_that_is_gone_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
