@@ -2,6 +2,7 @@
 
 Such code works without end, or waits in real time for what is not simulated. A thread, and no timer of the system: the
 alarm signal may belong to somebody else, as to pytest-timeout, and a timer of processor time does not notice who waits.
+Such a timer only lets the thread look where a function in C, such as a search of `re`, keeps Python's lock.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ with contextlib.suppress(ImportError):  # Windows has none, and no signals that 
 # waits.
 _monotonic, _process_time = time.monotonic, time.process_time
 _HANDLE, _SET_DEPTH = signal.signal, sys.setrecursionlimit  # refused in runs
+_SET_TIMER = getattr(signal, "setitimer", None)
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -40,6 +42,9 @@ _HAS_SIGNALS = hasattr(signal, "pthread_kill") and hasattr(signal, "SIGVTALRM")
 
 TICK_S = 0.1
 """How often the thread looks (s of real time). A look takes 40 us (`timeit` of `_Usage.tick`, 2 cores)."""
+
+YIELD_S = 0.5
+"""What keeps Python's lock lets the thread look so often (s of processor time)."""
 
 AGAIN_S = 1.0
 """Who was interrupted and goes on has so long to clean up (s of processor time; chosen)."""
@@ -118,11 +123,14 @@ class Watch:
             yield
             return
         previous = _HANDLE(signal.SIGVTALRM, self._interrupt)
+        assert _SET_TIMER is not None, "a system with this signal has its timer"
+        timer = _SET_TIMER(signal.ITIMER_VIRTUAL, YIELD_S, YIELD_S)
         self._start()
         try:
             yield
         finally:
             self._stop()
+            _SET_TIMER(signal.ITIMER_VIRTUAL, *timer)
             _HANDLE(signal.SIGVTALRM, previous)
 
     def _start(self) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import _thread
 import hashlib
+import re
 import sys
 import threading
 
 import pytest
 
-from pytest_hricdv.runtime.watchdog import _wants_now
+from pytest_hricdv.runtime.watchdog import Hang, Watch, WatchState, _wants_now
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what a thread is doing")
 
@@ -52,3 +53,11 @@ def test_who_computes_wants_a_processor_whether_it_gets_one_or_not() -> None:
 def test_who_waits_wants_none() -> None:
     seen = looked_at_while("waits")  # the first looks may come before it waits
     assert not seen[-1]
+
+
+def test_a_search_that_keeps_pythons_lock_is_ended() -> None:
+    def end(hang: Hang, frame: object) -> None:
+        raise TimeoutError(hang.kind)
+
+    with Watch(lambda: WatchState(0, 60.0, may_work_s=1.0), end).watch(), pytest.raises(TimeoutError, match="works"):
+        re.match("(a+)+$", "a" * 60 + "b")
