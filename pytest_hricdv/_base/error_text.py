@@ -9,7 +9,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from itertools import compress, islice
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import TypeVar, cast
 
 from greenlet import getcurrent, greenlet
@@ -18,6 +18,9 @@ from pytest_hricdv._base.message import MAX_LINE, MAX_TEXT, cut
 
 MAX_CAUSES = 20
 """Chained errors that are shown, each with its traceback; a longer chain comes from recursion that catches itself."""
+
+MAX_FRAMES = 1000
+"""Frames of a traceback that are shown: Python's own limit of recursion, which code may raise."""
 
 MAX_NESTED = 50
 """Groups within each other that are shown as they are: pytest goes through them by recursion, four calls for each."""
@@ -54,14 +57,17 @@ def call_within(limit_s: float, function: Callable[[], T]) -> T:
     over, ended = _LOCK(), _LOCK()
     over.acquire()
     ended.acquire()
+    is_due = False
 
     def strike() -> None:
+        nonlocal is_due
         while not over.acquire(timeout=limit_s):
+            is_due = True
             _KILL(main, _STRIKE)
         ended.release()
 
     def leave(number: int, frame: FrameType | None) -> None:
-        if getcurrent() is calling:
+        if is_due and getcurrent() is calling:  # the watchdog's own timer says nothing of this call
             # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would go on.
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(calling))
             here.throw(OvertimeError())
@@ -197,6 +203,7 @@ def shorten(error: BaseException) -> BaseException:
         if part is None or id(part) in seen:
             continue
         seen.add(id(part))
+        _cut_frames(part)
         hidden = part.__suppress_context__
         part.__cause__, part.__context__ = (
             linked and _untangle(linked) for linked in (part.__cause__, part.__context__)
@@ -207,6 +214,16 @@ def shorten(error: BaseException) -> BaseException:
         _hide_between(part)
         _shorten_one(part)
     return error
+
+
+def _cut_frames(error: BaseException) -> None:
+    """Leave out the middle of a recursion: pytest compares each of its frames with all others, for minutes."""
+    trace, entries = error.__traceback__, list[TracebackType]()
+    while trace is not None:
+        entries.append(trace)
+        trace = trace.tb_next
+    if len(entries) > MAX_FRAMES:
+        entries[MAX_FRAMES // 2 - 1].tb_next = entries[-(MAX_FRAMES // 2)]
 
 
 def _hide_between(error: BaseException) -> None:

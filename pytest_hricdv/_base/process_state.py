@@ -9,37 +9,15 @@ from __future__ import annotations
 
 import builtins
 import contextlib
-import datetime
-import errno
-import functools
 import gc
-import hashlib
-import importlib
-import inspect
-import io
-import json
-import linecache
-import math
+import logging
 import os
 import pathlib
-import pickle
-import re
-import select
-import shutil
 import signal
-import stat
-import struct
-import subprocess
 import sys
-import tempfile
 import threading
-import time
-import traceback
 import tracemalloc
 import types
-import warnings
-import weakref
-import zlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -55,7 +33,9 @@ _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
 _MODULES = sys.modules
 _MODULE = types.ModuleType
 _HANDLER, _HANDLE, _MASK = signal.getsignal, signal.signal, getattr(signal, "pthread_sigmask", None)
-_STREAMS = {("sys", name) for name in ("stdin", "stdout", "stderr", "__stdin__", "__stdout__", "__stderr__")}
+_VALUES = {("os", "environ")} | {
+    ("sys", name) for name in ("stdin", "stdout", "stderr", "__stdin__", "__stdout__", "__stderr__")
+}
 
 
 def _umask() -> int:
@@ -76,6 +56,7 @@ def _trace_memory(frames: int) -> None:
 
 _SETTINGS: tuple[tuple[Callable[[], Any], Callable[[Any], object]], ...] = (
     (gc.get_debug, gc.set_debug),
+    (lambda: [*gc.callbacks], lambda callbacks: gc.callbacks.__setitem__(slice(None), callbacks)),
     (gc.get_threshold, lambda threshold: gc.set_threshold(*threshold)),
     (gc.isenabled, lambda enabled: gc.enable() if enabled else gc.disable()),
     (sys.getswitchinterval, sys.setswitchinterval),
@@ -91,14 +72,19 @@ _SETTINGS: tuple[tuple[Callable[[], Any], Callable[[Any], object]], ...] = (
 _MADE: dict[tuple[str, str], tuple[object, object]] = {}
 """What code has replaced in runs of this process: module or class and name -> what was there, and what is there now."""
 
-_KEPT: Mapping[str, types.ModuleType | type] = {
-    module.__name__: module
-    for module in (
-        *(builtins, contextlib, datetime, errno, functools, hashlib, importlib, inspect, io, json, linecache, math, os),
-        *(os.path, pathlib, pickle, re, select, shutil, signal, stat, struct, subprocess, sys, tempfile, threading),
-        *(time, traceback, types, warnings, weakref, zlib, greenlet, msgspec, msgspec.json, pytest),
-    )
-} | {"pathlib.Path": pathlib.Path, "pathlib.PurePath": pathlib.PurePath}
+_THIRD = (greenlet, msgspec, msgspec.json, pytest)
+_CLASSES: tuple[type, ...] = (pathlib.Path, pathlib.PurePath, logging.Handler, logging.Logger)
+_LIBRARY = {
+    id(module): (name, module)  # once where it has several names, under that of its users: posixpath, os.path
+    for name, module in [*sys.modules.items()]
+    if name.partition(".")[0] in sys.stdlib_module_names and type(module) is types.ModuleType
+}
+_KEPT: Mapping[str, types.ModuleType | type] = (
+    dict(_LIBRARY.values())
+    | {module.__name__: module for module in _THIRD}
+    | {f"{kind.__module__.partition('.')[0]}.{kind.__name__}": kind for kind in _CLASSES}
+)
+"""All of Python's library that is loaded: pytest uses much of it, and any of its modules the others."""
 
 _OWN = sys.stdlib_module_names | {
     "_pytest",
@@ -138,7 +124,7 @@ class ProcessState:
         lost = [*self._put_back_lost(), *self._put_back_modules()]
         wrong = self_check.wrong_answers()
         for kept, name, before, made in self._changes():
-            if _CALLABLE(before) or (kept, name) in _STREAMS:
+            if _CALLABLE(before) or (kept, name) in _VALUES:
                 _MADE[kept, name] = before, made
                 _SETATTR(_KEPT[kept], name, before)
         self._descriptors.put_back()
@@ -158,17 +144,21 @@ class ProcessState:
 
     def _changes(self) -> list[tuple[str, str, object, object]]:
         """Module or class, name, what was there, and what is there now."""
-        return [
-            (kept, name, value, _KEPT[kept].__dict__.get(name))
-            for kept, before in self._names.items()
-            for name, value in before.items()
-            if value is not None and _KEPT[kept].__dict__.get(name) is not value
-        ]
+        found: list[tuple[str, str, object, object]] = []
+        for kept, before in self._names.items():
+            now = _KEPT[kept].__dict__.get  # once for all its names: there are thirteen thousand
+            found += [
+                (kept, name, value, now(name))
+                for name, value in before.items()
+                if now(name) is not value and value is not None
+            ]
+        return found
 
     def _put_back_lost(self) -> Iterator[str]:
         for kept, name, before, taken in self._changes():
             # Not what may well be None, as a cache that is emptied.
-            is_lost = not _CALLABLE(taken) if _CALLABLE(before) else taken is None and type(before) is _MODULE
+            is_whole = type(before) is _MODULE or name == "environ"
+            is_lost = not _CALLABLE(taken) if _CALLABLE(before) else taken is None and is_whole
             if is_lost:
                 _SETATTR(_KEPT[kept], name, before)
                 yield f"{kept}.{name}"

@@ -175,7 +175,9 @@ def debugger() -> str:
     if tool:
         return f"a debugger is attached ({tool})"
     control = sys.modules.get("coverage")
-    measuring = control is not None and control.Coverage.current() is not None
+    # The code under test may have replaced its class: then it is not known whether one measures.
+    kind = vars(control).get("Coverage") if control is not None else None
+    measuring = isinstance(kind, type) and kind.current() is not None  # type: ignore[attr-defined]
     return "a debugger holds the trace function" if sys.gettrace() is not None and not measuring else ""
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv._base import error_text as module
-from pytest_hricdv._base.error_text import MAX_CAUSES, MAX_NESTED, causes, error_text, shorten, text_of
+from pytest_hricdv._base.error_text import MAX_CAUSES, MAX_FRAMES, MAX_NESTED, causes, error_text, shorten, text_of
 from pytest_hricdv._base.message import InputError, cut
 
 
@@ -231,3 +231,14 @@ def test_frames_that_raise_an_error_of_this_package_are_hidden() -> None:
     shorten(raised.value)
     frames = [frame for frame, _ in traceback.walk_tb(raised.value.__traceback__)]
     assert ["__tracebackhide__" in frame.f_locals for frame in frames] == [False, True]
+
+
+def test_of_a_deep_recursion_both_ends_are_shown() -> None:
+    error: BaseException = ValueError("deep")
+    for _ in range(3 * MAX_FRAMES):  # each time a frame more
+        try:
+            raise error
+        except ValueError as raised:
+            error = raised
+    frames = traceback.extract_tb(shorten(error).__traceback__)
+    assert len(frames) == MAX_FRAMES

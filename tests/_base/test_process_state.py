@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import collections
 import gc
 import os
 import signal
@@ -24,14 +25,14 @@ def replaced(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_what_nobody_can_call_is_put_back_and_named() -> None:
     state, kept = ProcessState(), os.getpid
-    builtins.open, os.getpid = None, None  # type: ignore[assignment]
+    builtins.open, os.getpid, os.path.join, collections.deque = None, None, None, None  # type: ignore
     try:
-        wrong = state.put_back()
+        (wrong,) = state.put_back()
     finally:
         os.getpid = kept
-    assert wrong == (complaint(("builtins.open", "os.getpid")),)
-    assert "builtins.open, os.getpid" in wrong[0]
+    assert all(name in wrong for name in ("builtins.open", "os.getpid", "os.path.join", "collections.deque"))
     assert callable(open)
+    assert callable(collections.deque)
 
 
 def test_what_a_library_replaces_is_there_in_runs_only() -> None:
@@ -79,6 +80,8 @@ SETTINGS: dict[str, tuple[Callable[[], object], Callable[[Path], object]]] = {
     ),
     "recursion": (sys.getrecursionlimit, lambda _: sys.setrecursionlimit(10**6)),
     "memory": (tracemalloc.is_tracing, lambda _: tracemalloc.start()),
+    "callbacks": (lambda: [*gc.callbacks], lambda _: gc.callbacks.append(print)),
+    "environment": (lambda: os.environ["PATH"], lambda _: setattr(os, "environ", {"PATH": ""})),
     "collector": (gc.get_threshold, lambda _: gc.set_threshold(1)),
     "streams": (lambda: sys.stdout, lambda _: setattr(sys, "stdout", None)),
     "descriptors": (lambda: os.path.exists("/dev/fd/1"), lambda _: os.close(1)),

@@ -32,6 +32,7 @@ SILENT = {
 REFUSED = {
     "resource.setrlimit": "import resource; resource.setrlimit(resource.RLIMIT_AS, (1 << 28, 1 << 28))",
     "sys.setrecursionlimit": "import sys; sys.setrecursionlimit(60)",
+    "os.seteuid": "import os; os.seteuid(os.geteuid())",
     "time.clock_settime": "import time; time.clock_settime(-1, 0.0)",
     "sys.addaudithook": "import sys; sys.addaudithook(lambda *_: None)",
     "sys.setswitchinterval": "import sys; sys.setswitchinterval(1e3)",
@@ -66,7 +67,9 @@ def test_what_cannot_be_given_back_is_refused_with_its_line(lamps: pytest.Pytest
     assert "guide.py:" in test["errors"][0]
 
 
-HARMLESS = """import abc, numbers, os
+HARMLESS = """import abc, numbers, os, sys
+        sys.setrecursionlimit(10**9)
+        assert sys.getrecursionlimit() == 10**6
         numbers.Integral.register(type("Count", (), {}))
         file = os.open(os.devnull, os.O_RDWR)
         os.dup2(file, file + 100)

@@ -21,6 +21,10 @@ those that end in a livelock take so many rounds more or fewer.
 """
 
 
+COMPARED = 100
+"""Events and intentions that are compared in a round on average: where there are more, in fewer rounds (chosen)."""
+
+
 class LivelockDetector:
     """Detects that the agents only repeat themselves.
 
@@ -54,7 +58,8 @@ class LivelockDetector:
             self.due = rounds + QUIET_ROUNDS
             self._forget()
             return False
-        self.due = rounds + 1
+        held = sum(len(agent.events) + len(agent.intentions) for agent in self._agents.values())
+        self.due = rounds + 1 + held // COMPARED
         # States are long for deep intentions: they are written out only when their fingerprint has come before.
         fingerprint = self._fingerprint()
         if fingerprint not in self._fingerprints:

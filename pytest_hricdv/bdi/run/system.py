@@ -98,6 +98,8 @@ class MultiAgentSystem:
 
     def __init__(self, project: Project, templates: tuple[AgentTemplate, ...], environment: Environment) -> None:
         self._project = project
+        self._created: dict[Path, tuple[Program, PlanLibrary]] = {}
+        """Sources of agents that were created in runs."""
         programs = {id(template.program): template.program for template in templates}.values()
         of_sources = dict.fromkeys(text for program in programs for text in _warnings_of(program))
         self._warnings = (*project.warnings, *of_sources)
@@ -221,10 +223,11 @@ class MultiAgentSystem:
         path = next((candidate for candidate in candidates if candidate.exists()), candidates[0])
         if not path.exists():
             raise BdiError(f"{place}: no such file: {path}; the source of a new agent lies beside the project file")
-        program = read_program(path)
-        check_calls(program)
-        library = PlanLibrary((*program.plans, *_message_plans()))
-        template = _template(AgentEntry(name, path, place), program, library)
+        if path not in self._created:  # an agent may create thousands
+            program = read_program(path)
+            check_calls(program)
+            self._created[path] = program, PlanLibrary((*program.plans, *_message_plans()))
+        template = _template(AgentEntry(name, path, place), *self._created[path])
         return template.agent(run, TracedAgent if isinstance(run, TracedRun) else Agent)
 
     def show(self, percepts: Mapping[str, Iterable[str | Structure]] | None) -> None:

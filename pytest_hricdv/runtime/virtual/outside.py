@@ -31,7 +31,7 @@ from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
-from pytest_hricdv.runtime.virtual.prohibition import WATCHDOGS, closes_own, is_harmless, takes_away
+from pytest_hricdv.runtime.virtual.prohibition import MAX_DEPTH, RIGHTS, WATCHDOGS, closes_own, is_harmless, takes_away
 from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module, shows_virtual_time
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError, RealTimeError
 
@@ -70,9 +70,7 @@ _REFUSED: dict[str, Callable[..., Any]] = {
     "sys.setswitchinterval": sys.setswitchinterval,
     "sys.addaudithook": sys.addaudithook,
     "sys.setrecursionlimit": sys.setrecursionlimit,
-    "os.close": os.close,
-    "os.closerange": os.closerange,
-    "os.dup2": os.dup2,
+    **{f"os.{name}": getattr(os, name) for name in ("close", "closerange", "dup2", *RIGHTS) if hasattr(os, name)},
 }
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
 timers of the machine strike by its own clock, or never, as a run is over soon. And what takes from the process what
@@ -125,6 +123,8 @@ class _Guard:
                 f"{place_of(sys._getframe(1))}: node {node.name} uses {name}, which uses the machine's clock: "
                 'a run has its own; use threading.Timer, with time=VirtualTime(apis=("time", "threading"))'
             )
+        if name == "sys.setrecursionlimit":
+            args = (min(args[0], MAX_DEPTH),)
         if name == "signal.pthread_sigmask":
             args = (args[0], {*args[1]} - {WATCHDOGS})
         return real(*args, **keywords)

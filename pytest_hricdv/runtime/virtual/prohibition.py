@@ -21,6 +21,23 @@ WATCHDOGS = getattr(signal, "SIGVTALRM", None)
 _SWITCHES_S = 0.1
 """The watchdog is a thread: who keeps it from running for longer (s) could keep it from looking (chosen)."""
 
+MAX_DEPTH = 1_000_000
+"""No run gets a higher limit of recursion: what is deeper takes all memory before it ends (500 bytes a call)."""
+
+RIGHTS = (
+    "chroot",
+    "setuid",
+    "seteuid",
+    "setreuid",
+    "setresuid",
+    "setgid",
+    "setegid",
+    "setregid",
+    "setresgid",
+    "setgroups",
+)
+"""Functions of `os` that take rights from the process, which may then not write its report."""
+
 _LIMITS = ("RLIMIT_NOFILE", "RLIMIT_FSIZE", "RLIMIT_AS", "RLIMIT_DATA", "RLIMIT_NPROC", "RLIMIT_STACK")
 _LIMITED = frozenset(getattr(resource, name) for name in _LIMITS if hasattr(resource, name))
 
@@ -35,6 +52,8 @@ def takes_away(name: str, args: tuple[Any, ...], depth: int) -> bool:
     """
     match name, args:
         case "sys.addaudithook" | "sys.stdout.close" | "sys.stderr.close", _:
+            return True
+        case _ if name.removeprefix("os.") in RIGHTS:
             return True
         case "os.close", (int(number),):
             return number in OWN
