@@ -79,6 +79,6 @@ def test_external_actions_without_an_environment_are_named(tmp_path: Path, capsy
     assert strict.out == "[a] action_failed\n"
     assert "the external actions move: each failed, as in Jason" in strict.err
     assert main(["lint", file]) == 0
-    assert "note: external actions look, move: where no environment implements them, " in capsys.readouterr().err
+    assert "note: external actions look, move: without an environment for them, " in capsys.readouterr().err
     assert main(["run", file, "--quiet"]) == 0
     assert capsys.readouterr().err == ""

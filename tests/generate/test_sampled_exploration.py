@@ -28,7 +28,7 @@ def runner_of(folder: Path, visitor: str = "", space: BeliefSpace = MANY) -> Mod
 def test_a_model_that_is_not_enumerable_says_why_and_gives_runs_of_drawn_sets(tmp_path: Path) -> None:
     runner = runner_of(tmp_path)
     reason = explore_exhaustively(runner).reason
-    assert reason.startswith("too large: 16 beliefs beside the start beliefs, of which more than 9 cannot be tried")
+    assert reason.startswith("too large: 16 beliefs besides the start beliefs, of which more than 9 cannot be tried")
     assert "agent 'usher' does other things with its percepts chosen(B) than to tell B" in reason
     exploration = explore_by_sampling(runner, reason)
     assert not exploration.complete

@@ -176,7 +176,7 @@ def test_a_model_with_too_many_beliefs_to_enumerate_is_closed_by_drawn_belief_se
     change(lamps.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Drop,")
     result = lamps.runpytest_inprocess(*SUITE)
     result.stdout.fnmatch_lines(
-        ["hricdv: too large: 15 beliefs beside the start *agent 'usher' does other things *; so 264 sets of beliefs *"]
+        ["hricdv: too large: 15 beliefs besides the start *agent 'usher' does other things *; so 264 sets of beliefs *"]
     )
     whole = report(lamps.path)
     assert len(whole["tests"]) >= 3

@@ -358,7 +358,7 @@ def test_a_worker_with_other_versions_is_refused_and_named(echo: Path, tmp_path:
             process.kill()
     assert len(said) == 2
     assert "is neither encrypted nor authenticated" in said[0]
-    assert "is not asked: its versions differ: msgspec" in said[1]
+    assert "is not used: its versions differ: msgspec" in said[1]
 
 
 @pytest.mark.parametrize("text", ["local:x", "localhost:8786", "tcp://host", "tcp://:8786x", ""])

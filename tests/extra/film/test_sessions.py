@@ -227,7 +227,7 @@ def test_without_pillow_the_extra_is_named(filmed: pytest.Pytester, monkeypatch:
     ("old", "new", "told"),
     [
         ('"answer": "answer"', '"answer": "anwser"', "film moment 'answer' comes with 'anwser', neither a message nor"),
-        ('"answer": "answer"', '"glare": "lamp_level"', "film moment 'glare' comes with 'lamp_level', which is no"),
+        ('"answer": "answer"', '"glare": "lamp_level"', "film moment 'glare' comes with 'lamp_level', neither"),
         ('"switched.level"', '"switched.lumen"', "film state is 'switched.lumen', which is not a field of a message"),
         ("period_s=0.1", "period_s=0", "expected a microsecond or more"),
     ],

@@ -218,7 +218,7 @@ def test_another_launch_than_that_of_ros_is_named(tmp_path: Path, monkeypatch: p
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [(b"\x7fELF\x02", r"compiled program, as of C\+\+"), (b"#!/usr/bin/env python3", "no console script of Python")],
+    [(b"\x7fELF\x02", r"compiled program, as of C\+\+"), (b"#!/usr/bin/env python3", "not a console script")],
 )
 def test_another_executable_is_said_to_be_one(
     content: bytes, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
