@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.code.naming import word
+from pytest_hricdv.extra.draft.code.sources import find_around
 from pytest_hricdv.extra.draft.code_model import CodeLine, CodeModel, Question
 from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns, run
 from pytest_hricdv.extra.draft.observe.observations import Observations, merge_observations
@@ -213,9 +214,10 @@ class Settlement:
 
     def _drop_state(self, trial: FirstRuns) -> bool:
         messages = tuple(message for message in self.draft.code.messages if message.form != "state")
-        if messages == self.draft.code.messages:
-            return False
         machines = tuple(replace(machine, field="") for machine in self.draft.code.machines)
+        is_told = self.draft.ros is not None and machines != self.draft.code.machines
+        if messages == self.draft.code.messages and not is_told:
+            return False
         return self._drop(
             trial, "its state is not observed", replace(self.draft.code, messages=messages, machines=machines)
         )
@@ -279,15 +281,8 @@ class Settlement:
 
 def class_at(root: Path, location: CodeLine | None) -> str:
     """The class of the code around a line; empty where there is none."""
-    if location is None:
-        return ""
-    try:
-        tree = ast.parse((root / location.file).read_bytes())
-    except (OSError, SyntaxError, ValueError, RecursionError):
-        return ""
-    around = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
-              and node.lineno <= location.line <= (node.end_lineno or node.lineno)]  # fmt: skip
-    return around[-1].name if around else ""
+    around = find_around(root / location.file, location.line) if location is not None else []
+    return next((node.name for node in reversed(around) if isinstance(node, ast.ClassDef)), "")
 
 
 def _shares(trial: FirstRuns) -> dict[str, tuple[float, float]]:

@@ -12,11 +12,13 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.__main__ import main
+from pytest_hricdv.extra.draft.first_runs import FirstRuns
 from pytest_hricdv.extra.draft.node_analysis import analyse_node, with_state_topic
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.ros.executable import find_executable
+from pytest_hricdv.extra.draft.settlement import Settlement
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from tests.extra.draft import ros_robots
 
@@ -338,3 +340,6 @@ def test_a_topic_that_has_only_states_of_an_attribute_is_the_state(tmp_path: Pat
     made = replace(draft, code=with_state_topic(draft.code, seen))
     assert (made.code.state, made.states) == ("mode.data", ("shut", "open", "tilted"))
     assert 'state=StateField(\n            "mode.data",' in dict(files(made))["conftest.py"]
+    work = Settlement(made, None)
+    assert work._drop_state(FirstRuns(1, 0, (), (), "ValueError: no state 'ajar'"))
+    assert work.draft.states == ()

@@ -205,3 +205,14 @@ def _functions(module: Module, node: ast.AST, owner: ast.ClassDef | None) -> Ite
             yield from _functions(module, child, owner)
         else:
             yield from _functions(module, child, child if isinstance(child, ast.ClassDef) else owner)
+
+
+def find_around(file: Path, line: int) -> list[Function | ast.ClassDef]:
+    """The functions and classes around a line, the innermost last; none where the file cannot be read."""
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (OSError, SyntaxError, ValueError, RecursionError):
+        return []
+    around = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
+              and node.lineno <= line <= (node.end_lineno or node.lineno)]  # fmt: skip
+    return sorted(around, key=lambda node: node.lineno)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.analysis import NO_INPUTS
+from pytest_hricdv.extra.draft.code.sources import find_around
 from pytest_hricdv.extra.draft.code_model import CodeLine, Question
 from pytest_hricdv.extra.draft.project.draft import Draft
 
@@ -73,14 +73,8 @@ def _weight(draft: Draft, question: Question) -> int:
 @cache
 def _extent(file: Path, line: int) -> tuple[int, int]:
     """First and last line of the innermost function or class around a line."""
-    try:
-        tree = ast.parse(file.read_bytes())
-    except (OSError, SyntaxError, ValueError, RecursionError):
-        return line, line
-    around = [(node.lineno, node.end_lineno or node.lineno) for node in ast.walk(tree)
-              if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
-              and node.lineno <= line <= (node.end_lineno or node.lineno)]  # fmt: skip
-    return min(around, key=lambda extent: extent[1] - extent[0], default=(line, line))
+    around = find_around(file, line)
+    return (around[-1].lineno, around[-1].end_lineno or line) if around else (line, line)
 
 
 def _edit(question: Question, conftest: str) -> str:
