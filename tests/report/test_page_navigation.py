@@ -172,6 +172,21 @@ def test_mutants_are_chosen_by_their_state_in_the_address_and_a_fault_is_told_in
     watched.assert_quiet()
 
 
+def test_a_question_mark_lists_the_keys(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(with_parts(), tmp_path)
+    page.keyboard.press("?")
+    box = page.locator("dialog.keys")
+    assert "search everything" in box.inner_text()
+    page.keyboard.press("/")  # one dialog at a time
+    assert page.locator("dialog[open]").count() == 1
+    page.keyboard.press("Escape")
+    page.keyboard.press("/")
+    assert page.locator("dialog[open]").get_attribute("aria-label") == "Search"
+    page.keyboard.type("?")
+    assert page.locator("dialog[open]").count() == 1
+    watched.assert_quiet()
+
+
 def test_a_slash_searches_everything(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(with_parts(), tmp_path)
     page.keyboard.press("/")

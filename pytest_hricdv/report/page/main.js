@@ -140,6 +140,7 @@ startTips();
 startTheme();
 startSkipping();
 startSearch();
+startKeys();
 measureHeader();
 watchPlaces();
 addEventListener("hashchange", show);

@@ -212,8 +212,7 @@ const RUN_KEYS = {
 };
 
 function keyList() {
-  return h("p", { class: "soft" }, "Keys: ", h("kbd", {}, "←"), " and ", h("kbd", {}, "→"), " lead from event to event of the open lanes, ", h("kbd", {}, "Home"), " and ", h("kbd", {}, "End"), " to the ends of the run, ",
-    h("kbd", {}, "v"), " to the next violation, ", h("kbd", {}, "+"), ", ", h("kbd", {}, "-"), " and ", h("kbd", {}, "0"), " zoom (also the wheel with Ctrl or Shift), ", h("kbd", {}, "p"), " and ", h("kbd", {}, "n"), " to the failing test before and after. The address of the page names the cursor's time: copy it to show somebody this instant.");
+  return h("p", { class: "soft" }, h("kbd", {}, "?"), " lists the keys. The address of the page names the cursor's time: copy it to show somebody this instant.");
 }
 
 document.addEventListener("keydown", (event) => {

@@ -1,4 +1,4 @@
-// One search over the whole page: "/" opens it, and each hit is a link.
+// What a key opens anywhere: "/" one search over the whole page, whose hits are links, and "?" the list of keys.
 
 const MOST_HITS = 40;
 
@@ -51,10 +51,27 @@ function startSearch() {
     box.showModal();
     input.select();
   };
-  document.addEventListener("keydown", (event) => {
-    if (event.key !== "/" || event.ctrlKey || event.metaKey || event.altKey || box.open || event.target.closest("input, select, textarea")) return;
-    event.preventDefault();
-    open();
-  });
+  onKey("/", open);
   document.querySelector("header.top .theme").before(h("button", { type: "button", class: "find", onclick: open, title: "Search everything (key /)" }, "Search"));
+}
+
+/** Does something at a key, unless something is being written or a dialog is open. */
+function onKey(key, act) {
+  document.addEventListener("keydown", (event) => {
+    if (event.key !== key || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]") || event.target.closest("input, select, textarea")) return;
+    event.preventDefault();
+    act();
+  });
+}
+
+const KEYS = [
+  ["/", "search everything"], ["?", "this list"], ["n", "next failing test, or statement that no test executed"], ["p", "the one before"],
+  ["← →", "in a run: event before and after, of the open lanes"], ["Home End", "its beginning and end"], ["v", "its next violation"], ["+ - 0", "zoom in, out, all of it; also the wheel with Ctrl or Shift"],
+];
+
+function startKeys() {
+  const row = ([keys, does]) => h("tr", {}, h("th", { scope: "row" }, keys.split(" ").flatMap((key) => [h("kbd", {}, key), " "])), h("td", {}, does));
+  const box = h("dialog", { class: "keys", "aria-label": "Keys" }, h("table", {}, h("tbody", {}, KEYS.map(row))), h("form", { method: "dialog" }, h("button", {}, "Close")));
+  document.body.append(box);
+  onKey("?", () => box.showModal());
 }
