@@ -71,14 +71,19 @@ class EarlyEnd:
 
         Another process makes the report: the main thread may hold any lock, for example that of an import.
         """
-        folder = self._context.options.report
-        self._aggregation.journaling.abandon()
-        self._context.collection.say("")
-        self._context.collection.say("hricdv: SIGTERM: the running code does not stop; the report is made without it")
-        making = [sys.executable, "-m", "pytest_hricdv.report", "rebuild", str(folder)]
-        with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+        try:
+            folder = self._context.options.report
+            self._aggregation.journaling.abandon()
+            self._context.collection.say("")
+            self._context.collection.say(
+                "hricdv: SIGTERM: the running code does not stop; the report is made without it"
+            )
+            making = [sys.executable, "-m", "pytest_hricdv.report", "rebuild", str(folder)]
             subprocess.run(making, stdin=subprocess.DEVNULL, capture_output=True, timeout=REBUILT_WITHIN_S, check=False)
-        os._exit(pytest.ExitCode.INTERRUPTED)
+        except subprocess.TimeoutExpired:
+            pass
+        finally:  # also where something of this raises: the code that does not stop may have replaced it
+            _EXIT(pytest.ExitCode.INTERRUPTED)
 
 
 _EXIT = os._exit  # as it is now

@@ -187,4 +187,4 @@ def test_what_is_left_to_the_end_of_python_does_not_keep_it(tmp_path: Path) -> N
     )
     done = subprocess.run([sys.executable, "-c", ending], capture_output=True, text=True, check=False, timeout=600)
     assert (done.returncode, done.stdout) == (3, "all results\n")
-    assert "takes more than 0.1 s: Python exits without them" in done.stderr
+    assert "take more than 0.1 s: Python exits without them" in done.stderr

@@ -292,7 +292,7 @@ def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[...,
 def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def call_or_refuse(*args: Any, **keywords: Any) -> Any:
-        if guard.is_over or closes_own(name, sys._getframe(1)):  # who was imported meanwhile may have kept it
+        if guard.is_over or closes_own(name, args, sys._getframe(1)):  # who was imported meanwhile may have kept it
             return real(*args, **keywords)
         return guard.call_or_refuse(name, real, *args, **keywords)
 

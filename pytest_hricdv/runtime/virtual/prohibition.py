@@ -75,10 +75,13 @@ def takes_away(name: str, args: tuple[Any, ...], depth: int) -> bool:
     return False
 
 
-def closes_own(name: str, caller: FrameType) -> bool:
-    """Whether this plugin closes or replaces a descriptor, which is its own."""
+def closes_own(name: str, args: tuple[Any, ...], caller: FrameType) -> bool:
+    """Whether this plugin closes or replaces a descriptor, which is its own, and no longer when it is closed."""
     is_of_descriptors = name in ("os.close", "os.closerange", "os.dup2")
-    return is_of_descriptors and str(caller.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
+    is_own = is_of_descriptors and str(caller.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
+    if is_own and name == "os.close":
+        OWN.difference_update(args)  # the number is free: the next one to get it may be anybody
+    return is_own
 
 
 def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
