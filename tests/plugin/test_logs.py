@@ -37,7 +37,7 @@ def test_messages_stand_beside_the_violation(lamps: pytest.Pytester, options: tu
             "*--> R2 is violated",
             "",
             "what was logged around then:",
-            "      2.00 s  WARNING guide: switching to 100.0",
+            "      2.02 s  WARNING guide: switching to 100.0",
             "",
         ]
     )
@@ -50,15 +50,15 @@ def test_messages_stand_beside_the_violation(lamps: pytest.Pytester, options: tu
 def test_levels_are_those_of_the_project(lamps: pytest.Pytester) -> None:
     log(lamps, "LOG.debug('level %s', level)")
     result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v", "--log-level=DEBUG")
-    result.stdout.fnmatch_lines(["      2.00 s  DEBUG   guide: level 100.0"])
+    result.stdout.fnmatch_lines(["      2.02 s  DEBUG   guide: level 100.0"])
 
 
 def test_of_many_messages_those_around_the_violation_are_shown(lamps: pytest.Pytester) -> None:
     log(lamps, "[LOG.warning('check %d', n) for n in range(30)]")
     lines = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v").outlines
     start = lines.index("what was logged around then:")
-    assert lines[start + 1 : start + 3] == ["  22 before, and", "      2.00 s  WARNING guide: check 22"]
-    assert lines[start + 9] == "      2.00 s  WARNING guide: check 29"
+    assert lines[start + 1 : start + 3] == ["  22 before, and", "      2.02 s  WARNING guide: check 22"]
+    assert lines[start + 9] == "      2.02 s  WARNING guide: check 29"
 
 
 def test_errors_have_their_messages_as_well(lamps: pytest.Pytester) -> None:
