@@ -141,6 +141,8 @@ class Preparation:
 
     def _shorten_header(self) -> None:
         """Leave pytest's own header to `-v`: what is left of it is written by `_write_header`."""
+        if not self.collection.config.pluginmanager.hasplugin("terminalreporter"):
+            return
         option = self.collection.config.option
         self._has_own_header = self.collection.config.get_verbosity() == 0 and not option.no_header
         option.no_header |= self._has_own_header
