@@ -19,16 +19,18 @@ ROOT = Path(__file__).parents[2]
 GREEN_LINES, RED_LINES, CAUSE_LINES, MAX_CAUSES = 15, 35, 6, 5
 _DOTS = re.compile(r"^(\S+\.py )?[.xXFEs]+ *(\[ *\d+%\])?$")
 """Of pytest, a character for each test."""
+_WAIT = re.compile(r"^hricdv: generating ")
+"""Said after two seconds only."""
 
 
 def counted_lines(folder: Path, report: Path, command: str) -> tuple[list[str], dict[str, object]]:
-    """The lines of a session without its dots, and its report."""
+    """The lines of a session without its dots and what a slow machine says of waits, and its report."""
     dropped = ("PYTEST_ADDOPTS", "CI", "BUILD_NUMBER", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "FORCE_COLOR")
     environment = {name: value for name, value in os.environ.items() if name not in dropped} | {"COLUMNS": "80"}
     words = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", f"--hri-report={report}", *shlex.split(command)]
     ran = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert ran.returncode in (0, 1), ran.stdout + ran.stderr
-    lines = [line for line in ran.stdout.splitlines() if not _DOTS.match(line)]
+    lines = [line for line in ran.stdout.splitlines() if not _DOTS.match(line) and not _WAIT.match(line)]
     return lines, json.loads((report / "report.json").read_text(encoding="utf-8"))
 
 
