@@ -66,7 +66,7 @@ def test_a_chance_gives_its_value_or_zero(mark: float) -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Uniform(2.0, 1.0, "m"), r"range \[2, 1\] m is upside down"),
+        (lambda: Uniform(2.0, 1.0, "m"), r"range \[2, 1\] m is reversed"),
         (lambda: Uniform(1.0, 1.0, open_high=True), r"range \[1, 1\) is empty"),
         (lambda: Uniform(0.0, math.inf), "finite"),
         (lambda: Constant(math.nan), "finite"),
