@@ -73,7 +73,7 @@ class Uniform(Sampler):
     """Uniform over [low, high], or over [low, high) with `open_high`, in `unit`.
 
     Raises:
-        GenerateError: a bound is not finite, the range is upside down, or it is half-open and empty.
+        GenerateError: a bound is not finite, the range is reversed, or it is half-open and empty.
     """
 
     low: float

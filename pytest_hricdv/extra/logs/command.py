@@ -124,6 +124,7 @@ def _write_tests(options: argparse.Namespace, vocabulary: Vocabulary, concretiza
     from pytest_hricdv.generate.abstract import identify
     from pytest_hricdv.generate.suite_files import dump_tests
     from pytest_hricdv.recordings.recording import read_recordings
+    from pytest_hricdv.report.formatting import plural
 
     given = log_map.read_map(options.map, vocabulary) if options.map else None
     if given is None or not given.actions:
@@ -141,7 +142,8 @@ def _write_tests(options: argparse.Namespace, vocabulary: Vocabulary, concretiza
         write_text(options.to_tests, dump_tests(identify("logged", 0, logged.drafts)))
     except OSError as error:
         raise InputError(f"--to-tests: {options.to_tests}: {error.strerror or error}") from None
-    print(visible(f"{len(logged.drafts)} tests in {options.to_tests}; now: pytest --hri-suite={options.to_tests}"))
+    written = f"{plural(len(logged.drafts), 'test')} in {options.to_tests}"
+    print(visible(f"{written}; now: pytest --hri-suite={options.to_tests}"))
     return OK if is_read else USAGE
 
 

@@ -232,7 +232,7 @@ def to_tests(folder: Path, made: Sequence[Entry], actions: str = ACTIONS) -> sub
 
 def test_what_the_person_did_in_a_log_is_a_test_that_runs(lamps: pytest.Pytester) -> None:
     done = to_tests(lamps.path, FIELD_LOG)
-    assert (done.returncode, done.stdout) == (0, "1 tests in logged.txt; now: pytest --hri-suite=logged.txt\n"), done
+    assert (done.returncode, done.stdout) == (0, "1 test in logged.txt; now: pytest --hri-suite=logged.txt\n"), done
     assert done.stderr == (
         "note: field.mcap: action 1, enter hall: pause_s is 0, outside of its range [0.5, 1] s: it is drawn\n"
     )
