@@ -1,12 +1,13 @@
 """Study: how often diagnosis points at planted faults and mutants (docs/studies/localization.md).
 
     python -m studies.localization [--projects NAME,...] [--mutants N] [--tests N] [--seed N] [--diagnose N]
-                                   [--report DIR] [--again] [--write]
+                                   [--half even|odd] [--report DIR] [--again] [--write]
 
 A session for each fault, in a copy of the testbench: a few seconds of processor time each. What was tried with the
 present diagnosis is not tried again: end the command at any time, and start it anew. Mutants are drawn with the seed;
 the first ones of more are the same. The figures are printed; `--write` writes them to the page, where those with a
-`--diagnose` have a block of their own. `--again` tries none.
+`--diagnose` have a block of their own. `--again` tries none. `--half` takes the planted
+faults at even or odd positions of their list: what is changed for one half is measured on the other.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pathlib import Path
 
 from studies import page, session
 from studies.localization import tables
-from studies.localization.faults import FaultError
+from studies.localization.faults import HALVES, Drawn, FaultError
 from studies.localization.measuring import Measured, measured
 from studies.localization.projects import HELD_OUT, PROJECTS
 from studies.localization.ranking import FIRST
@@ -34,6 +35,7 @@ def main() -> None:
     parser.add_argument("--tests", type=int, default=30, metavar="N", help="of each session, at most (30)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="that mutants are drawn with (0)")
     parser.add_argument("--diagnose", type=int, metavar="N", help="runs that a diagnosis may take (its default)")
+    parser.add_argument("--half", choices=HALVES, help="of the planted faults: those at even or odd positions")
     parser.add_argument("--write", action="store_true", help="write the figures to the page")
     options = parser.parse_args()
     chosen = options.projects.split(",")
@@ -47,7 +49,11 @@ def main() -> None:
             if project.name in chosen:
                 folder: Path = options.report.resolve()
                 for fault in measured(
-                    project, folder, options.seed, options.mutants, tuple(pytest_options), again=options.again
+                    project,
+                    folder,
+                    Drawn(options.seed, options.mutants, options.half),
+                    tuple(pytest_options),
+                    again=options.again,
                 ):
                     done.append(fault)
                     print(f"{project.name}: {fault.fault}, {fault.kind}: {_said(fault)}", flush=True)

@@ -6,11 +6,15 @@ import difflib
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from pytest_hricdv.coverage.code_map import CodeMap, SourceFile
 from pytest_hricdv.coverage.gaps import functions
 from pytest_hricdv.extra.mutation.mutants import all_mutants, sample
+
+HALVES = ("even", "odd")
+"""Of the planted faults, by their position in the list from 0 on."""
 
 PLANTED = Path(__file__).with_name("planted.toml")
 
@@ -126,3 +130,22 @@ def mutants(code: CodeMap, seed: int, most: int) -> Iterator[Fault]:
     texts = {file.name: file.text for file in code.files}
     for mutant in sample(all_mutants(code) if most else (), seed, most):
         yield Fault(mutant.id, mutant.operator, mutant.file, texts[mutant.file], mutant.text)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Faults of a testbench: planted ones, all or every other, and so many mutants, drawn with a seed."""
+
+    seed: int
+    most: int
+    half: str | None = None
+
+    def of(self, project: str, code: CodeMap) -> Iterator[Fault]:
+        """Those of a testbench, the planted ones first.
+
+        Raises:
+            FaultError: a planted one does not fit.
+        """
+        first, step = (HALVES.index(self.half), 2) if self.half else (0, 1)
+        yield from islice(planted(project, code), first, None, step)
+        yield from mutants(code, self.seed, self.most)

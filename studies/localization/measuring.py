@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from hashlib import sha256
-from itertools import chain
 from pathlib import Path
 
 import msgspec
@@ -12,8 +11,8 @@ import msgspec
 from pytest_hricdv._base.record import Count, PlainRecord
 from pytest_hricdv.coverage.code_map import CodeMap
 from studies import session
-from studies.localization import faults, sessions
-from studies.localization.faults import Fault, Truth
+from studies.localization import sessions
+from studies.localization.faults import Drawn, Fault, Truth
 from studies.localization.projects import Project
 from studies.localization.ranking import Hit, hits, shown_right
 from studies.session import SessionError
@@ -47,15 +46,14 @@ class Measured(PlainRecord, frozen=True, kw_only=True):
 
 
 def measured(
-    project: Project, folder: Path, seed: int, most: int, options: tuple[str, ...], *, again: bool
+    project: Project, folder: Path, drawn: Drawn, options: tuple[str, ...], *, again: bool
 ) -> Iterator[Measured]:
-    """Try the planted faults of a testbench, and so many of its mutants; what was tried before is not tried again.
+    """Try faults of a testbench; what was tried before is not tried again.
 
     Args:
         project: the testbench.
         folder: of the study.
-        seed: that mutants are drawn with.
-        most: so many mutants.
+        drawn: which faults.
         options: further ones, of pytest.
         again: try none: what was tried before only.
 
@@ -69,7 +67,7 @@ def measured(
     sessions.prepared(project, home)
     code = project.map(home)
     is_checked = False
-    for fault in chain(faults.planted(project.name, code), faults.mutants(code, seed, most)):
+    for fault in drawn.of(project.name, code):
         key = _key(fault, options)
         if key in before:
             yield before[key]

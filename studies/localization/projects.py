@@ -81,8 +81,12 @@ PROJECTS = (
 )
 """In the order in which they are measured: the cheapest first."""
 
+_FEEDING = ("feeder", "behaviours", "arm", "guard", "sensing", "meal")
+
 HELD_OUT = (
     Project("tray", ("porter", "lid"), ("--hri-suite=rl",), _of_page(Path(__file__).with_name("tray.md"))),
+    Project("feeding", _FEEDING, ("--hri-suite=rl",), _of_page(Path(__file__).with_name("feeding.md"))),
+    Project("lift", ("lift",), ("--hri-suite=rl",), _of_page(Path(__file__).with_name("lift.md"))),
     Project("home_care", ("carebot",), ("--hri-suite=by-hand",), _home_care),
 )
 """On which nothing of a diagnosis was chosen; measured where they are named. A session of the second takes minutes."""
