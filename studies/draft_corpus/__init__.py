@@ -74,7 +74,8 @@ def robots(path: Path = FOLDER / "truth.toml") -> Iterator[Robot]:
 
 
 def elements(draft: Draft) -> list[Element]:
-    """What a draft has found: what people can say or set, the texts in it, and states."""
+    """What a draft has found: what people can say or set, the texts in it, and states; also where it failed in runs."""
+    draft = draft.whole
     found = [_message(thing.message.name, thing.message.topic, thing.message.channel) for thing in draft.inputs]
     answers = {(sensor.port, sensor.operation.name.partition(".")[0]) for sensor in draft.sensors}
     found += [_message(f"{port}_{name}", name) for port, name in sorted(answers)]

@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
@@ -39,6 +40,7 @@ from pytest_hricdv.extra.draft.observed_code import (
     best_entry,
     find_machines,
     function_at,
+    keep_declared,
     methods_from_outside,
     period_of,
     with_observations,
@@ -91,28 +93,39 @@ class CodeReader:
         Args:
             seen: what was observed.
             faulty: top-level names of libraries, and names of classes of the code with a dot before, that failed in
-                first runs: what is made from them gets a stand-in.
+                first runs: what is made from them gets a stand-in; and entries, "module:Class", that nothing reaches.
         """
         return with_deep_stack(lambda: self._model(seen, faulty))
 
     def _model(self, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
-        asked = self._asked or (best_entry(seen, self._sources) if seen is not None and self._chosen is None else "")
-        model = analyse_sources(self._sources, self.name, asked, self._used, self._flow)
-        others = [] if asked or model.ros.endpoints else [entry for entry, _ in self._entries.entries()]
-        every = dict.fromkeys(entry for entry in (model.entry, *others[:MAX_ENTRIES]) if entry is not None)
-        found: tuple[Entry, CodeModel] | None = None
-        for entry in every if self._chosen is None else (self._chosen,):
-            own = model if entry == model.entry else replace(
-                model, entry=entry, parameters=tuple(parameters(self._sources, entry)))  # fmt: skip
-            made = self._with_entry(own, seen, faulty)
-            found = found or (entry, made)
-            if _has_inputs(made):
-                found = entry, made
-                break
-        if found is None:
+        """What the code declares; what was observed is added to it, and takes nothing away."""
+        model = analyse_sources(self._sources, self.name, self._asked, self._used, self._flow)
+        if self._chosen is None or _key(self._chosen) in faulty:
+            self._chosen = self._choose(model, seen, faulty) or self._chosen
+        if self._chosen is None:
             return replace(model, messages=tuple(self._carry(model)))
-        self._chosen = found[0]
-        return found[1]
+        model = replace(model, entry=self._chosen, parameters=tuple(parameters(self._sources, self._chosen)))
+        declared = self._with_entry(model, None, frozenset())
+        if seen is None and not faulty:
+            return declared
+        made = keep_declared(declared, self._with_entry(model, seen, faulty))
+        return replace(made, questions=tuple(questions(made)))
+
+    def _choose(self, model: CodeModel, seen: Observations | None, faulty: frozenset[str]) -> Entry | None:
+        """The entry that was asked for; else the likeliest one that gets something, or what programs made instead."""
+        if self._asked or model.ros.endpoints:
+            return model.entry
+        every = dict.fromkeys((model.entry, *(entry for entry, _ in islice(self._entries.entries(), MAX_ENTRIES))))
+        candidates = [entry for entry in every if entry is not None and _key(entry) not in faulty]
+        made = (replace(model, entry=entry, parameters=()) for entry in candidates)
+        known = next((each.entry for each in made if _has_inputs(self._with_entry(each, None, frozenset()))), None)
+        if self._chosen is not None:
+            return known
+        known = known or next(iter(candidates), None)
+        best = best_entry(seen, self._sources) if seen is not None else ""
+        if seen is not None and best and (known is None or _key(known) not in (*seen.made, *seen.methods)):
+            return self._entries.entry(best)
+        return known
 
     def _with_entry(self, model: CodeModel, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
         """The model with what gets to its entry and comes from it."""
@@ -196,6 +209,7 @@ class CodeReader:
             elif port.role in ("device", "bus"):
                 names = tuple(each.name for each in port.operations if each.is_method and each.result is None)
                 yield from self._stimuli.items(replace(port, role="device"), names)
+                yield from self._stimuli.listed(port)
 
     def _without_buses(self, model: CodeModel, ports: Iterable[Port]) -> tuple[Port, ...]:
         """The ports, whose buses are devices where no class of the code is a topic of them."""
@@ -255,7 +269,11 @@ class CodeReader:
                 others = [each for at, each in enumerate(machines) if at != number and each in model.machines]
                 every = (replace(machine, field=f"{STATE_TOPIC}.state"), *others)
                 return replace(model, machines=every, messages=(*model.messages, message))
-        return model
+        return replace(model, machines=(*model.machines, *self._states.enumerations()))
+
+
+def _key(entry: Entry) -> str:
+    return f"{entry.module}:{entry.name}"
 
 
 def _has_inputs(model: CodeModel) -> bool:

@@ -76,11 +76,12 @@ def analyse_node(executable: Executable, started: StartedNode | None = None) -> 
 
 
 def _attribute_machines(sources: Sources) -> Iterator[StateMachine]:
-    """The states that nodes hold in attributes."""
+    """The states that nodes hold in attributes; then those of enumerations that other objects hold."""
     states = AttributeStates(sources, Flow(sources))
     for scope in sources.classes:
         if any(base.startswith(f"{OWN}.") for base in sources.bases(scope)):
             yield from states.machines(scope)
+    yield from states.enumerations()
 
 
 def with_state_topic(model: CodeModel, seen: Observations | None) -> CodeModel:

@@ -96,6 +96,37 @@ def with_observations(model: CodeModel, seen: Observations) -> CodeModel:
     return with_steps(replace(model, messages=messages), seen)
 
 
+def keep_declared(declared: CodeModel, now: CodeModel) -> CodeModel:
+    """A model that was made of observations, with all that the code declares."""
+    there = {message.topic: message for message in now.messages}
+    known = [
+        each for each in declared.messages if each.form != "called" or each.topic in there
+    ]  # now it may be an answer
+    kept = [_keep_message(message, there.pop(message.topic, message)) for message in known]
+    machines = now.machines
+    if declared.machine is not None:
+        others = [each for each in now.machines if each.name != declared.machine.name]
+        same = next((each for each in now.machines if each.name == declared.machine.name), declared.machine)
+        states = {state.name: state for state in (*declared.machine.states, *same.states)}
+        machines = (replace(same, states=tuple(states.values()), field=declared.machine.field), *others)
+    return replace(now, messages=(*kept, *there.values()), machines=machines)
+
+
+def _keep_message(declared: Message, now: Message) -> Message:
+    fields = {part.name: part for part in now.fields}
+    if not {part.name for part in declared.fields} <= {*fields}:
+        return declared
+    kept = {part.name: _keep_field(part, fields[part.name]) for part in declared.fields}
+    return replace(now, fields=tuple(kept.get(part.name, part) for part in now.fields))
+
+
+def _keep_field(declared: MessageField, now: MessageField) -> MessageField:
+    if declared.kind not in ("", now.kind):
+        return declared
+    values = {value.text: value for value in (*declared.values, *now.values)}
+    return replace(now, values=tuple(values.values()))
+
+
 def find_machines(seen: Observations, model: CodeModel) -> Iterator[StateMachine]:
     """Attributes of the entry's object that had a few texts, and came back to one: of the most steps first."""
     entry = model.entry
@@ -176,7 +207,7 @@ def _operation(port: Port, operation: Operation, seen: Observations, owner: str)
         return operation
     before = operation.result or MessageField("value", "", kind, operation.location)
     part = _field(replace(before, kind=before.kind or kind), site.result)
-    return replace(operation, result=part if part.kind != "str" or part.values else None)
+    return replace(operation, result=part if part.kind != "str" or part.values else operation.result)
 
 
 def _pairs(model: CodeModel, seen: Observations) -> Collection[str]:

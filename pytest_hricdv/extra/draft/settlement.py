@@ -22,6 +22,12 @@ FIRST_TESTS = 8
 NO_COMMANDS = ("wait_", "stay")
 """How commands begin at which a person does nothing."""
 
+KEPT = frozenset(("transitions", "statemachine", "py_trees", "pydantic", "attrs", "attr", "msgspec"))
+"""Libraries that get no stand-in: what the code declares is read off their objects."""
+
+MAX_ENTRIES = 3
+"""Entries that are tried, where nothing that people do reaches the likeliest one."""
+
 MAX_LISTED = 6
 """Things in a question."""
 
@@ -57,7 +63,6 @@ class Settlement:
     seen: Observations = field(default_factory=Observations)
     faulty: frozenset[str] = frozenset()
     trials: int = 0
-    is_reduced: bool = False
     isolated_for: str = ""
     """The error for which each test got a process of its own."""
 
@@ -90,13 +95,13 @@ class Settlement:
                      self._drop_entry, self._drop_code]  # fmt: skip
         elif trial.raising and not trial.calm and not any(trial.last):  # before anybody does anything
             steps = [self._run_in_root, self._take_time, self._isolate, self._replace_libraries, self._drop_state,
-                     self._drop_entry]  # fmt: skip
+                     self._try_entry, self._drop_entry]  # fmt: skip
         elif trial.error and trial.error != TOO_LONG:
             steps = [self._run_in_root, self._take_time, self._isolate, self._accept_differences,
                      self._replace_libraries, self._leave_out, self._give_up_unknown, self._drop_state,
-                     self._drop_calls, self._fall_silent]  # fmt: skip
+                     self._drop_calls, self._try_entry, self._fall_silent]  # fmt: skip
         elif trial.is_hollow or trial.error:
-            steps = [self._fall_silent]
+            steps = [self._try_entry, self._fall_silent]
         else:
             steps = [self._isolate, self._accept_differences]
         return any(step(trial) for step in steps) or self.give_up(trial)
@@ -121,9 +126,8 @@ class Settlement:
         if not trial.error.startswith("ERROR"):
             return False
         for message in self.draft.code.messages:
-            if re.search(rf"['`\"]({message.name}|{message.topic})\\b", trial.error):
-                messages = tuple(each for each in self.draft.code.messages if each is not message)
-                return self._drop(trial, f"`{message.name}` is left out", replace(self.draft.code, messages=messages))
+            if re.search(rf"['`\"]({message.name}|{message.topic})\b", trial.error):
+                return self._take_out(trial, message.name, f"`{message.name}` is left out")
         for sensor in self.draft.sensors:
             if f"'{sensor.name}'" in trial.error:
                 levels = tuple(f"set_{word(sensor.name)} {level}" for level, _ in sensor.levels)
@@ -159,16 +163,32 @@ class Settlement:
     def _replace_libraries(self, trial: FirstRuns) -> bool:
         """Give what is made from a library that failed a stand-in."""
         own = class_at(Path(self.draft.code.root), trial.raised_at)
-        new = (trial.libraries | ({f".{own}"} if own else frozenset())) - self.faulty
+        new = (trial.libraries - KEPT | ({f".{own}"} if own else frozenset())) - self.faulty
         if self.reread is None or not new or not trial.error:
             return False
         self.faulty |= new
         model = self.reread(self.seen, self.faulty)
-        if model.inner == self.draft.code.inner:
+        if model.inner == self.draft.declared.inner:
             return False
         names = ", ".join(port.name for port in model.inner)
         self._ask(f"{one_line(trial.error)}: `{names}` has a stand-in now. What does it do?", "inner", trial)
-        self.draft = replace(self.draft, code=model)
+        self.draft = replace(self.draft, declared=model)
+        return True
+
+    def _try_entry(self, trial: FirstRuns) -> bool:
+        """Take the next entry that gets something from outside, where nothing reaches the one that there is."""
+        entry = self.draft.declared.entry
+        tried = [name for name in self.faulty if ":" in name]
+        if self.reread is None or entry is None or len(tried) + 1 >= MAX_ENTRIES:
+            return False
+        faulty = self.faulty | {f"{entry.module}:{entry.name}"}
+        model = self.reread(self.seen, faulty)
+        if model.entry is None or (model.entry.module, model.entry.name) == (entry.module, entry.name):
+            return False
+        reason = one_line(trial.cause)
+        self._ask(f"Does `{model.entry.name}` run the robot, and not `{entry.name}`? {reason}", "entry", trial)
+        self.faulty = faulty
+        self.draft = replace(self.draft, declared=model, left_out=(), taken_out=frozenset())
         return True
 
     def _accept_differences(self, trial: FirstRuns) -> bool:
@@ -213,20 +233,13 @@ class Settlement:
         return True
 
     def _drop_state(self, trial: FirstRuns) -> bool:
-        messages = tuple(message for message in self.draft.code.messages if message.form != "state")
-        machines = tuple(replace(machine, field="") for machine in self.draft.code.machines)
-        is_told = self.draft.ros is not None and machines != self.draft.code.machines
-        if messages == self.draft.code.messages and not is_told:
-            return False
-        return self._drop(
-            trial, "its state is not observed", replace(self.draft.code, messages=messages, machines=machines)
-        )
+        is_observed = any(message.form == "state" for message in self.draft.code.messages)
+        is_told = self.draft.ros is not None and bool(self.draft.code.state)
+        return (is_observed or is_told) and self._take_out(trial, "state", "its state is not observed")
 
     def _drop_calls(self, trial: FirstRuns) -> bool:
-        messages = tuple(message for message in self.draft.code.messages if message.form != "call")
-        if messages == self.draft.code.messages:
-            return False
-        return self._drop(trial, "nobody calls it", replace(self.draft.code, messages=messages))
+        is_called = any(message.form == "call" for message in self.draft.code.messages)
+        return is_called and self._take_out(trial, "calls", "nobody calls it")
 
     def _fall_silent(self, trial: FirstRuns) -> bool:
         """Let the person only be there, where what it does reaches nothing, or stops the code."""
@@ -241,41 +254,35 @@ class Settlement:
         return True
 
     def _drop_entry(self, trial: FirstRuns) -> bool:
-        code = self.draft.code
-        if code.entry is None or self.draft.ros is not None:
-            return False
-        return self._drop(
-            trial, "it is only imported", replace(code, entry=None, messages=(), machines=(), inner=(), questions=())
-        )
+        is_run = self.draft.code.entry is not None and self.draft.ros is None
+        return is_run and self._take_out(trial, "entry", "it is only imported")
 
     def _drop_code(self, trial: FirstRuns) -> bool:
-        if not self.draft.imports_code or self.draft.ros is not None:
-            return False
-        self.draft = replace(self.draft, imports_code=False)
-        return self._drop(trial, "it is not imported", replace(self.draft.code, entry=None, virtual=()))
+        is_imported = self.draft.imports_code and self.draft.ros is None
+        return is_imported and self._take_out(trial, "import", "it is not imported")
 
-    def _drop(self, trial: FirstRuns, how: str, code: CodeModel) -> bool:
+    def _take_out(self, trial: FirstRuns, what: str, how: str) -> bool:
         self._ask(
             f"The code could not be run as it is: {one_line(trial.cause)}; {how}. What does it need?", "run", trial
         )
-        self.draft = replace(self.draft, code=code)
-        self.is_reduced = True
+        needed = {"entry"} if what == "import" else set()
+        self.draft = replace(self.draft, taken_out=self.draft.taken_out | {what} | needed)
         return True
 
     def _ask(self, text: str, about: str, trial: FirstRuns) -> None:
         """Ask of what was taken out; one question for each cause, as more of it is taken out."""
-        entry = self.draft.code.entry
+        entry = self.draft.declared.entry
         location = trial.raised_at or (entry.location if entry is not None else None)
         self.asked[trial.cause, about] = Question(text[:400], about, location)
 
     def look_again(self) -> bool:
         """Make the draft anew of what was observed; returns whether it differs."""
-        if self.reread is None or self.is_reduced or self.seen.is_empty:
+        if self.reread is None or self.seen.is_empty:
             return False
         model = self.reread(self.seen, self.faulty)
-        if model == self.draft.code:
+        if model == self.draft.declared:
             return False
-        self.draft = replace(self.draft, code=model)
+        self.draft = replace(self.draft, declared=model)
         return True
 
 

@@ -56,8 +56,9 @@ def settle(
     work.draft = without(work.draft, trial.failed)
     trials = [trial] if trial.cause else _run_suites(work, SHARE * budget_s, progress)
     made = _without_rare(work.draft, trials)
-    code = replace(made.code, questions=(*work.asked.values(), *made.code.questions))
-    return replace(_with_problems(replace(made, code=code), trials), missing=trials[-1].missing), tuple(trials)
+    others = made.declared.questions if made.entry is not None or made.ros is not None else ()
+    declared = replace(made.declared, questions=(*work.asked.values(), *others))
+    return replace(_with_problems(replace(made, declared=declared), trials), missing=trials[-1].missing), tuple(trials)
 
 
 def _make_green(work: Settlement, progress: Callable[[str], None]) -> FirstRuns:
@@ -99,7 +100,7 @@ def _run_suites(work: Settlement, limit_s: float, progress: Callable[[str], None
         if _go_on(work, trial, f"first runs, {suite}", progress):
             continue
         if suite == "rl":  # what it has shown of states are targets of the other one
-            work.draft = replace(work.draft, code=with_steps(work.draft.code, work.seen))
+            work.draft = replace(work.draft, declared=with_steps(work.draft.declared, work.seen))
         passed[suite] = _what_runs(work.draft)
         progress(f"first runs, {suite}: {trial.tests} tests, {trial.passed} passed before requirements were settled")
 
@@ -119,4 +120,4 @@ def _with_problems(draft: Draft, trials: Sequence[FirstRuns]) -> Draft:
     """The draft with what the runs have shown that somebody has to fix."""
     causes = {trial.cause: trial.raised_at for trial in trials if trial.cause}
     problems = [Problem("raised", f"{one_line(cause)}: the draft is not green", at) for cause, at in causes.items()]
-    return replace(draft, code=replace(draft.code, problems=(*draft.code.problems, *problems)))
+    return replace(draft, declared=replace(draft.declared, problems=(*draft.declared.problems, *problems)))

@@ -15,7 +15,9 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.first_runs import FirstRuns
+from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
@@ -259,10 +261,66 @@ def test_what_cannot_be_run_at_all_is_taken_out_step_by_step(monkeypatch: pytest
     scripted(monkeypatch, script)
     settled, (rl, closure) = settle(draft)
     assert settled.code.entry is None
+    assert settled.declared.messages == draft.declared.messages
     assert not rl.error
     assert not closure.error
     compile(dict(files(settled))["conftest.py"], "conftest.py", "exec")
 
+
+def test_what_was_observed_takes_nothing_away_that_the_code_declares(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(robots.TRANSITIONS + TWO_ROBOTS, encoding="utf-8")
+    reader = CodeReader("robot_code:Radio", tmp_path)
+    declared = reader.model()
+    seen = Observations()
+    entry = declared.entry
+    assert entry is not None
+    for message in declared.inputs:  # each was called by programs, as a control loop is, with other values
+        site = seen.site(seen.methods, f"{entry.module}:{entry.name}.{message.channel}")
+        assert site is not None
+        for time_s in range(20):
+            site.add(float(time_s), {part.name: 7.0 for part in message.fields}, "demo.py:3")
+    now = reader.model(seen, frozenset(("time", "transitions", ".Radio")))
+    assert {each.topic for each in declared.messages} <= {each.topic for each in now.messages}
+    assert [each.states for each in declared.machines] == [each.states for each in now.machines]
+
+
+def test_an_entry_that_nothing_reaches_makes_room_for_the_next_one(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "desk.py").write_text(TWO_ROBOTS, encoding="utf-8")
+    reader = CodeReader("desk", tmp_path)
+    draft = Draft(reader.model(), "desk", "person", tmp_path.resolve() / "hri")
+    first = draft.entry
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        return FirstRuns(8, 8, (), (), "", problems=(UNREACHED,) if draft.entry == first and not draft.is_alone else ())
+
+    scripted(monkeypatch, script)
+    settled, _ = settle(draft, reader.model)
+    assert settled.entry is not None
+    assert first is not None
+    assert {first.name, settled.entry.name} == {"Lamp", "Radio"}
+    assert not settled.hollow
+    assert settled.declared.questions[0].text.startswith(f"Does `{settled.entry.name}` run the robot")
+
+
+TWO_ROBOTS = """
+class Lamp:
+    def __init__(self, bulb):
+        self._bulb = bulb
+
+    def press(self, is_long: bool) -> None:
+        self._bulb.toggle(is_long)
+
+
+class Radio:
+    def __init__(self, speaker):
+        self._speaker = speaker
+
+    def tune(self, station: str) -> None:
+        if station == "news":
+            self._speaker.play(station)
+"""
 
 UNREACHED = "nothing that people, sensors or the world did reached the code under test in any of 8 runs: ..."
 
@@ -284,7 +342,10 @@ def test_who_reaches_nothing_only_is_there_and_the_draft_says_that_it_is_hollow(
     assert "+!round : stays_long <- stay(long)." in texts["models/person.asl"]
     assert re.search("How does `.*` get to the code\\? Nothing did", texts["QUESTIONS.md"])
     assert "**Hollow**: nothing that people do reaches the code" in texts["README.md"]
-    assert "Say(" not in texts["conftest.py"]
+    assert not re.search(r"^ *[^# ].*Say\(", texts["conftest.py"], re.MULTILINE)
+    for thing in draft.inputs:  # what the code declares stays, as a comment
+        assert all(f'# "{command}": Say(' in texts["conftest.py"] for command, _ in thing.commands)
+    assert settled.whole.inputs == draft.inputs
 
 
 def test_a_test_that_does_not_repeat_is_a_question(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -335,11 +335,11 @@ def test_a_person_says_the_json_that_a_callback_takes_a_text_for(tmp_path: Path)
 def test_a_topic_that_has_only_states_of_an_attribute_is_the_state(tmp_path: Path) -> None:
     (tmp_path / "shutter.py").write_text(SHUTTER, encoding="utf-8")
     draft, _ = drafted(tmp_path, "shutter.py")
-    assert draft.states == ()
+    assert (draft.code.state, draft.states) == ("", ("shut", "open", "tilted"))
     seen = Observations(states={"mode.data": {"shut": 2, "shut -> open": 1}, "wish.data": {"a": 1, "a -> b": 1}})
-    made = replace(draft, code=with_state_topic(draft.code, seen))
+    made = replace(draft, declared=with_state_topic(draft.code, seen))
     assert (made.code.state, made.states) == ("mode.data", ("shut", "open", "tilted"))
     assert 'state=StateField(\n            "mode.data",' in dict(files(made))["conftest.py"]
     work = Settlement(made, None)
     assert work._drop_state(FirstRuns(1, 0, (), (), "ValueError: no state 'ajar'"))
-    assert work.draft.states == ()
+    assert (work.draft.code.state, work.draft.states) == ("", made.states)  # declared, and not looked at

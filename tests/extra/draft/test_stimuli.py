@@ -4,7 +4,10 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -15,6 +18,9 @@ from pytest_hricdv.extra.draft.observe.observations import read_observations
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.record import record
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
+from pytest_hricdv.extra.draft.stand_ins.device import Device
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from tests.extra.draft import appliances
 
 
@@ -284,3 +290,100 @@ def test_a_program_that_does_not_use_the_package_is_one_sentence(
     assert "made no call from outside into coffee" in capsys.readouterr().err
     assert main(["record", "--package", "coffee", "--"]) == 2
     assert "expected a program" in capsys.readouterr().err
+
+
+LOOP = """
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Lift:
+    level: int
+
+
+@dataclass
+class Halt:
+    pass
+
+
+@dataclass
+class Inputs:
+    commands: list[Lift | Halt] = field(default_factory=list)
+    is_open: bool = False
+
+
+class Shelf:
+    def run(self):
+        while True:
+            self.update(Inputs())
+
+    def update(self, inputs: Inputs):
+        for command in inputs.commands:
+            print(command)
+        if inputs.is_open:
+            self.stop()
+
+    def stop(self):
+        pass
+"""
+
+
+def test_messages_in_a_list_that_a_loop_is_given_are_what_people_say(tmp_path: Path) -> None:
+    (tmp_path / "test_shelf.py").write_text("shelf = Shelf()\nwhile True:\n    shelf.update(Inputs())\n")
+    inputs, conftest = module(tmp_path, LOOP.replace("    def run(self):\n", "    def _run(self):\n"))
+    assert {*inputs} == {"lift", "halt"}
+    assert 'attributes=("is_open", "commands")' in conftest or 'attributes=("commands", "is_open")' in conftest
+    assert 'inboxes={"commands": {Lift: lambda m: m, Halt: lambda m: m}}' in conftest
+
+
+def test_a_list_of_a_stand_in_has_all_that_has_come_since() -> None:
+    kernel, recorder = Kernel(), Recorder()
+    bus = Bus(kernel, [Pressed], recorder)
+    run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
+    border = RunBorder(run, frozenset({Pressed}), {}, {})
+    made = Device(attributes=("presses",), inboxes={"presses": {Pressed: lambda m: m.button}}).make(border, "inputs")
+    assert made.presses == []
+    for button in ("start", "stop"):
+        bus.publish("person", Pressed(button))
+    assert made.presses == ["start", "stop"]
+    assert made.presses == []
+
+
+@dataclass(frozen=True)
+class Pressed:
+    button: str
+
+
+def test_an_enumeration_that_any_object_holds_is_declared_without_a_field(tmp_path: Path) -> None:
+    source = """
+from enum import Enum
+
+
+class Phase(Enum):
+    WAITING = 1
+    DONE = 2
+
+
+class Job:
+    def __init__(self):
+        self.phase = Phase.WAITING
+
+    def finish(self):
+        self.phase = Phase.DONE
+
+
+class Robot:
+    def __init__(self, jobs):
+        self._jobs = jobs
+
+    def take(self, name: str):
+        self._jobs.append(Job())
+        self._jobs[0].finish()
+"""
+    (tmp_path / "robot_code.py").write_text(source, encoding="utf-8")
+    model = CodeReader("robot_code:Robot", tmp_path).model()
+    draft = Draft(model, "robot_code", "person", tmp_path.resolve() / "hri")
+    assert (draft.states, draft.code.state) == (("WAITING", "DONE"), "")
+    assert "@be_waiting +!be_waiting <- enter(waiting)." in dict(files(draft))["models/robot.asl"]

@@ -24,17 +24,24 @@ class AttributeStates:
     def machines(self, scope: Scope) -> Iterator[StateMachine]:
         """Those of the class itself first; of these, enumerations, then those with most states."""
         for own in (scope, *(part for _, part in self._parts(scope))):
-            found = []
-            for name, assigned in self._values_of(own):
-                states, is_enum = self._of_constants(assigned)
-                is_tree = any(self._is_tree(where, value) for where, value in assigned)
-                if states or is_tree:
-                    location = next(iter(states.values())) if states else own.module.location(assigned[0][1])
-                    rows = tuple(State(text, at) for text, at in states.items())
-                    held = f"{own.node.name}.{name}"
-                    machine = StateMachine(name, ATTRIBUTE if rows else OBSERVED, rows, (), location, "", held)
-                    found.append(((is_enum, len(states)), machine))
-            yield from (machine for _, machine in sorted(found, key=lambda each: each[0], reverse=True))
+            found = self._machines_of(own)
+            ordered = sorted(found, key=lambda each: (each[1], len(each[0].states)), reverse=True)
+            yield from (machine for machine, _ in ordered)
+
+    def _machines_of(self, own: Scope) -> Iterator[tuple[StateMachine, bool]]:
+        """Those of a class alone, each with whether it is an enumeration."""
+        for name, assigned in self._values_of(own):
+            states, is_enum = self._of_constants(assigned)
+            if states or any(self._is_tree(where, value) for where, value in assigned):
+                location = next(iter(states.values())) if states else own.module.location(assigned[0][1])
+                rows = tuple(State(text, at) for text, at in states.items())
+                held = f"{own.node.name}.{name}"
+                yield StateMachine(name, ATTRIBUTE if rows else OBSERVED, rows, (), location, "", held), is_enum
+
+    def enumerations(self) -> Iterator[StateMachine]:
+        """Enumerations of which any object of the code holds a member in an attribute that changes."""
+        for scope in self._sources.classes:
+            yield from (machine for machine, is_enum in self._machines_of(scope) if is_enum)
 
     def decides(self, scope: Scope, machine: StateMachine) -> bool:
         """Whether a class compares an attribute of its own, or sets it to objects that are no messages: else it is

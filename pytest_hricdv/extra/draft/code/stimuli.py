@@ -10,7 +10,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
-from pytest_hricdv.extra.draft.code.classes import find_parameter_classes, methods_of, neutral_value, parse_annotation
+from pytest_hricdv.extra.draft.code.classes import (
+    find_message_classes,
+    find_parameter_classes,
+    methods_of,
+    neutral_value,
+    parse_annotation,
+)
 from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.contents import Argument, ContentReader
 from pytest_hricdv.extra.draft.code.fields import FieldReader
@@ -115,6 +121,18 @@ class StimulusReader:
                                   argument.imports)  # fmt: skip
             if kinds:
                 return
+
+    def listed(self, port: Port) -> Iterator[Message]:
+        """Messages in a list that a port has, as of what a control loop is given: `inputs.commands: list[Command]`."""
+        for each in port.operations:
+            module = next((module for module in self._sources.modules if module.file == each.location.file), None)
+            written = ast.parse(each.returns or "None", mode="eval").body
+            if module is None or each.is_method or not isinstance(written, ast.Subscript):
+                continue
+            for own in find_message_classes(self._sources, written.slice, module):
+                name = own.node.name
+                yield Message(name, snake(name), own.module.name, "received", self._fields.fields(own), own.location,
+                              (each.location,), "item", f"{port.name}.{each.name}", "lambda m: m")  # fmt: skip
 
     def convert(self, message: Message) -> Message:
         """A message whose class the bus of a test cannot carry, an enumeration or a typed dict, as one that it can."""

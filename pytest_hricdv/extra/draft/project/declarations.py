@@ -97,7 +97,7 @@ def time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
 
 def state_lines(draft: Draft) -> list[str]:
     """The field in which the robot publishes its state, and the transitions that are known."""
-    if not draft.states or draft.has_open_states:
+    if not draft.code.state or draft.has_open_states:
         return []
     moves = [f"                ({json.dumps(a)}, {json.dumps(b)}),  # {at}" for a, b, at in draft.transitions]
     moves = ["            transitions=(", *moves, "            ),"] if moves else []

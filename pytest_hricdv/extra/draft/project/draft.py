@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from pytest_hricdv.extra.draft.code_model import (
     MessageField,
     Operation,
     Port,
+    StateMachine,
 )
 from pytest_hricdv.extra.draft.observed import Observation
 from pytest_hricdv.extra.draft.project.answers import Answers
@@ -80,7 +81,7 @@ class Draft:
     """The names and values of a draft's files.
 
     Args:
-        code: what is known of the code.
+        declared: what is known of the code.
         robot: name of the project and of the robot.
         person: name of the person's agent.
         folder: where it is written.
@@ -95,7 +96,8 @@ class Draft:
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
         allowed_endings: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
         runs_in_root: whether the code runs in the folder that it is in, of which it reads files.
-        imports_code: whether the code is imported; not where that alone raises.
+        taken_out: what first runs did without because it failed: "state", which is not looked at; "calls"; "entry", the
+            code is only imported; "import", nor that; and names of messages that the testbench refuses.
         left_out: commands at which first runs raised an error.
         audits: whether sessions run tests again to see whether they repeat; not where one did not.
         is_silent: whether the person only is there: what else it might do did not reach the code, or stopped it.
@@ -103,7 +105,7 @@ class Draft:
         earlier: the files of the last draft in the folder, with what somebody has changed in them.
     """
 
-    code: CodeModel
+    declared: CodeModel
     robot: str
     person: str
     folder: Path
@@ -118,12 +120,37 @@ class Draft:
     isolates: bool = False
     allowed_endings: tuple[str, ...] = ENDS
     runs_in_root: bool = False
-    imports_code: bool = True
+    taken_out: frozenset[str] = frozenset()
     left_out: tuple[str, ...] = ()
     audits: bool = True
     is_silent: bool = False
     missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     earlier: Answers = field(default_factory=dict)
+
+    @cached_property
+    def code(self) -> CodeModel:
+        """What is known of the code, as far as runs have it: without what failed in the first ones."""
+        code, out = self.declared, self.taken_out
+        if "entry" in out:
+            return replace(
+                code, entry=None, messages=(), machines=(), inner=(), virtual=() if "import" in out else code.virtual
+            )
+        messages = [each for each in code.messages if each.name not in out]
+        messages = [each for each in messages if each.form != "call" or "calls" not in out]
+        if "state" in out:
+            messages = [each for each in messages if each.form != "state"]
+            code = replace(code, machines=tuple(replace(machine, field="") for machine in code.machines))
+        return replace(code, messages=tuple(messages))
+
+    @property
+    def imports_code(self) -> bool:
+        """Whether the code is imported; not where that alone raises."""
+        return "import" not in self.taken_out
+
+    @property
+    def whole(self) -> Draft:
+        """The draft with all that the code declares, also where it failed in first runs."""
+        return replace(self, taken_out=frozenset(), left_out=(), is_silent=False)
 
     @property
     def entry(self) -> Entry | None:
@@ -153,7 +180,7 @@ class Draft:
     def inputs(self) -> tuple[Input, ...]:
         """What a person can say."""
         said = self.code.inputs if not self.is_silent else ()
-        made = (variants_of(message, self.has_others, self.left_out) for message in said)
+        made = (variants_of(message, self.has_others).without(self.left_out) for message in said)
         return tuple(thing for thing in made if thing.variants)
 
     @cached_property
@@ -202,9 +229,14 @@ class Draft:
         return f"nothing that people do reaches the code, so its tests only show that {what}: see QUESTIONS.md"
 
     @property
+    def machine(self) -> StateMachine | None:
+        """The machine whose state the code publishes; else one that it declares; None without any."""
+        return self.code.machine or next((machine for machine in self.code.machines if machine.states), None)
+
+    @property
     def states(self) -> tuple[str, ...]:
-        """The states that the code publishes."""
-        return tuple(state.name for state in self.code.machine.states) if self.code.machine is not None else ()
+        """The states of this machine."""
+        return tuple(state.name for state in self.machine.states) if self.machine is not None else ()
 
     @property
     def has_open_states(self) -> bool:

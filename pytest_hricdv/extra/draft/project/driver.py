@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Message, MessageField, Port
@@ -16,24 +16,43 @@ from pytest_hricdv.extra.draft.project.ranges import number_range
 
 
 def say_lines(draft: Draft, table: ImportTable) -> list[str]:
-    if not draft.inputs:
-        return []
-    lines = ["    # What a person can say to the robot, with the numbers in it."]
-    lines += ["    says = {"]
-    for thing in draft.inputs:
-        kind = table.use(thing.message.module, thing.message.name)
+    """What people say; and, as comments, what the code declares too, and first runs did without."""
+    said = {command for thing in draft.inputs for command, _ in thing.commands}
+    lines = list(_say_rows(draft, draft.inputs, table))
+    if said:
+        lines = ["    # What a person can say to the robot, with the numbers in it.", "    says = {", *lines, "    }"]
+    rest = [line for thing in draft.whole.inputs for line in _say_rows(draft, [thing.without(said)], ImportTable(()))]
+    rest += unset_lines(draft)
+    return [*lines, *comment_lines([line.removeprefix("    ") for line in rest], "    ")]
+
+
+def unset_lines(draft: Draft) -> list[str]:
+    """What the code declares that a device returns, and nobody sets in the draft."""
+    there = {(sensor.name, level) for sensor in draft.sensors for level, _ in sensor.levels}
+    return [f'    "set_{word(sensor.name)} {level}"  # {sensor.operation.location}' for sensor in draft.whole.sensors
+            for level, _ in sensor.levels if (sensor.name, level) not in there]  # fmt: skip
+
+
+def comment_lines(lines: list[str], indent: str = "") -> list[str]:
+    """What the code declares, and first runs did without; nothing where there is none."""
+    head = f"{indent}# The code declares this, too. First runs did without: QUESTIONS.md says why."
+    return [head, *(f"{indent}# {line.strip()}" for line in lines)] if lines else []
+
+
+def _say_rows(draft: Draft, things: Iterable[Input], table: ImportTable) -> Iterator[str]:
+    for thing in things:
+        kind = table.use(thing.message.module, thing.message.name) if thing.variants else ""
         for command, variant in thing.commands:
             values = list(_values(draft, thing, variant, table))
             notes = [note for _, note in values if note]
             mark = notes[0] if len(notes) == 1 else str(variant.location)
             if len(notes) < 2:
                 arguments = ", ".join([kind, *(text for text, _ in values)])
-                lines.append(f'        "{command}": Say({arguments}),  # {mark}')
+                yield f'        "{command}": Say({arguments}),  # {mark}'
                 continue
-            lines += [f'        "{command}": Say(  # {mark}', f"            {kind},"]
-            lines += [f"            {text},{f'  # {note}' if note else ''}" for text, note in values]
-            lines += ["        ),"]
-    return [*lines, "    }"]
+            yield from (f'        "{command}": Say(  # {mark}', f"            {kind},")
+            yield from (f"            {text},{f'  # {note}' if note else ''}" for text, note in values)
+            yield "        ),"
 
 
 def _values(draft: Draft, thing: Input, variant: Variant, table: ImportTable) -> Iterator[tuple[str, str]]:
@@ -211,7 +230,7 @@ def _initial(sensor: Sensor) -> str:
 
 def has_cross(draft: Draft) -> bool:
     """Whether the states are crossed with the manners of what was said."""
-    return bool(draft.states and draft.inputs and not draft.has_open_states)
+    return bool(draft.code.state and draft.inputs and not draft.has_open_states)
 
 
 # --- messages of its own
@@ -228,7 +247,8 @@ _DOCS = {
 
 def own_messages(draft: Draft) -> tuple[Message, ...]:
     """The messages that the draft defines."""
-    return tuple(message for message in draft.messages if message.module == OWN_MODULE)
+    every = dict.fromkeys((*draft.messages, *draft.whole.messages))
+    return tuple(message for message in every if message.module == OWN_MODULE)
 
 
 def messages_module(draft: Draft) -> str:

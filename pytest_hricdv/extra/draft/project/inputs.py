@@ -51,6 +51,11 @@ class Input:
         """The name of each command, with what it says."""
         return tuple((f"{self.name}_{each.name}" if each.name else self.name, each) for each in self.variants)
 
+    def without(self, commands: Collection[str]) -> Input:
+        """The same without some commands."""
+        kept = tuple(variant for command, variant in self.commands if command not in commands)
+        return Input(self.message, self.name, kept, self.numbers)
+
 
 def is_open(part: MessageField) -> bool:
     """Whether a field may also have a text that the code does not know."""
@@ -81,8 +86,8 @@ _Choice = tuple[str, str, str, CodeLine]
 """Word, field, source text of a value or range, and its location."""
 
 
-def variants_of(message: Message, has_others: bool, left_out: Collection[str] = ()) -> Input:
-    """What a person can say by a message, without the commands that are left out."""
+def variants_of(message: Message, has_others: bool) -> Input:
+    """What a person can say by a message."""
     choices: list[list[_Choice]] = []
     numbers = []
     for part in message.fields:
@@ -111,9 +116,7 @@ def variants_of(message: Message, has_others: bool, left_out: Collection[str] = 
             is_known = all(source != f'"{OTHER}"' for _, source in values)
             is_usual = is_known and all(part in usual for part in combination if part[1] in floats)
             variants.append(Variant(name, values, location, ranges, is_usual))
-    made = Input(message, word(message.topic), tuple(variants), tuple(numbers))
-    kept = tuple(variant for command, variant in made.commands if command not in left_out)
-    return Input(message, made.name, kept, made.numbers)
+    return Input(message, word(message.topic), tuple(variants), tuple(numbers))
 
 
 def _combine(choices: list[list[_Choice]]) -> list[tuple[_Choice, ...]]:

@@ -175,7 +175,7 @@ def robot(draft: Draft) -> str:
         "// What the robot's code should do: a plan for each state, and one for each message that it receives.",
         "",
     ]
-    machine = draft.code.machine
+    machine = draft.machine
     if machine is not None:
         lines.append("// TODO: through which states does it go for which message? This draft goes through all of them.")
     tour = "; ".join(dict.fromkeys(f"!{_state_goal(state)}" for state in draft.states)) or "answer"

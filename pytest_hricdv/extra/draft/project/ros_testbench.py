@@ -18,6 +18,7 @@ from pytest_hricdv.extra.draft.project.declarations import (
     tuple_text,
 )
 from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.driver import comment_lines
 from pytest_hricdv.extra.draft.project.inputs import Input
 from pytest_hricdv.extra.draft.project.ranges import (
     answer_s,
@@ -147,7 +148,9 @@ def _constants(draft: Draft) -> list[str]:
                   "SAYS: dict[str, dict[str, Uniform]] = {"]  # fmt: skip
         lines += [line for thing in draft.inputs for line in command_lines(draft, thing)]
         lines += ["}", *times_of_lines(draft)]
-    return lines
+    said = {command for thing in draft.inputs for command, _ in thing.commands}
+    rest = [line for thing in draft.whole.inputs for line in command_lines(draft, thing.without(said))]
+    return [*lines, *comment_lines(rest)]
 
 
 def _declarations(draft: Draft, start: RosStart) -> list[str]:

@@ -54,7 +54,8 @@ def conftest(draft: Draft) -> str:
 
 def _head(draft: Draft, body: str) -> list[str]:
     def used(names: tuple[str, ...]) -> str:
-        return ", ".join(name for name in names if re.search(rf"(?<![\w.'\"]){name}\b", body))
+        code = re.sub(r"^ *#.*", "", body, flags=re.MULTILINE)
+        return ", ".join(name for name in names if re.search(rf"(?<![\w.'\"]){name}\b", code))
 
     return [
         f'"""The testbench of {draft.robot}, drafted from its code: each value has the location that it comes from.',

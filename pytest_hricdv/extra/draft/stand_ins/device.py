@@ -22,7 +22,7 @@ class Device:
             value of no type, which is 0, empty, and can be awaited and called.
         attributes: those of them that are no methods.
         coroutines: methods that are awaited.
-        inboxes: method -> what it returns of the messages that people say: class -> conversion.
+        inboxes: method or attribute, of a list -> what it returns of what people say: class of a message -> conversion.
     """
 
     senses: tuple[str, ...] = ()
@@ -93,6 +93,8 @@ class DeviceStandIn(Neutral):
         if read:
             border.pass_time()
             border.on_crossing()
+        if read and name in self.__dict__["_inboxes"]:
+            return list(iter(self.__dict__["_inboxes"][name].poll, None))  # all that has come since
         if name in device.senses:
             value = _value_of_sense(border, f"{port}.{name}")
         else:
