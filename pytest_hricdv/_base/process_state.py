@@ -18,7 +18,7 @@ import sys
 import threading
 import tracemalloc
 import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import greenlet
@@ -26,6 +26,7 @@ import msgspec
 import pytest
 
 from pytest_hricdv._base import self_check
+from pytest_hricdv._base.change_places import places_of_change
 from pytest_hricdv._base.descriptors import StandardDescriptors
 
 # As they are now: what is put back is looked at with them.
@@ -100,6 +101,47 @@ _OWN |= {"pluggy", "pytest", "pytest_hricdv", "xdist"}
 """Packages whose modules the session imports itself; others may be taken out of `sys.modules`, to import them again."""
 
 
+def _finds(finder: Any) -> bool:
+    """Whether a finder of modules answers: one that raises would let no import of the session pass."""
+    try:
+        spec = finder.find_spec(_NO_MODULE, None)
+    except Exception:  # whatever it raises
+        return not hasattr(finder, "find_spec")  # Python asks the next one
+    return spec is None or hasattr(spec, "loader")
+
+
+def _hooks(hook: Any) -> bool:
+    """The same of what makes finders for folders: it raises ImportError for those that are not its own."""
+    try:
+        hook(_NO_MODULE)
+    except ImportError:
+        pass
+    except Exception:
+        return False
+    return True
+
+
+_NO_MODULE = "pytest_hricdv_asks_for_no_module"
+_FINDERS: Mapping[str, Callable[[Any], bool]] = {"path": lambda entry: True, "meta_path": _finds, "path_hooks": _hooks}
+"""Lists of `sys` by which Python imports -> whether an entry that code has added may stay."""
+
+
+class Finders:
+    """How Python finds modules when this is made."""
+
+    def __init__(self) -> None:
+        self._found = [(name, finders, [*finders]) for name in _FINDERS for finders in [getattr(sys, name)]]
+
+    def put_back(self) -> Iterator[str]:
+        """Take away what lets no import pass, put back what is empty; yields the lists of which something was taken."""
+        for name, finders, before in self._found:
+            kept = [each for each in finders if any(each is other for other in before) or _FINDERS[name](each)]
+            if len(kept) < len(finders):
+                yield f"sys.{name}"
+            finders[:] = kept or before
+            setattr(sys, name, finders)
+
+
 class ProcessState:
     """What the process is like when this is made, before what code replaced in earlier runs is there again."""
 
@@ -111,17 +153,20 @@ class ProcessState:
         self._mask = _MASK(signal.SIG_BLOCK, ()) if _MASK is not None else None
         self._folder = _folder()
         self._variables = _DICT(os.environ)
-        searched: tuple[list[Any], ...] = (sys.path, sys.meta_path, sys.path_hooks)
-        self._finders = [(finders, [*finders]) for finders in searched]
+        self._finders = Finders()
         self._settings = [ask() for ask, _ in _SETTINGS]
         self._descriptors = StandardDescriptors()
         for (kept, name), (before, made) in _MADE.items():
             if _KEPT[kept].__dict__.get(name) is before:
                 _SETATTR(_KEPT[kept], name, made)
 
-    def put_back(self) -> tuple[str, ...]:
-        """Put all back; what is wrong with what the code did to the process, a sentence each."""
-        lost = [*self._put_back_lost(), *self._put_back_modules()]
+    def put_back(self, code: Iterable[str] = ()) -> tuple[str, ...]:
+        """Put all back; what is wrong with what the code did to the process, a sentence each.
+
+        Args:
+            code: names of the modules and packages under test.
+        """
+        lost = [*self._put_back_lost(), *self._put_back_modules(), *self._finders.put_back()]
         wrong = self_check.wrong_answers()
         for kept, name, before, made in self._changes():
             if _CALLABLE(before) or (kept, name) in _VALUES:
@@ -134,13 +179,10 @@ class ProcessState:
                 os.chdir(self._folder)
         for name, value in self._variables.items():
             os.environ.setdefault(name, value)
-        for finders, found in self._finders:
-            finders[:] = finders or found
-        sys.path, sys.meta_path, sys.path_hooks = (finders for finders, _ in self._finders)
         for (ask, set_again), setting in zip(_SETTINGS, self._settings, strict=True):
             if ask() != setting:
                 set_again(setting)
-        return (*([complaint((*lost,))] if lost else ()), *([self_check.complaint(wrong)] if wrong else ()))
+        return (*([complaint(lost, code)] if lost else ()), *([self_check.complaint(wrong, code)] if wrong else ()))
 
     def _changes(self) -> list[tuple[str, str, object, object]]:
         """Module or class, name, what was there, and what is there now."""
@@ -195,10 +237,11 @@ def _folder() -> str:
         return ""
 
 
-def complaint(names: tuple[str, ...]) -> str:
-    """What was put back, in a sentence."""
+def complaint(names: Sequence[str], code: Iterable[str]) -> str:
+    """What was put back, and where modules under test have changed it, in a sentence."""
     shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+    place = next((f" at {place}" for place in places_of_change(names, code)), "")
     return (
-        f"the code under test changed {shown} for the whole process, pytest included; it was restored after the run: "
+        f"the code under test changed {shown} for the whole process{place}, pytest included; it was restored: "
         "change it in the code's own modules only"
     )

@@ -13,7 +13,9 @@ import math
 import struct
 import time
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+
+from pytest_hricdv._base.change_places import places_of_change
 
 _ABC_SHA256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # FIPS 180-4, its first example
 _ABC_MD5 = "900150983cd24fb0d6963f7d28e17f72"  # RFC 1321, A.5
@@ -61,10 +63,11 @@ def _wrong() -> Iterator[str]:
             yield name
 
 
-def complaint(names: tuple[str, ...]) -> str:
-    """What is wrong, and what to do, in a sentence."""
+def complaint(names: tuple[str, ...], code: Iterable[str] = ()) -> str:
+    """What is wrong, where modules under test have changed it, and what to do, in a sentence."""
+    place = next((f" at {place}" for place in places_of_change(names, code)), "")
     return (
         f"{', '.join(names)} of Python's library {'answers' if len(names) == 1 else 'answer'} wrongly: the code under "
-        "test has replaced it for the whole process, so results of other tests, and of pytest, may be wrong: replace "
-        "it in the code's own modules only, or restore it"
+        f"test has replaced it for the whole process{place}, so results of other tests, and of pytest, may be wrong: "
+        "replace it in the code's own modules only, or restore it"
     )

@@ -45,7 +45,7 @@ class _Tracers:
             for inner in [inner for inner, outside in self._inner.items() if outside is here]:
                 self._own.pop(inner, None)
                 self._inner.pop(inner, None)
-            del self._own[here]
+            self._own.pop(here, None)  # gone where it was left as it was, see `reset`
             if not self._own:
                 greenlet.settrace(self._previous)
             sys.settrace(self._outer)

@@ -27,6 +27,7 @@ from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.random_numbers import seed_run
 from pytest_hricdv.runtime.termination import refusal, word_of
 from pytest_hricdv.runtime.virtual import VirtualModules
+from pytest_hricdv.runtime.virtual.builtin_names import keep_builtins
 from pytest_hricdv.runtime.virtual.locks import find_deadlocks
 from pytest_hricdv.runtime.virtual.outside import guard_run
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
@@ -189,6 +190,7 @@ def execute(
             measurement.watch_imports(context),
             modules.install(),
             guard_run(kernel),
+            keep_builtins(),
             seed_run(test.seed),
             kernel.supervision.watch(),
             ExitStack() as stack,
@@ -199,7 +201,7 @@ def execute(
             try:
                 outcome, verdicts, record = _finish(settings, followers, run)
             finally:
-                tampering = state.put_back()
+                tampering = state.put_back(testbench.code)
     except BaseException as error:
         failed = run.ending.error if isinstance(error, Exception) and run.ending is not None else None
         raised = failed or error

@@ -16,9 +16,11 @@ import pytest
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.process_state import Finders, complaint
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.results.report_builder import GeneratedSuite
+from pytest_hricdv.runtime.virtual.builtin_names import keep_builtins
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.following import of_testbench
 from pytest_hricdv.session.option import feature_options, locate_error, usage_error
@@ -87,10 +89,12 @@ class Collection:
                 "and return a pytest_hricdv.testbench.Testbench"
             )
         self._loaded = len(implementations)
-        code = implementations[-1].function.__code__
+        code, finders = implementations[-1].function.__code__, Finders()
         try:
-            with of_testbench(self.config, implementations[-1].function.__module__):
+            with of_testbench(self.config, implementations[-1].function.__module__), keep_builtins():
                 made = hook(config=self.config)
+            if lost := (*finders.put_back(),):
+                raise TestbenchError(complaint(lost, getattr(made, "code", ())))
             testbench = check_testbench(made, f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
             testbench = testbench.choose(fidelity=self.options.fidelity) if self.options.fidelity else testbench
             testbench = on_installed_engine(testbench)

@@ -64,9 +64,9 @@ def test_what_answers_wrongly_is_put_back_and_named() -> None:
 def test_modules_that_the_session_imports_come_back() -> None:
     state, kept = ProcessState(), dict(sys.modules)
     del sys.modules["zlib"]
-    assert state.put_back() == (complaint(("sys.modules['zlib']",)),)
+    assert state.put_back() == (complaint(("sys.modules['zlib']",), ()),)
     sys.modules.clear()
-    assert state.put_back() == (complaint(("sys.modules",)),)
+    assert state.put_back() == (complaint(("sys.modules",), ()),)
     assert sys.modules == kept
 
 

@@ -16,7 +16,6 @@ WRONG = {
     "hashlib.sha256": "import hashlib; hashlib.sha256 = lambda data=b'', **_: hashlib.md5(data)",
     "json.dumps": "import json; json.dumps = lambda value, **_: '{}'",
     "zlib.compress": "import zlib; zlib.compress = lambda data, level=-1: b''",
-    "builtins.sorted": "import builtins; builtins.sorted = lambda items, **_: [*items]",
 }
 HARMLESS = {
     "sys.stdout": "import io, sys; sys.stdout = sys.stderr = io.StringIO()",
@@ -60,3 +59,61 @@ def test_a_violation_is_a_failure_although_pytest_fail_does_nothing(lamps: pytes
     result = lamps.runpytest_subprocess(SUITE)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert "failed" in {test["outcome"] for test in report(lamps.path)["tests"]}
+
+
+BUILTINS = {
+    "sorted": "import builtins; builtins.sorted = lambda items, **_: [*items]",
+    "zip": "import builtins; builtins.zip = None",
+    "dict": "import builtins; del builtins.dict",
+}
+
+
+@pytest.mark.parametrize("name", BUILTINS)
+def test_a_function_of_python_is_not_replaced_in_a_run(lamps: pytest.Pytester, name: str) -> None:
+    change(lamps.path, *PLACE, f"    {BUILTINS[name]}\n" + PLACE[1])
+    result = lamps.runpytest_subprocess(SUITE)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines([f"*guide.py:*builtins.{name} is changed for the whole process, pytest included:*"])
+    assert report(lamps.path)["not_run"] == 0
+
+
+def test_a_function_of_python_is_not_replaced_by_an_import(lamps: pytest.Pytester) -> None:
+    _write_first(lamps.path, "import builtins; builtins.sorted = lambda items, **_: []\n")
+    result = lamps.runpytest_subprocess(SUITE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: *messages.py:1: *builtins.sorted is changed for the whole process*"])
+
+
+FINDER = """
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        raise RuntimeError("no imports")
+import sys
+"""
+FINDERS = {
+    "meta_path": FINDER + "sys.meta_path.insert(0, Finder())\n",
+    "path_hooks": FINDER + "sys.path_hooks.insert(0, Finder().find_spec)\n",
+}
+
+
+@pytest.mark.parametrize("name", FINDERS)
+def test_what_lets_no_import_pass_is_taken_away_and_named(lamps: pytest.Pytester, name: str) -> None:
+    indented = FINDERS[name].replace("\n", "\n    ").rstrip()
+    change(lamps.path, *PLACE, f"    {indented}\n" + PLACE[1])
+    result = lamps.runpytest_subprocess(SUITE, "--hri-audit=2")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines([f"*the code under test changed sys.{name} for the whole process at *guide.py:*"])
+    assert report(lamps.path)["not_run"] == 0
+
+
+@pytest.mark.parametrize("name", FINDERS)
+def test_what_lets_no_import_pass_is_named_where_code_is_imported(lamps: pytest.Pytester, name: str) -> None:
+    _write_first(lamps.path, FINDERS[name])
+    result = lamps.runpytest_subprocess(SUITE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: *messages.py:*"])
+
+
+def _write_first(folder: Path, text: str) -> None:
+    path = folder / "lamps" / "messages.py"
+    path.write_text(text + path.read_text(encoding="utf-8"), encoding="utf-8")
