@@ -133,6 +133,9 @@ def _print_end(options: argparse.Namespace, result: Result) -> int:
             print(visible(f"warning: {warning}"), file=sys.stderr)
         rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
         print(f"ended after {rounds}: {result.ended}", file=sys.stderr)
+        if result.ended == "round limit":
+            for plan in result.endless[:3]:
+                print(visible(f"{plan} goes on without end"), file=sys.stderr)
     return 0
 
 

@@ -40,6 +40,8 @@ class LivelockDetector:
         self.due = QUIET_ROUNDS
         """The round after which :meth:`repeats` has to be called next."""
         self._progress = 0
+        self._most = 0
+        """Events and intentions that there were at a time."""
         self._fingerprints: set[int] = set()
         self._depths: dict[Intention, _Depth] = {}
         self._states: set[str] = set()
@@ -60,6 +62,9 @@ class LivelockDetector:
             return False
         held = sum(len(agent.events) + len(agent.intentions) for agent in self._agents.values())
         self.due = rounds + 1 + held // COMPARED
+        if held > max(self._most, COMPARED):
+            self._most = held  # who waits for more than ever is nowhere again; thousands are not compared for that
+            return False
         # States are long for deep intentions: they are written out only when their fingerprint has come before.
         fingerprint = self._fingerprint()
         if fingerprint not in self._fingerprints:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from unittest import mock
 
 import pytest
 
-from pytest_hricdv.bdi import BdiError
+from pytest_hricdv.bdi import BdiError, MultiAgentSystem
 from pytest_hricdv.bdi.language import limits, syntax_tree, terms
 from pytest_hricdv.bdi.language.terms import Structure, Term, Variable
 from pytest_hricdv.bdi.logic.substitution import free_variables
 from pytest_hricdv.bdi.memo import Memo
 from pytest_hricdv.bdi.run import system_run
+from pytest_hricdv.bdi.run.livelock import LivelockDetector
 from tests.bdi.models import prints_of, system_of
 
 WORK = r"does not come to an end within 100,000 steps"
@@ -194,3 +196,14 @@ def test_looking_for_the_variables_of_a_large_term_is_work() -> None:
         term = Structure("f", (term, term))
     free_variables(term)
     assert before - limits.WORK.left >= 2**10
+
+
+def test_intentions_that_double_cost_no_more_than_others(tmp_path: Path) -> None:
+    (tmp_path / "m.mas2j").write_text("MAS m { agents: a; }", encoding="utf-8")
+    (tmp_path / "a.asl").write_text("!g.\n@g +!g <- !!g; !!g.", encoding="utf-8")
+    with mock.patch.object(LivelockDetector, "_fingerprint", side_effect=range(5_000)) as compare:
+        result = MultiAgentSystem.load(tmp_path / "m.mas2j").run(max_rounds=5_000)
+    assert result.ended == "round limit"
+    assert compare.call_count < 200
+    (plan,) = result.endless
+    assert "a.asl:2:1: plan @g of a" in plan
