@@ -11,11 +11,12 @@ import os
 import re
 import stat
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pytest_hricdv._base.message import InputError, quote
+from pytest_hricdv._base.suggestion import nearest
 
 MAX_BYTES = 20_000_000
 """Greatest size of a file of tests, a replay file or a table: a hundred times that of a large suite. A text of tests
@@ -142,24 +143,64 @@ def unpack(data: bytes, most: int = MAX_UNPACKED_BYTES) -> bytes:
     return content
 
 
-def from_json(text: str, kind: type[T]) -> T:
+def from_json(text: str, kind: type[T], *, strict: bool = False) -> T:
     """A value of this type from the text of a JSON file; the type is its schema.
+
+    Args:
+        text: of the file.
+        kind: a type that msgspec reads.
+        strict: whether it has no keys but those of the type. A report of a later version may have more.
 
     Raises:
         MalformedError: the text is no JSON, or other JSON than `kind` has, or has a number that is too large.
     """
-    import msgspec  # not at the top: a session that reads no file does not need it
+    import msgspec.inspect  # not at the top: a session that reads no file does not need it
 
     if _may_have_long_number(text) and (fault := _limit_fault(text)):  # msgspec's limit is that of a float
         raise MalformedError(fault)
     try:
-        return msgspec.json.decode(text, type=kind)
+        value = msgspec.json.decode(text, type=kind)
+        if strict:
+            _check_keys("$", msgspec.json.decode(text), msgspec.inspect.type_info(kind))
+        return value
     except msgspec.ValidationError as error:  # also raised for the valid beginning of a text that is no JSON
         raise MalformedError(_json_fault(text) or f": {error}") from None
     except RecursionError:
         raise MalformedError(_limit_fault(text) or ": nested too deeply") from None
     except (msgspec.DecodeError, UnicodeEncodeError) as error:  # the latter: a lone surrogate in the text
         raise MalformedError(_json_fault(text) or f": not JSON: {error}") from None
+
+
+def _check_keys(place: str, value: object, kind: Any) -> None:
+    """See that objects have no other keys than the fields of their types. Raises MalformedError for the first one.
+
+    Args:
+        place: of the value, as msgspec's errors have it.
+        value: plain data, of the kind.
+        kind: of `msgspec.inspect`.
+    """
+    kinds: list[Any] = [part for part in getattr(kind, "types", (kind,)) if hasattr(part, "fields")] or [kind]
+    if isinstance(value, dict) and len(kinds) == 1 and hasattr(kinds[0], "fields"):
+        fields = {field.encode_name: field.type for field in kinds[0].fields}
+        tag = getattr(kinds[0], "tag_field", None)
+        for key, part in value.items():
+            if key not in fields and key != tag and (place, key) != ("$", "schema"):  # whose reader has looked at that
+                raise MalformedError(f": unknown key {quote(key)}{nearest(key, fields)} - at `{place}`")
+            if key in fields:
+                _check_keys(f"{place}.{key}", part, fields[key])
+    elif isinstance(value, dict) and hasattr(kind, "value_type"):
+        for key, part in value.items():
+            _check_keys(f"{place}.{key}", part, kind.value_type)
+    elif isinstance(value, list) and hasattr(kind, "item_type"):
+        for index, part in enumerate(value):
+            _check_keys(f"{place}[{index}]", part, kind.item_type)
+
+
+def check_keys(table: Iterable[str], known: Collection[str]) -> None:
+    """See that a table has no other keys than these. Raises MalformedError for the first one."""
+    for key in table:
+        if key not in known:
+            raise MalformedError(f": unknown key {quote(key)}{nearest(key, known)}")
 
 
 def _may_have_long_number(text: str) -> bool:

@@ -73,7 +73,7 @@ class SavedTable:
             schema = schema_of(text)
             if schema != SCHEMA:
                 raise GenerateError(f"{where}: expected schema {SCHEMA!r}, found {quote(schema)}; {expected}")
-            return from_json(text, cls)
+            return from_json(text, cls, strict=True)
         except MalformedError as error:
             raise GenerateError(f"{where}{error}; expected a saved table, or belief sets (*.toml)") from None
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
 from typing import TypeVar
@@ -34,6 +35,9 @@ from pytest_hricdv.generate.suite import Generation, Suite
 T = TypeVar("T")
 
 _HEADER = re.compile(r"#\s*(id|suite|target|beliefs|seed|name|plans \S+|values \S+|after \S+)\s*:(.*)\Z")
+_LIKE_HEADER = re.compile(r"#\s*(\w+)(?:[ \t]+\S+)?\s*:")
+_FORMS = {"plans": "plans AGENT", "values": "values NUMBER", "after": "after NUMBER"}
+_KEYS = ("id", "suite", "target", "beliefs", "seed", "name", "plans", "values", "after")
 
 
 @dataclass
@@ -137,6 +141,7 @@ def _blocks(text: str, file: str, commands: Collection[str]) -> list[_Block]:
 def _read_comment(block: _Block, comment: str, where: str) -> None:
     match = _HEADER.match(comment)
     if match is None:
+        _refuse_misspelt(comment, where)
         return
     key, value = match[1], " ".join(match[2].split())
     if key in block.headers:
@@ -149,6 +154,17 @@ def _read_comment(block: _Block, comment: str, where: str) -> None:
         _read_after(block, key, value, where)
     block.where = block.where or where
     block.headers[key] = value
+
+
+def _refuse_misspelt(comment: str, where: str) -> None:
+    like = _LIKE_HEADER.match(comment)
+    if like is None:
+        return
+    for key in get_close_matches(like[1].lower(), _KEYS, n=1, cutoff=0.75):
+        raise GenerateError(
+            f"{where}: {quote(comment)} is no field of a test; nearest: '# {_FORMS.get(key, key)}: ...'; a comment "
+            "has no such word before a colon"
+        )
 
 
 def _read_values(block: _Block, key: str, text: str, where: str) -> None:
@@ -277,7 +293,7 @@ def _read(path: Path) -> str:
 
 
 class _Entry(Struct):
-    """A recorded run; other keys are ignored."""
+    """A recorded run; a note names its other keys."""
 
     steps: list[str] | None
     n: int | float | str | None = None
@@ -285,7 +301,9 @@ class _Entry(Struct):
 
 def _from_json(path: Path, context: GenerationContext, notes: list[str]) -> Iterator[AbstractTest]:
     for suite, text in _decode(str(path), _read(path), dict[str, Raw]).items():
-        entries = _decode(f"{path}: suite {quote(suite)}", str(text, "utf-8"), list[_Entry])
+        where = f"{path}: suite {quote(suite)}"
+        entries = _decode(where, str(text, "utf-8"), list[_Entry])
+        notes += _other_keys(where, _decode(where, str(text, "utf-8"), list[dict[str, Raw]]))
         drafts = [
             _draft_of_entry(path, suite, place, entry, context)
             for place, entry in enumerate(entries[: MAX_TESTS + 1], 1)  # one too many is enough to be refused
@@ -296,6 +314,16 @@ def _from_json(path: Path, context: GenerationContext, notes: list[str]) -> Iter
                 f"{suite}: {len(drafts) - len(recorded)} of {len(drafts)} entries have no steps and are left out"
             )
         yield from identify(slug(suite), context.seed, recorded)
+
+
+def _other_keys(where: str, entries: list[dict[str, Raw]]) -> Iterator[str]:
+    """A note on keys that no test has, as results of a recorded run. Raises GenerateError for a misspelt one."""
+    others = sorted({key for entry in entries for key in entry} - set(_Entry.__struct_fields__))
+    for key in others:
+        if similar := get_close_matches(key.lower(), _Entry.__struct_fields__, n=1, cutoff=0.75):
+            raise GenerateError(f"{where}: unknown key {quote(key)}; nearest: {similar[0]}")
+    if others:
+        yield f"{where}: not read: {', '.join(map(quote, others))}"
 
 
 def _decode(where: str, text: str, kind: type[T]) -> T:

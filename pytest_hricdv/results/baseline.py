@@ -163,7 +163,7 @@ def read_baseline(path: Path, testbench: str) -> Baseline:
         BaselineError: it is missing, cut off, no baseline, or one of another testbench.
     """
     try:
-        baseline = from_json(read_text(path, MAX_REPORT_BYTES), Baseline)
+        baseline = from_json(read_text(path, MAX_REPORT_BYTES), Baseline, strict=True)
         for suite in baseline.suites.values():
             for behaviour in (suite.tests or {}).values():
                 for message in behaviour.messages:

@@ -123,7 +123,7 @@ class Replay:
 
 
 class _File(msgspec.Struct, frozen=True):
-    """The text of a replay file; other keys are ignored."""
+    """The text of a replay file."""
 
     test: TestData
     concrete: ConcreteParameters
@@ -149,7 +149,7 @@ def _decode(text: str, where: str) -> _File:
                 f"{where}: expected schema {SCHEMA!r}, found {quote(schema)}; "
                 "expected a file from the folder 'failures' of a report, or the plugin's version that wrote this one"
             )
-        return from_json(text, _File)
+        return from_json(text, _File, strict=True)
     except MalformedError as error:
         raise ReplayError(f"{where}{error}; expected a replay file") from None
 

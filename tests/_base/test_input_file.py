@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -182,3 +183,27 @@ def test_a_value_that_nests_deeply_can_be_quoted() -> None:
         assert quote(value) == "a list"
     else:  # there its text can be had
         assert quote(value).startswith("[[[")
+
+
+class _Part(msgspec.Struct):
+    name: str
+    size: int = 0
+
+
+class _Whole(msgspec.Struct):
+    parts: dict[str, list[_Part]]
+    first: _Part | None = None
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('{"parts": {}, "frist": null}', r"unknown key 'frist'; nearest: first.* - at `\$`"),
+        ('{"parts": {"a": [{"name": "x", "siez": 1}]}}', r"'siez'; nearest: size - at `\$.parts.a\[0\]`"),
+        ('{"parts": {}, "first": {"name": "x", "nam": 1}}', r"'nam'; nearest: name - at `\$.first`"),
+    ],
+)
+def test_a_key_that_a_strict_file_does_not_have_is_refused(text: str, told: str) -> None:
+    with pytest.raises(MalformedError, match=told):
+        from_json(text, _Whole, strict=True)
+    assert from_json(text, _Whole).parts is not None

@@ -147,6 +147,25 @@ def test_tests_that_repeat_others_are_counted(tmp_path: Path) -> None:
     assert suite.generation.notes == ("2 of 4 tests repeat the commands of others",)
 
 
+@pytest.mark.parametrize(
+    ("comment", "form"),
+    [("# valeus 1: leg_m 0.5", "values NUMBER"), ("# sed: 7", "seed"), ("# Beliefs: bored", "beliefs")],
+)
+def test_a_misspelt_field_is_no_comment(comment: str, form: str) -> None:
+    with pytest.raises(GenerateError, match=f"t.txt:1:1: .*nearest: '# {form}: ...'"):
+        parse_tests(f"{comment}\nbored\n", file="t.txt", suite="t")
+    assert len(parse_tests("# note 1: the person is slow\nbored\n", file="t.txt", suite="t")) == 1
+
+
+def test_keys_of_recorded_runs_that_no_test_has_are_named(tmp_path: Path) -> None:
+    (tmp_path / "r.json").write_text('{"s": [{"steps": ["bored"], "legs": 2}]}')
+    (note,) = Files(tmp_path / "r.json").generate(CONTEXT).generation.notes
+    assert note.endswith("suite 's': not read: 'legs'")
+    (tmp_path / "r.json").write_text('{"s": [{"steps": ["bored"], "step": 2}]}')
+    with pytest.raises(GenerateError, match="suite 's': unknown key 'step'; nearest: steps"):
+        Files(tmp_path / "r.json").generate(CONTEXT)
+
+
 def test_recorded_runs_without_steps_are_left_out_and_counted(tmp_path: Path) -> None:
     path = tmp_path / "recorded runs.json"
     path.write_text(RECORDED)

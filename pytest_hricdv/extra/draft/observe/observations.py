@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pytest_hricdv._base.input_file import check_keys
 from pytest_hricdv.extra.draft.observe.shape import Shape
 
 VERSION = 1
@@ -146,6 +147,7 @@ def read_observations(path: Path) -> Observations:
         plain = json.loads(path.read_text(encoding="utf-8"))
         if plain.get("format") != "hricdv-recording" or plain.get("version") != VERSION:
             raise ValueError(f"expected version {VERSION} of a recording of `hricdv record`")
+        check_keys(plain, ("format", "version", "states", "made", "methods", "calls"))
         made = Observations(states={str(key): dict(pairs) for key, pairs in plain["states"].items()})
         for name in ("made", "methods", "calls"):
             setattr(made, name, {str(key): _site_from_json(site) for key, site in plain[name].items()})
@@ -155,6 +157,7 @@ def read_observations(path: Path) -> Observations:
 
 
 def _site_from_json(plain: Mapping[str, Any]) -> Site:
+    check_keys(plain, ("count", "location", "arguments", "result", "periods"))
     arguments = {str(name): Shape.from_json(shape) for name, shape in plain["arguments"].items()}
     return Site(int(plain["count"]), str(plain["location"]), arguments, Shape.from_json(plain["result"]),
                 [float(number) for number in plain["periods"]])  # fmt: skip

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
+from pytest_hricdv._base.input_file import check_keys
+
 MAX_TEXTS, MAX_LENGTH = 16, 60
 """Texts that are kept of a value, and their longest length (characters): more or longer ones are no choice."""
 
@@ -149,6 +151,7 @@ class Shape:
         """Read plain data. Raises ValueError, TypeError or KeyError where it is none of `to_json`."""
         if not isinstance(plain, dict) or depth > MAX_DEPTH + 2:
             raise ValueError("expected the shape of a value")
+        check_keys(plain, ("count", "kinds", "texts", "classes", "low", "high", "fields", "item", "is_open"))
         made = Shape(int(plain["count"]), _counts(plain.get("kinds", {})), _counts(plain.get("texts", {})),
                      _number_of(plain.get("low")), _number_of(plain.get("high")), _counts(plain.get("classes", {})),
                      is_open=bool(plain.get("is_open")))  # fmt: skip
