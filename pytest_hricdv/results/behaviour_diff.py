@@ -62,14 +62,18 @@ def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> Beh
 
 
 def compare_with_session_before(report: Report, before: Report) -> BehaviourChanges | None:
-    """Compare what each test did with the session before; None where nothing changed, or nothing can be compared."""
+    """Compare what each test did with the session before; None where nothing changed, or nothing can be compared.
+
+    Tests that were not run then, as of a session that was interrupted and is resumed, are left out.
+    """
     seeds = {suite.name: suite.seed for suite in report.suites}
     suites = tuple(suite for suite in before.suites if seeds.get(suite.name) == suite.seed)
-    records = {test.nodeid: test.record_sha256 for test in before.tests}
+    tests = tuple(test for test in before.tests if test.outcome != "not-run")
+    records = {test.nodeid: test.record_sha256 for test in tests}
     same = all(records.get(test.nodeid, test.record_sha256) == test.record_sha256 for test in report.tests)
     if same or before.testbench != report.testbench:
         return None
-    changes = compare_behaviour(report, baseline_of(replace(before, suites=suites)), whole=False)
+    changes = compare_behaviour(report, baseline_of(replace(before, suites=suites, tests=tests)), whole=False)
     return replace(changes, against="session before", new=()) if changes.changed else None
 
 

@@ -308,3 +308,20 @@ def test_without_a_baseline_the_session_before_is_compared(lamps: pytest.Pyteste
     assert list(report(lamps.path)["changes"]["changed"]) == [one]
     lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-seed=1")
     assert report(lamps.path).get("changes") is None  # nothing can be compared
+
+
+class _Interruption:
+    """Interrupts a session after its first test."""
+
+    def pytest_runtest_logfinish(self) -> None:
+        raise KeyboardInterrupt
+
+
+def test_a_resumed_session_is_not_compared_with_tests_that_the_interrupted_one_did_not_run(
+    lamps: pytest.Pytester,
+) -> None:
+    lamps.inline_run("--hri-suite=by-hand", plugins=[_Interruption()], no_reraise_ctrlc=True)
+    assert report(lamps.path)["not_run"] == 3
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-resume")
+    assert report(lamps.path)["not_run"] == 0
+    assert report(lamps.path).get("changes") is None
