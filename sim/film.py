@@ -13,9 +13,10 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 from pytest_hricdv.runtime import Body
+from sim import raycasting
 from sim.geometry import UPRIGHT, Pose, Vector
 from sim.person import HAND_HALF_M, HEAD_RADIUS_M
 from sim.raycasting import Raycaster
@@ -29,6 +30,12 @@ FLOOR_M = 4.0
 
 POSE_DIGITS = 4
 """Poses that are equal to this number of digits (m) give the same picture."""
+
+GAP_SHOWN_M = 0.10
+"""The distance between the hands is drawn where it is shorter: in a handover, and where one is too near."""
+
+LABEL_PX = 22
+BRIGHT, DARK = (255, 255, 255), (24, 27, 33)
 
 LIGHT: Vector = (0.5, -1.0, 2.2)
 WALL, FAR_FLOOR, NEAR_FLOOR = (226, 231, 236), (142, 150, 160), (100, 108, 120)
@@ -60,6 +67,10 @@ class View:
         """The rendered picture; with shadows when `fine`."""
         rgb, nothing = raycaster.picture(self.eye, self.target, self.degrees, self.size, LIGHT, shadows=fine)
         return Image.fromarray(np.where(nothing[:, :, None], _backdrop(self._edge(), self.size[1]), rgb))
+
+    def pixel(self, place: Vector) -> tuple[float, float]:
+        """Where a place (m) is seen: column and row."""
+        return raycasting.View(self.eye, self.target, self.degrees, self.size).pixel(place)
 
     def _edge(self) -> int:
         """The row at which floor and wall meet."""
@@ -122,10 +133,27 @@ class Camera:
     def _composed(self, *, fine: bool) -> Image.Image:
         target = _sum(self._world.grasp_point(), HAND_TARGET_M)
         near = View(_sum(target, HAND_EYE_M), target, HAND_DEGREES, (HAND_PX, HEIGHT_PX))
+        close = near.picture(self._raycaster, fine=fine)
+        self._draw_gap(close, near)
         whole = Image.new("RGB", (SCENE_PX + GAP_PX + HAND_PX, HEIGHT_PX))
         whole.paste(SCENE.picture(self._raycaster, fine=fine), (0, 0))
-        whole.paste(near.picture(self._raycaster, fine=fine), (SCENE_PX + GAP_PX, 0))
+        whole.paste(close, (SCENE_PX + GAP_PX, 0))
         return whole
+
+    def _draw_gap(self, picture: Image.Image, view: View) -> None:
+        """Draw the shortest line between the robot's hand and the person's, with its length."""
+        depth_m, robot, away = self._world.gripper.nearest_to_human()
+        if not 0.0 < -depth_m < GAP_SHOWN_M:
+            return
+        x, y, z = away
+        ends = [view.pixel(robot), view.pixel(_sum(robot, (depth_m * x, depth_m * y, depth_m * z)))]
+        draw = ImageDraw.Draw(picture)
+        draw.line(ends, fill=DARK, width=7)
+        draw.line(ends, fill=BRIGHT, width=3)
+        middle = ((ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2 - LABEL_PX)
+        font = ImageFont.load_default(LABEL_PX)
+        text = f"{-100.0 * depth_m:.1f} cm"
+        draw.text(middle, text, fill=BRIGHT, font=font, anchor="mb", stroke_width=3, stroke_fill=DARK)
 
 
 def visible(world: World) -> dict[Visual, Pose]:

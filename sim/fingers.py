@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sim.drive import DriveMaker, motors
-from sim.engine import Engine
+from sim.engine import Contact, Engine
 from sim.geometry import Pose, Vector
 from sim.layout import ROBOT
 from sim.torso import PALM, Torso
@@ -104,6 +104,11 @@ class HandContact:
         """Smallest distance (m, to a micrometre) between the person's hand and the robot's palm and fingers."""
         fingers = self._engine.distance_to_all(self._hand, self._fingers.body)
         return round(min(fingers, self._engine.distance(self._hand, self._torso.body, self._torso.palm)), 6)
+
+    def nearest(self) -> Contact:
+        """Where the robot's palm or a finger is nearest to the person's hand."""
+        links = [(self._torso.body, self._torso.palm), *((self._fingers.body, link) for link in self._fingers.links)]
+        return max((self._engine.deepest(*link, self._hand) for link in links), key=lambda contact: contact.depth_m)
 
     def press(self) -> None:
         """Push fingers out of the person's hand for the next physics step; `force_n` becomes the sum of forces (N)."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from enum import Enum, auto
 
-from sim.engine import Engine, check_finite
+from sim.engine import Contact, Engine, check_finite
 from sim.fingers import CLOSED, OPEN, Fingers, HandContact
 from sim.geometry import UPRIGHT, Vector
 from sim.layout import HANDOVER_M, LEG_LENGTH_M
@@ -135,6 +135,10 @@ class Gripper:
     def human_distance(self) -> float:
         """Smallest distance (m, to a micrometre) between the person's hand and the robot's palm and fingers."""
         return self._contact.distance()
+
+    def nearest_to_human(self) -> Contact:
+        """Where palm or fingers are nearest to the person's hand."""
+        return self._contact.nearest()
 
     def before_step(self) -> None:
         """Apply the person's forces on fingers and leg for the next physics step."""

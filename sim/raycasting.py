@@ -115,6 +115,12 @@ class View:
         right, bottom = np.clip(np.ceil(at.max(axis=0)), 0, self._size).astype(int).tolist()
         return slice(top, bottom), slice(left, right)
 
+    def pixel(self, place: Vector) -> tuple[float, float]:
+        """Where a place (m) ahead of the eye is seen: column and row."""
+        right, down, ahead = self.axes @ np.subtract(place, self.eye)
+        column, row = np.array([right, down]) / ahead * self._px + 0.5 * self._size
+        return float(column), float(row)
+
     def points(self, sights: Sights, pixels: NDArray[np.intp]) -> Sequence[Many]:
         """The places that are seen at some pixels (m)."""
         rows, columns = np.divmod(pixels, self.xs.size)

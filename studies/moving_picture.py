@@ -1,77 +1,41 @@
-"""The README's moving picture: a generated test that fails, filmed, then what the terminal says of its cause.
-
-Ten seconds: the film's frames up to the violation and a little more, then a card with the terminal's lines.
-"""
+"""The README's moving picture: a generated test that fails, filmed up to the violation and a little more."""
 
 from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
 # Chosen: the width of a README's column on the usual sites, and what keeps the file below 2 MB.
 WIDTH_PX = 720
 COLOURS = 128
 FRAMES_PER_S = 6
-RUN_S, CARD_S = 6.0, 4.0
-"""How long the run, and how long the card is shown (s)."""
+RUN_S, REST_S = 6.0, 2.0
+"""How long the run, and how long its last frame is shown (s)."""
 
 AFTER_SHARE = 0.35
 """Part of the run's frames that come after the violation: it is the film's slow motion that shows it."""
 
-PAPER, INK, ALARM = (24, 27, 33), (245, 245, 245), (240, 90, 90)
-EDGE_PX, LINE_PX, LETTER_PX = 22, 25, 17
 
-
-def moving_picture(film: Path, terminal_lines: Sequence[str], target: Path) -> None:
+def moving_picture(film: Path, target: Path) -> None:
     """Write the picture as a GIF.
 
     Args:
         film: an MP4 of `--hri-film`, in which there is a violation.
-        terminal_lines: what the card says; the first one is its title.
         target: the GIF.
     """
     frames = _frames(film)
     violation = next(number for number, frame in enumerate(frames) if _is_alarm(frame))
-    small = [frame for number, frame in enumerate(frames) if number in _shown(violation)]
-    pictures = [*small, card(terminal_lines, small[0].size)]
-    palette = _montage([small[0], frames[violation], pictures[-1]]).quantize(COLOURS)
+    pictures = [frame for number, frame in enumerate(frames) if number in _shown(violation)]
+    palette = _montage([pictures[0], frames[violation], pictures[-1]]).quantize(COLOURS)
     first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
-    durations_ms = [round(1000 / FRAMES_PER_S)] * len(small) + [round(1000 * CARD_S)]
+    durations_ms = [round(1000 / FRAMES_PER_S)] * len(pictures)
+    durations_ms[-1] += round(1000 * REST_S)
     first.save(target, format="GIF", save_all=True, append_images=others, duration=durations_ms, loop=0, optimize=True)
     print(f"{target}: {target.stat().st_size // 1024} KiB, {sum(durations_ms) / 1000:.1f} s")
-
-
-def card(lines: Sequence[str], size: tuple[int, int]) -> Image.Image:
-    """A picture of a terminal with these lines; those that are too long are wrapped, those too many are left out."""
-    picture = Image.new("RGB", size, PAPER)
-    draw = ImageDraw.Draw(picture)
-    font = ImageFont.load_default(LETTER_PX)
-    top = EDGE_PX
-    for number, line in enumerate(lines):
-        for part in _wrapped(draw, line, font, size[0] - 2 * EDGE_PX):
-            if top + LINE_PX > size[1] - EDGE_PX:
-                return picture
-            draw.text((EDGE_PX, top), part, font=font, fill=ALARM if number == 0 else INK)
-            top += LINE_PX
-    return picture
-
-
-def _wrapped(
-    draw: ImageDraw.ImageDraw, line: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, room_px: int
-) -> Iterator[str]:
-    indent = " " * (len(line) - len(line.lstrip()))
-    part = ""
-    for word in line.split():
-        longer = f"{part} {word}" if part else indent + word
-        if part and draw.textlength(longer, font=font) > room_px:
-            yield part
-            longer = f"{indent}    {word}"
-        part = longer
-    yield part
 
 
 def _shown(violation_frame: int) -> set[int]:

@@ -12,12 +12,10 @@ from __future__ import annotations
 import io
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
 import tempfile
-from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -42,36 +40,25 @@ def main() -> None:
     """Make the pictures."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        report, printed = run(folder / "hri-report", "-n", "2", "--hri-strict")
+        report = run(folder / "hri-report", "-n", "2", "--hri-strict")
         failing = report["causes"][0]["minimal_of"]
-        filmed, _ = run(folder / "filmed", "-k", failing, "--hri-film", "--hri-diagnose=8", "--hri-strict")
+        filmed = run(folder / "filmed", "-k", failing, "--hri-film", "--hri-diagnose=8", "--hri-strict")
         (film,) = [test["film"]["video"] for test in filmed["tests"]]
-        moving_picture(folder / "filmed" / film, first_cause(printed), PICTURES / "run.gif")
+        moving_picture(folder / "filmed" / film, PICTURES / "run.gif")
         for picture, view in VIEWS.items():
             screenshot(folder / "hri-report" / "index.html", PICTURES / picture, view)
         screenshot(folder / "filmed" / "index.html", PICTURES / "test.png", f"test/{failing}")
     freshness.made(["run.gif", "test.png", *VIEWS])
 
 
-def run(folder: Path, *options: str) -> tuple[dict[str, Any], str]:
-    """Run tests of the suite; returns their report, and what was printed."""
+def run(folder: Path, *options: str) -> dict[str, Any]:
+    """Run tests of the suite; returns their report."""
     command = [sys.executable, "-m", "pytest", SUITE, f"--hri-report={folder}", *options]
     ended = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True)
     if ended.returncode not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
         raise SystemExit(ended.stdout)
     loaded: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    return loaded, ended.stdout
-
-
-def first_cause(printed: str) -> list[str]:
-    """What a session printed of its first cause, down to the command that repeats it, as of a report in its folder."""
-    begin = re.search(r"^\d+ tests? fails? for \d+ causes?", printed, re.MULTILINE)
-    if begin is None:
-        raise SystemExit(printed)
-    headline, *lines = printed[begin.start() :].splitlines()
-    cause = list(takewhile(lambda line: line.startswith(("cause 1 ", "  ")), lines))
-    end = next(number for number, line in enumerate(cause) if "--hri-replay=" in line) + 1
-    return [headline, *(re.sub(r"(?<==)\S+/(?=hri-report/)", "", line) for line in cause[:end])]
+    return loaded
 
 
 def screenshot(page: Path, target: Path, address: str = "") -> None:
