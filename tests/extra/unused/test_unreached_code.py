@@ -117,7 +117,7 @@ HAS_OWN = {
 @pytest.mark.parametrize("parts", HAS_OWN.values(), ids=HAS_OWN)
 def test_a_session_in_which_nothing_reaches_the_code_fails(lamps: pytest.Pytester, parts: dict[str, str]) -> None:
     write(lamps, **parts)
-    result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
     result.assert_outcomes(passed=4, deselected=1)
     assert UNREACHED in [*_matching(result)], "\n".join(result.outlines)
     assert result.ret == 1
@@ -191,7 +191,7 @@ REACHED = {
 @pytest.mark.parametrize("parts", REACHED.values(), ids=REACHED)
 def test_what_reaches_the_code_in_any_way_fails_nothing(lamps: pytest.Pytester, parts: dict[str, str]) -> None:
     write(lamps, **parts)
-    result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
     result.assert_outcomes(passed=4, deselected=1)
     assert "problems" not in report(lamps.path) or not report(lamps.path)["problems"], "\n".join(result.outlines)
     assert not [*_matching(result)]
