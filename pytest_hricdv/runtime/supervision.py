@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn, Protocol
@@ -31,7 +31,15 @@ WORLD_WAITS_S = 60.0
 """How long the world, and the testbench's `run` outside of nodes, may wait without time passing (s of real time;
 chosen): for a simulator in another process."""
 
+_STUCK, _SLOW = "no time has passed for", "a second of simulated time takes more than"
+"""How errors begin of code that worked for too long."""
+
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+def took_long(errors: Iterable[str]) -> bool:
+    """Whether one of the errors of a run is that its code worked for too long: such a run takes ten seconds or more."""
+    return any(_STUCK in error or _SLOW in error for error in errors)
 
 
 class SupervisedNode(Protocol):
@@ -127,10 +135,10 @@ class Supervision:
     def _error_of(self, problem: Hang, frame: FrameType | None) -> KernelError:
         place = f"{place_of(frame)}{self._kernel.node_info()}"
         if problem.kind == "works":
-            return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work, at {place}")
+            return KernelError(f"{_STUCK} {self._stuck_after_s:g} s of work, at {place}")
         if problem.kind == "crawls":
             return KernelError(
-                f"a second of simulated time takes more than {problem.taken_s:.0f} s of work, now at "
+                f"{_SLOW} {problem.taken_s:.0f} s of work, now at "
                 f"{place}: sleep longer between two steps, or let a step take less; if the world is "
                 "this slow, give the testbench time=VirtualTime(stall_timeout_s=...) with a larger one"
             )

@@ -19,6 +19,7 @@ from pytest_hricdv.extra.audit.repeating import Begin, Repeater, Rerun, Start, S
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult, Timeline
 from pytest_hricdv.results.report_builder import UNCHECKED
+from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.aggregation import TestTimes
 from pytest_hricdv.session.feature import FeatureSession
 from pytest_hricdv.session.serving import FreshSession, arguments_of, without_editor, worker_values
@@ -262,6 +263,9 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
     order = [*_in_turn(failing), *_in_turn(others)]
     if number is not None:
         return order[:number]
+    # One is enough of those that were ended because they worked for too long: each takes as long again.
+    long = [result for result in order if took_long(result.errors)][1:]
+    order = [result for result in order if result not in long]
     budget_s = BUDGET * sum(result.wall_s or 0.0 for result in results)
     tests: list[TestResult] = []
     for result in order:

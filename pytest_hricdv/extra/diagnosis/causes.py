@@ -31,6 +31,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.feature import FeatureSession
 
 NAME = "diagnosis"
@@ -56,6 +57,8 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
     tell = session.wait(f"looking for the causes of {plural(len(failing), 'failing test')}")
     chosen = session.aggregation.chosen
     cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
+    if options.runs is None:  # where the code was is in the error, and fifty such runs take ten minutes
+        cases = {name: case for name, case in cases.items() if not took_long(subject.tests[name].errors)}
     concrete = {name: case.concrete for name, case in cases.items()}
     run = runner(
         session.rerunner,

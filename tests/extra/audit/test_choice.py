@@ -20,6 +20,7 @@ class Kind:
     ended: str = "goal"
     sim_s: float = 10.0
     wall_s: float = 1.0
+    errors: tuple[str, ...] = ()
 
 
 def in_order(*kinds: Kind) -> list[TestResult]:
@@ -34,6 +35,7 @@ def in_order(*kinds: Kind) -> list[TestResult]:
             end_reason=kind.ended,
             sim_s=kind.sim_s,
             wall_s=kind.wall_s,
+            errors=kind.errors,
         )
         for number, kind in enumerate(kinds)
     ]
@@ -62,3 +64,9 @@ def test_three_run_again_or_as_many_as_took_three_per_cent_of_the_time(count: in
 def test_what_did_not_run_in_this_session_is_left_out() -> None:
     results = in_order(Kind(), Kind(), Kind("not-run"))
     assert [result.nodeid for result in choose_tests(results, {"t0": 0, "t2": 1}, None)] == ["t0"]
+
+
+def test_one_is_enough_of_those_whose_code_worked_for_too_long() -> None:
+    hangs = Kind("error", errors=("no time has passed for 8 s of work, at arm.py:12",))
+    assert names(in_order(hangs, Kind(), hangs, hangs)) == ["t3", "t1"]
+    assert len(names(in_order(hangs, Kind(), hangs, hangs), 4)) == 4

@@ -162,3 +162,29 @@ def test_nothing_is_diagnosed_where_nothing_fails(lamps: pytest.Pytester) -> Non
     result.assert_outcomes(passed=1, deselected=1)
     assert "cause" not in result.stdout.str()
     assert not {"causes", "diagnosis"} & report(lamps.path).keys()
+
+
+SPIN = """    while True:
+        try:
+            while True:
+                pass
+        except BaseException:
+            pass
+"""
+
+
+@pytest.mark.slow
+def test_a_test_whose_code_works_for_ever_is_in_no_experiment(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",), time=VirtualTime(stall_timeout_s=0.5),')
+    change(lamps.path, "conftest.py", "Testbench, Uniform", "Testbench, Uniform, VirtualTime")
+    change(lamps.path, "lamps/guide.py", "    if wish.level == 0.0:\n", SPIN + "    if wish.level == 0.0:\n")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
+    assert result.ret == 1
+    written = report(lamps.path)
+    assert written["diagnosis"]["runs"] == 0
+    assert {name for cause in written["causes"] for name in cause["tests"]}.issuperset(
+        test["id"] for test in written["tests"] if test["outcome"] != "passed"
+    )
+    result.stdout.fnmatch_lines(
+        ["*goes on whatever is raised in it: no time has passed for 0.5 s of work, at *guide.py:*"]
+    )
