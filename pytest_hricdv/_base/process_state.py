@@ -199,7 +199,7 @@ class ProcessState:
     def _put_back_lost(self) -> Iterator[str]:
         for kept, name, before, taken in self._changes():
             # Not what may well be None, as a cache that is emptied.
-            is_whole = type(before) is _MODULE or name == "environ"
+            is_whole = type(before) is _MODULE or name == "environ" or type(before).__module__ == kept.partition(".")[0]
             is_lost = not _CALLABLE(taken) if _CALLABLE(before) else taken is None and is_whole
             if is_lost:
                 _SETATTR(_KEPT[kept], name, before)

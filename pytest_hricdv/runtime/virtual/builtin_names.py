@@ -21,7 +21,7 @@ _REPLACEABLE = {"__import__", "breakpoint", "copyright", "credits", "exit", "hel
 _NAMES = frozenset(vars(builtins)) - _REPLACEABLE - {"_", "quit", "__doc__", "__loader__", "__spec__"}
 
 
-class _Kept(ModuleType):
+class _Builtins(ModuleType):
     """The module `builtins`, of which names can be added and no other be changed."""
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -38,7 +38,7 @@ class _Kept(ModuleType):
 def keep_builtins() -> Iterator[None]:
     """Refuse to replace what everybody uses. Raises ProhibitedError where somebody does."""
     before = builtins.__class__
-    builtins.__class__ = _Kept
+    builtins.__class__ = _Builtins
     try:
         yield
     finally:
