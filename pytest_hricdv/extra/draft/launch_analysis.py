@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.extra.draft.code.sources import DraftError
@@ -95,7 +95,6 @@ def _program(node: StartedNode, file: Path, start: Path) -> Executable:
 
 def _join(models: Sequence[CodeModel], problems: Sequence[Problem]) -> CodeModel:
     """The models of several nodes as that of one system."""
-    first = models[0]
     messages: dict[str, Message] = {}
     for message in (message for model in models for message in model.messages):
         there = messages.get(message.topic)
@@ -107,21 +106,13 @@ def _join(models: Sequence[CodeModel], problems: Sequence[Problem]) -> CodeModel
             messages[message.topic] = replace(there, direction=direction, fields=fields)
     ros = RosNodes(*(_unique(part for model in models for part in getattr(model.ros, name))
                      for name in ("nodes", "endpoints", "parameters")))  # fmt: skip
+    names = ("modules", "machines", "waits", "virtual", "constants", "parameters", "questions", "problems")
+    joined: dict[str, Any] = {
+        name: _unique(each for model in models for each in getattr(model, name)) for name in names
+    }
+    joined["problems"] += tuple(problems)
     roots = _unique(model.root for model in models)
-    return replace(
-        first,
-        modules=_unique(name for model in models for name in model.modules),
-        messages=tuple(messages.values()),
-        machines=_unique(machine for model in models for machine in model.machines),
-        waits=_unique(wait for model in models for wait in model.waits),
-        virtual=_unique(name for model in models for name in model.virtual),
-        constants=_unique(constant for model in models for constant in model.constants),
-        parameters=_unique(parameter for model in models for parameter in model.parameters),
-        questions=_unique(question for model in models for question in model.questions),
-        problems=(*_unique(problem for model in models for problem in model.problems), *problems),
-        ros=ros,
-        roots=roots[1:],
-    )
+    return replace(models[0], **joined, messages=tuple(messages.values()), ros=ros, roots=roots[1:])
 
 
 def _unique(items: Iterable[T]) -> tuple[T, ...]:

@@ -98,7 +98,7 @@ class Settlement:
                      self._try_entry, self._drop_entry]  # fmt: skip
         elif trial.error and trial.error != TOO_LONG:
             steps = [self._run_in_root, self._take_time, self._isolate, self._accept_differences,
-                     self._replace_libraries, self._leave_out, self._give_up_unknown, self._drop_state,
+                     self._replace_libraries, self._leave_out, self._drop_state,
                      self._drop_calls, self._try_entry, self._fall_silent]  # fmt: skip
         elif trial.is_hollow or trial.error:
             steps = [self._try_entry, self._fall_silent]
@@ -224,12 +224,6 @@ class Settlement:
             f"{names}: {one_line(trial.error)}: a fault of the code, or nothing that anybody does?", new[0], trial
         )
         self.draft = replace(self.draft, left_out=(*self.draft.left_out, *new))
-        return True
-
-    def _give_up_unknown(self, trial: FirstRuns) -> bool:
-        if not self.draft.has_others:
-            return False
-        self.draft = replace(self.draft, has_others=False)
         return True
 
     def _drop_state(self, trial: FirstRuns) -> bool:

@@ -29,6 +29,9 @@ MAX_LOOKS = 3
 MAX_TRIALS = 25
 """Runs of a few tests in all, however little each takes."""
 
+MIN_TESTS = 12
+"""Tests of a suite, however little time there is: in fewer, what people do may well reach nothing by chance."""
+
 SUITES = ("rl", "closure")
 
 SHARE = 0.25
@@ -95,7 +98,7 @@ def _run_suites(work: Settlement, limit_s: float, progress: Callable[[str], None
             return list(trials.values())
         trial = trials[suite] = work.try_out(suite, None, limit_s)
         if trial.is_ended and trial.tests:
-            work.draft = replace(work.draft, sizes={**work.draft.sizes, suite: trial.tests})
+            work.draft = replace(work.draft, sizes={**work.draft.sizes, suite: max(trial.tests, MIN_TESTS)})
         work.draft = without(work.draft, trial.failed)
         if _go_on(work, trial, f"first runs, {suite}", progress):
             continue

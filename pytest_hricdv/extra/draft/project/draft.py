@@ -91,7 +91,6 @@ class Draft:
         ros: how the node of ROS 2 is started that the draft is for; None where it is for other code.
         observed: what recordings of the real system show; None without them.
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
-        has_others: whether a person also says a text that the code does not know; not where it raises then.
         no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
         allowed_endings: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
@@ -115,7 +114,6 @@ class Draft:
     ros: RosStart | None = None
     observed: Observation | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)
-    has_others: bool = True
     no_waivers: str = ""
     isolates: bool = False
     allowed_endings: tuple[str, ...] = ENDS
@@ -180,7 +178,7 @@ class Draft:
     def inputs(self) -> tuple[Input, ...]:
         """What a person can say."""
         said = self.code.inputs if not self.is_silent else ()
-        made = (variants_of(message, self.has_others).without(self.left_out) for message in said)
+        made = (variants_of(message).without(self.left_out) for message in said)
         return tuple(thing for thing in made if thing.variants)
 
     @cached_property

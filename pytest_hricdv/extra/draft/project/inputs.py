@@ -86,7 +86,7 @@ _Choice = tuple[str, str, str, CodeLine]
 """Word, field, source text of a value or range, and its location."""
 
 
-def variants_of(message: Message, has_others: bool) -> Input:
+def variants_of(message: Message) -> Input:
     """What a person can say by a message."""
     choices: list[list[_Choice]] = []
     numbers = []
@@ -94,7 +94,7 @@ def variants_of(message: Message, has_others: bool) -> Input:
         if part.kind == "str":
             source = _source if message.module != OWN_MODULE else _text
             texts = [(word(v.text), part.name, source(part, v.text), v.location) for v in part.values]
-            if has_others and is_open(part):
+            if is_open(part):
                 texts.append(("other", part.name, f'"{OTHER}"', part.values[0].location))
             choices.append(texts or [("", part.name, '"text"', part.location)])
         elif part.kind == "bool":

@@ -14,8 +14,8 @@ from pytest_hricdv.extra.draft.project.ranges import limit_s
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 
-ANSWER_S = STAY_S = 60.0
-"""Within which the robot is to answer, and for which it may be in one state: a person who waits for longer has left."""
+ANSWER_S = 60.0
+"""Within which the robot is to answer: a person who waits for longer has left."""
 
 ENDS_VISIT = "ends"
 """The subject of the requirement that is left where no other one is."""
@@ -66,12 +66,8 @@ def _requirements(draft: Draft) -> Iterator[DraftedRequirement]:
 
 def _candidates(draft: Draft) -> Iterator[DraftedRequirement]:
     yield from _answers(draft)
-    yield from _states(draft)
     if draft.code.outputs:
         yield _cause(draft) if draft.inputs else _sign_of_life(draft)
-    # Where the first runs refuted all that was asked, nobody knows whether the code may end before the person leaves.
-    if draft.inputs and draft.answers:
-        yield _count(draft)
     yield from _transitions(draft)
     for message in draft.code.outputs:
         yield _repetition(message)
@@ -99,22 +95,6 @@ def _answers(draft: Draft) -> Iterator[DraftedRequirement]:
             )
 
 
-def _states(draft: Draft) -> Iterator[DraftedRequirement]:
-    """That no state lasts."""
-    state, machine = draft.code.state, draft.code.machine
-    topic = state.partition(".")[0]
-    for each in machine.states if machine is not None else ():
-        name = _quote(each.name)
-        leaves = f"eventually[0:{STAY_S:g}](on({topic}) & {state} != {name})"
-        yield DraftedRequirement(
-            f"state {each.name}",
-            f"The robot is not in {each.name} for more than {STAY_S:g} s",
-            f"always(on({topic}) & {state} == {name} -> {leaves})",
-            str(each.location),
-            "how long may it last",
-        )
-
-
 def _cause(draft: Draft) -> DraftedRequirement:
     """What holds of each robot that publishes only what it was asked for."""
     message = draft.answers[0]
@@ -137,20 +117,6 @@ def _sign_of_life(draft: Draft) -> DraftedRequirement:
         f"always(person_is_there -> eventually[0:{ANSWER_S:g}]({answers} | not person_is_there))",
         str(draft.answers[0].location),
         "may it be silent for longer",
-    )
-
-
-def _count(draft: Draft) -> DraftedRequirement:
-    """What holds of each robot that answers what it receives, and no more."""
-    condition = " | ".join(f"on({message.topic})" for message in draft.answers)
-    published = " + ".join(f"count(on({message.topic}))" for message in draft.answers)
-    received = " + ".join(f"count(on({thing.message.topic}))" for thing in draft.inputs)
-    return DraftedRequirement(
-        "count",
-        "The robot does not publish more messages than it has received",
-        f"always({condition} -> {published} <= {received})",
-        str(draft.answers[0].location),
-        "may it publish more than one message for what it receives",
     )
 
 
@@ -193,6 +159,7 @@ def _differs(field: str, kind: str) -> str:
 
 def _presence(draft: Draft) -> Iterator[DraftedRequirement]:
     """What can be asked of a robot of which nobody knows what it publishes."""
+    # Where the first runs refuted all that was asked, nobody knows whether the code may end before the person leaves.
     if draft.ros is None and not draft.has_dropped_all:
         yield DraftedRequirement(
             "works",

@@ -132,9 +132,9 @@ def _testbench(draft: Draft) -> list[str]:
     return [*lines, "    )"]
 
 
-def _others(draft: Draft, message: Message, part: MessageField) -> list[str]:
+def _others(message: Message, part: MessageField) -> list[str]:
     """A text that a person says too, and the code does not know."""
-    return [OTHER] if draft.has_others and message.direction != "published" and is_open(part) else []
+    return [OTHER] if message.direction != "published" and is_open(part) else []
 
 
 def _fields(draft: Draft) -> list[str]:
@@ -143,7 +143,7 @@ def _fields(draft: Draft) -> list[str]:
         for part in message.fields:
             name = f"{message.topic}.{part.name}"
             if part.values and part.kind == "str" and (not part.by_type or message.module == OWN_MODULE):
-                texts = [*(value.text for value in part.values), *_others(draft, message, part)]
+                texts = [*(value.text for value in part.values), *_others(message, part)]
                 if message.form == "called":
                     continue
                 is_known = not draft.has_open_states if name == draft.code.state else not part.is_partial
