@@ -35,6 +35,10 @@ US_PER_S = 1_000_000
 POLLS = 100
 """Polls at one instant, after which time passes where polls take some."""
 
+BUSY_READS, READS_A_MS = 1_000, 100
+"""A loop that reads a clock so often at one instant waits for it. From then on a read takes 10 us, as a step of a loop in
+Python does on a small computer of a robot, and the loop ends to a millisecond when it should."""
+
 MAX_STEPS = 5_000
 """Steps of a node, from one wait to the next, in 0.02 s of simulated time: a loop of 250 kHz, 25 times as fast as that
 of the fastest controllers."""
@@ -119,7 +123,8 @@ class Kernel:
         """How often control has come back."""
         self.polls_take_s = 0.0
         """Simulated time that passes after `POLLS` polls at one instant; 0: none, such a loop is an error."""
-        self._polls = 0  # at the present instant
+        self._polls = self._reads = 0  # at the present instant
+        self._read_until_us = -1  # when the last loop that waited for a clock read it again
         self._polled_at = ""  # the line of the first poll too many
         self.lost_errors: list[str] = []
         """Errors that ended something in the background which nobody waited for, a sentence each."""
@@ -180,6 +185,18 @@ class Kernel:
                 self._polled_at = place_of(sys._getframe(1))
             problem = f"{self._max_resumes} polls without time passing, at {self._polled_at}: a loop must sleep"
             raise KernelError(problem + self.node_info())
+
+    def count_clock_read(self) -> None:
+        """Count a reading of a clock: a loop that only reads one, `while time.time() < end`, lets time pass.
+
+        Raises:
+            KernelError: as `count_poll`, for loops that do not end with a time.
+        """
+        self._reads += 1
+        if self._reads >= (READS_A_MS if self._read_until_us == self.now_us else BUSY_READS):
+            self.sleep(1e-3)
+            self._read_until_us = self.now_us
+        self.count_poll()
 
     def spawn(self, name: str, body: Callable[[], None]) -> Node:
         """Start `body` as a node at the present simulated instant."""
@@ -462,7 +479,7 @@ class Kernel:
 
     def _advance(self, target_us: int) -> None:
         if target_us > self.now_us:
-            self._resumes = self._polls = 0
+            self._resumes = self._polls = self._reads = 0
         if self.world is None:
             self.now_us = max(self.now_us, target_us)
             return

@@ -213,3 +213,35 @@ def test_time_passes_in_a_loop_that_only_polls_where_polls_take_some() -> None:
     kernel.spawn("busy", waits_for_a_second)
     kernel.run(10.0)
     assert kernel.now_s == pytest.approx(1.0, abs=0.02)
+
+
+def test_time_passes_in_a_loop_that_waits_for_a_clock_and_others_go_on_meanwhile() -> None:
+    kernel = Kernel()
+    ticks: list[float] = []
+
+    def waits_for_a_second() -> None:
+        while kernel.now_s < 1.0:
+            kernel.count_clock_read()
+
+    def ticking() -> None:
+        for _ in range(3):
+            kernel.sleep(0.25)
+            ticks.append(kernel.now_s)
+
+    kernel.spawn("busy", waits_for_a_second)
+    kernel.spawn("clock", ticking)
+    kernel.run(10.0)
+    assert kernel.now_s == pytest.approx(1.0, abs=0.002)
+    assert ticks == [0.25, 0.5, 0.75]
+
+
+def test_no_time_passes_for_what_reads_the_clock_a_few_hundred_times() -> None:
+    kernel = Kernel()
+
+    def stamps() -> None:
+        for _ in range(900):
+            kernel.count_clock_read()
+        assert kernel.now_s == 0.0
+
+    kernel.spawn("stamps", stamps)
+    kernel.run(1.0)

@@ -55,7 +55,7 @@ def _now_us(name: str, depth: int = 2) -> int | None:
         return None
     if TIME not in node.kernel.virtual and _is_of_code(sys._getframe(depth), node.kernel.code):
         check(node, TIME, name)
-    node.kernel.count_poll()
+    node.kernel.count_clock_read()
     return node.kernel.now_us
 
 
