@@ -227,13 +227,14 @@ def _describe_scripts(package: str, executable: str, scripts: Collection[str]) -
 
 
 def require_virtual_package(what: str, entry: str, packages: Collection[str]) -> None:
-    """Refuse an entry "package.module:name" whose package does not see virtual time.
+    """Refuse an entry "package.module:name" that does not see virtual time.
 
     Raises:
-        Ros2Error: its package is none of `packages`.
+        Ros2Error: its module is in none of `packages`, which may be modules of a package.
     """
-    package = entry.partition(":")[0].partition(".")[0]
-    if package not in packages:
+    module = entry.partition(":")[0]
+    package = module.partition(".")[0]
+    if not any(f"{module}.".startswith(f"{each}.") for each in packages):
         raise Ros2Error(
             f"{what}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
             "there, so that it sees virtual time"

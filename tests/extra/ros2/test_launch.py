@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError, Ros2, Ros2Error, RosNode
 from pytest_hricdv.extra.ros2 import executables, system
 from pytest_hricdv.extra.ros2.arguments import command_line, parse
-from pytest_hricdv.extra.ros2.executables import load
+from pytest_hricdv.extra.ros2.executables import load, require_virtual_package
 from pytest_hricdv.extra.ros2.execution import list_nodes
 from pytest_hricdv.extra.ros2.launch_files import find
 from pytest_hricdv.extra.ros2.overlay import OrderedSet, replace_extension
@@ -395,6 +395,12 @@ def test_what_cannot_be_started_is_said_before_anything_runs(
     run.middleware = system.Ros2Overlay(Ros2(), ("other",))
     with pytest.raises(TestbenchError, match=message):
         run.ros2(node)
+
+
+def test_a_node_may_be_in_a_module_that_alone_is_under_test() -> None:
+    require_virtual_package("node", "cell.arm.node:main", ("rclpy", "cell.arm"))
+    with pytest.raises(Ros2Error, match="its package 'cell' is neither"):
+        require_virtual_package("node", "cell.armchair:main", ("rclpy", "cell.arm"))
 
 
 def test_a_testbench_without_a_declaration_cannot_start_nodes() -> None:
