@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from studies.code_bases import CodeBase, ros2_declared
@@ -57,14 +57,22 @@ def nodes(folder: Path) -> Iterator[CodeBase]:
         yield CodeBase(key, title, folder.resolve(), ("--ros2", asked), names)
 
 
-def fetch(target: Path, address: str, commit: str) -> None:
+def fetch(target: Path, address: str, commit: str, paths: Sequence[str] = ()) -> None:
     """Clone a repository, if it is not there, and check that it is at this commit.
+
+    Args:
+        target: folder of the clone.
+        address: of the repository.
+        commit: that is checked out.
+        paths: folders and files in it, as patterns of `.gitignore`; without any, all.
 
     Raises:
         FetchError: it cannot be cloned, or is there at another commit.
     """
     if not target.exists():
         _git("clone", "--quiet", "--no-checkout", address, str(target))
+        if paths:
+            _git("-C", str(target), "sparse-checkout", "set", "--no-cone", *paths)
         _git("-C", str(target), "checkout", "--quiet", commit)
     is_at = _git("-C", str(target), "rev-parse", "HEAD")
     if is_at != commit:

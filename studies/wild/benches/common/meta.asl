@@ -1,0 +1,3 @@
+// lint: percepts chosen
+!steer.
++!steer <- for (chosen(B)) { .send(person, tell, B) }; .send(person, achieve, visit).
