@@ -36,8 +36,8 @@ POLLS = 100
 """Polls at one instant, after which time passes where polls take some."""
 
 BUSY_READS, READS_A_MS = 1_000, 100
-"""A loop that reads a clock so often at one instant waits for it. From then on a read takes 10 us, as a step of a loop in
-Python does on a small computer of a robot, and the loop ends to a millisecond when it should."""
+"""A loop that reads a clock so often at one instant waits for it. From then on a read takes 10 us, as a step of a loop
+in Python does on a small computer of a robot, and the loop ends to a millisecond when it should."""
 
 MAX_STEPS = 5_000
 """Steps of a node, from one wait to the next, in 0.02 s of simulated time: a loop of 250 kHz, 25 times as fast as that

@@ -13,12 +13,15 @@ HEAD = ("package", "kind", "lines by hand", "tests", "statements", "requirements
 
 def figures(results: dict[str, Any], every: Sequence[Package]) -> str:
     """The tables, as Markdown, with a sentence that counts what is in them."""
-    rows = [_row(package, results.get(package.key, {"not_run": "no testbench yet"})) for package in every]
+    rows = [_row(package, results[package.key]) for package in every if package.key in results]
     found = [line for package in every for line in _found(package, results.get(package.key, {}))]
     ran = sum("suites" in row for row in results.values())
     kinds = [verdict.partition(":")[0] for _, _, verdict in found]
     counted = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
     sentence = f"{ran} of {len(every)} packages run, all unmodified. Violated requirements: {counted}."
+    open_ones = ", ".join(f"`{package.key}`" for package in every if package.key not in results)
+    if open_ones:
+        sentence += f" Without a testbench so far: {open_ones}."
     return "\n\n".join((sentence, table(HEAD, rows), table(("package", "requirement", "who is wrong"), found)))
 
 
