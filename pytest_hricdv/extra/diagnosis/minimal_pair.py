@@ -116,11 +116,7 @@ class NeighborSearch:
         """Whether another value of its parameters does, or its coming at another time."""
         others = {action.command for action in left_out.test.actions}
         last = max(place for place, action in enumerate(self.test.actions) if action.command not in others)
-        near = (
-            variation
-            for variation in values(self.test, self.space, [*range(last, -1, -1)])
-            if variation.spot[0] is not None
-        )
+        near = values(self.test, self.space, [*range(last, -1, -1)])
         try:
             return next(filter(self._passes, self._runs(near)), None)
         except SpentError:
