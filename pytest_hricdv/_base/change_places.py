@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def places_of_change(names: Iterable[str], packages: Iterable[str]) -> tuple[str, ...]:
-    """The lines, `file:line`, where packages set or delete an attribute of such a name, or hand over its text.
+    """The lines, `file:line`, where packages set or delete an attribute or item of such a name, or hand over its text.
 
     Args:
         names: of what was changed, with their modules.
@@ -33,6 +33,8 @@ def _lines(tree: ast.AST, names: set[str]) -> Iterator[int]:
         match node:
             case ast.Attribute(attr=name, ctx=ast.Store() | ast.Del(), lineno=line) if name in names:
                 yield line
+            case ast.Subscript(slice=ast.Constant(value=str(name)), ctx=ast.Store() | ast.Del()) if name in names:
+                yield node.lineno  # vars(json)["dumps"] = None
             case ast.Call(func=ast.Name(id="setattr" | "delattr"), args=[_, ast.Constant(value=str(name)), *_]) if (
                 name in names
             ):

@@ -34,7 +34,10 @@ def advance_world(world: World, now_us: int, target_us: int) -> int:
     if type(reached_us) is not int:
         reached_us = _whole_us(world, reached_us)
     if not now_us < reached_us <= target_us:
-        raise KernelError(f"world at {now_us} us, asked for {target_us} us, went to {reached_us} us")
+        raise KernelError(
+            f"{_name(world)}, at {now_us} us and asked for {target_us} us, returned {reached_us} us; expected a time "
+            f"after {now_us} us, and at most {target_us} us"
+        )
     return reached_us
 
 
@@ -48,10 +51,15 @@ def _whole_us(world: World, reached_us: object) -> int:
         return operator.index(reached_us)
     if isinstance(reached_us, float) and reached_us.is_integer():
         return int(reached_us)
+    raise KernelError(
+        f"{_name(world)} returned {quote(reached_us)}; expected the time that the world has "
+        "reached, in whole microseconds since the beginning of the run: return it, at most target_us"
+    )
+
+
+def _name(world: World) -> str:
+    """What a message calls the `advance` of a world, with its place."""
     function = getattr(world.advance, "__func__", world.advance)
     code = getattr(function, "__code__", None)
     place = f"{code.co_filename}:{code.co_firstlineno}: " if code is not None else ""
-    raise KernelError(
-        f"{place}{type(world).__name__}.advance returned {quote(reached_us)}; expected the time that the world has "
-        "reached, in whole microseconds since the beginning of the run: return it, at most target_us"
-    )
+    return f"{place}{type(world).__name__}.advance"

@@ -236,7 +236,7 @@ def _read(report: dict[str, Any]) -> FirstRuns:
     return FirstRuns(
         len(tests), passed, tuple(failed), tuple(rare), _sentence(errors[0]) if errors else "",
         unrepeatable=f"{others[0]['cause']}: {others[0]['detail']}" if others else "",
-        leaks=any(other["left_by"] for other in others), raised=len(errors),
+        leaks=any(other.get("left_by") for other in others), raised=len(errors),
         ends=tuple(dict.fromkeys(end for test in tests for end in _ALLOW.findall(test["failure"] or ""))),
         raising=tuple(_commands(test) for test in tests if _has_raised(test)),
         calm=tuple(_commands(test) for test in tests if not _has_raised(test)),

@@ -1,0 +1,31 @@
+"""Where code changes names of other modules."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from pytest_hricdv._base.change_places import places_of_change
+
+CHANGES = (
+    "json.dumps = None",
+    "del json.dumps",
+    "vars(json)['dumps'] = None",
+    "setattr(json, 'dumps', None)",
+    "json.dumps.insert(0, None)",
+)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_the_line_of_a_change_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str) -> None:
+    module = ModuleType("arm.grip")
+    module.__file__ = str(tmp_path / "grip.py")
+    monkeypatch.setitem(sys.modules, "arm.grip", module)
+    (tmp_path / "grip.py").write_text(f"import json\nprint(json.dumps(1))\n{change}\n")
+    assert places_of_change(["json.dumps"], ["arm"]) == (f"{module.__file__}:3",)
+    assert places_of_change(["json.dumps"], ["leg"]) == ()
+    (tmp_path / "grip.py").write_text("no python")
+    assert places_of_change(["json.dumps"], ["arm"]) == ()
