@@ -213,7 +213,7 @@ def test_a_world_that_does_not_move_is_refused() -> None:
     kernel.world = Stuck()
     with pytest.raises(
         KernelError,
-        match=r"test_kernel.py:\d+: Stuck.advance, at 0 us and asked for 1000000 us, returned 0 us; expected",
+        match=r"test_kernel.py:\d+: Stuck.advance, at 0 us .*, returned 0 us; expected",
     ):
         kernel.run(limit_s=1.0)
 
