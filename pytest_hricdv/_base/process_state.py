@@ -32,11 +32,17 @@ from pytest_hricdv._base.descriptors import StandardDescriptors
 # As they are now: what is put back is looked at with them.
 _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
 _MODULES = sys.modules
-_MODULE = types.ModuleType
+_MODULE, _ISINSTANCE = types.ModuleType, isinstance
+_SET_IN_MODULE = types.ModuleType.__setattr__
 _HANDLER, _HANDLE, _MASK = signal.getsignal, signal.signal, getattr(signal, "pthread_sigmask", None)
 _VALUES = {("os", "environ")} | {
     ("sys", name) for name in ("stdin", "stdout", "stderr", "__stdin__", "__stdout__", "__stderr__")
 }
+
+
+def _set(kept: types.ModuleType | type, name: str, value: object) -> None:
+    """Set it as it was, also where modules refuse to be changed meanwhile."""
+    (_SET_IN_MODULE if _ISINSTANCE(kept, _MODULE) else _SETATTR)(kept, name, value)
 
 
 def _umask() -> int:
@@ -158,7 +164,7 @@ class ProcessState:
         self._descriptors = StandardDescriptors()
         for (kept, name), (before, made) in _MADE.items():
             if _KEPT[kept].__dict__.get(name) is before:
-                _SETATTR(_KEPT[kept], name, made)
+                _set(_KEPT[kept], name, made)
 
     def put_back(self, code: Iterable[str] = ()) -> tuple[str, ...]:
         """Put all back; what is wrong with what the code did to the process, a sentence each.
@@ -171,7 +177,7 @@ class ProcessState:
         for kept, name, before, made in self._changes():
             if _CALLABLE(before) or (kept, name) in _VALUES:
                 _MADE[kept, name] = before, made
-                _SETATTR(_KEPT[kept], name, before)
+                _set(_KEPT[kept], name, before)
         self._descriptors.put_back()
         self._put_back_signals()
         if self._folder != _folder():
@@ -202,7 +208,7 @@ class ProcessState:
             is_whole = type(before) is _MODULE or name == "environ" or type(before).__module__ == kept.partition(".")[0]
             is_lost = not _CALLABLE(taken) if _CALLABLE(before) else taken is None and is_whole
             if is_lost:
-                _SETATTR(_KEPT[kept], name, before)
+                _set(_KEPT[kept], name, before)
                 yield f"{kept}.{name}"
 
     def _put_back_modules(self) -> Iterator[str]:

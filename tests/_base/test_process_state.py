@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv._base.process_state import ProcessState, complaint
+from pytest_hricdv.runtime.virtual.builtin_names import keep_builtins
+from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 
 
 @pytest.fixture(autouse=True)
@@ -97,3 +99,15 @@ def test_how_the_process_works_is_put_back_without_a_word(name: str, tmp_path: P
     assert ask() != before
     assert state.put_back() == ()
     assert ask() == before
+
+
+def test_builtins_come_back_while_they_refuse_to_be_changed() -> None:
+    kept = builtins.sorted
+    with keep_builtins():
+        state = ProcessState()
+        vars(builtins)["sorted"] = None
+        assert state.put_back() == (complaint(("builtins.sorted",), ()),)
+        assert builtins.sorted is kept
+        with pytest.raises(ProhibitedError, match=r"test_process_state.py:\d+: builtins.sorted is changed"):
+            builtins.sorted = None  # type: ignore[assignment]
+        builtins.print = builtins.print
