@@ -58,6 +58,7 @@ class Package:
         python_path: folders that Python imports from, below the folder of the run.
         reason: why it could not be run; empty where it was.
         tests: of the suite `rl`.
+        close_runs: of the closing loop at most; 0: without it.
         schedules: runs with other schedules.
         verdicts: violated requirement -> "real", "by design" or "false alarm", and in a few words why.
     """
@@ -70,6 +71,7 @@ class Package:
     python_path: tuple[str, ...]
     reason: str
     tests: int
+    close_runs: int
     schedules: int
     verdicts: dict[str, str]
 
@@ -89,7 +91,13 @@ class Package:
 
     def fingerprint(self) -> str:
         """Of all that decides a result but the plugin."""
-        parts = [*self.sources, self.python_path, self.tests, self.schedules]
+        parts = [
+            *self.sources,
+            self.python_path,
+            self.tests,
+            *([self.close_runs] if self.close_runs != 24 else ()),
+            self.schedules,
+        ]
         digest = hashlib.sha256(repr(parts).encode())
         for name, path in sorted(self.files().items()):
             digest.update(name.encode() + path.read_bytes())
@@ -129,6 +137,7 @@ def packages(path: Path = FOLDER / "packages.toml") -> Iterator[Package]:
             tuple(row.get("python_path", ())),
             row.get("reason", "" if bench.is_dir() else "no testbench yet"),
             row.get("tests", 10),
+            row.get("close_runs", 24),
             row.get("schedules", 0),
             row.get("verdicts", {}),
         )

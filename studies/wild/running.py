@@ -12,9 +12,7 @@ from studies.wild import Package
 REPORT = "hri-report"
 OPTIONS = (
     "--hri-suite=rl",
-    "--hri-close",
     "--hri-seed=0",
-    "--hri-close-runs=24",
     "--hri-diagnose=24",
     "--hri-audit=off",
     "-p",
@@ -32,14 +30,16 @@ def measure(package: Package, clones: Path) -> dict[str, Any]:
     if package.reason:
         return {**row, "not_run": package.reason}
     folder = package.lay(clones)
-    done = session.run(folder / REPORT, [*OPTIONS, *_schedules(package), f"--hri-tests={package.tests}"], folder)
+    done = session.run(folder / REPORT, [*OPTIONS, *_searches(package), f"--hri-tests={package.tests}"], folder)
     row["cpu_s"] = round(done.cpu_s)
     row["suites"] = {suite["name"]: _summary(suite, done.report) for suite in done.report["suites"]}
     row["violations"] = [*_violations(done.report)]
     return row
 
 
-def _schedules(package: Package) -> Iterator[str]:
+def _searches(package: Package) -> Iterator[str]:
+    if package.close_runs:
+        yield from ("--hri-close", f"--hri-close-runs={package.close_runs}")
     if package.schedules:
         yield f"--hri-schedules={package.schedules}"
 

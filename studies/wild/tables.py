@@ -17,8 +17,13 @@ def figures(results: dict[str, Any], every: Sequence[Package]) -> str:
     found = [line for package in every for line in _found(package, results.get(package.key, {}))]
     ran = sum("suites" in row for row in results.values())
     kinds = [verdict.partition(":")[0] for _, _, verdict in found]
-    counted = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
-    sentence = f"{ran} of {len(every)} packages run, all unmodified. Violated requirements: {counted}."
+    counted = ", ".join(
+        f"{kinds.count(kind)} {kind}" for kind in sorted(set(kinds), key=lambda kind: (kind == "real", kind))
+    )
+    causes = sum(verdict.startswith("real: ") and not verdict.startswith("real: as ") for _, _, verdict in found)
+    sentence = (
+        f"{ran} of {len(every)} packages run, all unmodified. Violated requirements: {counted}, of {causes} causes."
+    )
     open_ones = ", ".join(f"`{package.key}`" for package in every if package.key not in results)
     if open_ones:
         sentence += f" Without a testbench so far: {open_ones}."

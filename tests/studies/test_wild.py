@@ -35,6 +35,6 @@ def test_a_row_says_what_was_violated_and_what_could_not_be_run() -> None:
     row = {"lines": 80, "suites": {"rl": suite}, "violations": [{"requirements": ["R1"]}, races]}
     assert violated(row) == ["R1"]
     lines = figures({"pupper": row, "tello": {"not_run": "it opens sockets"}}, [of("pupper"), of("tello")]).splitlines()
-    assert lines[0] == "1 of 2 packages run, all unmodified. Violated requirements: 1 real."
+    assert lines[0] == "1 of 2 packages run, all unmodified. Violated requirements: 1 real, of 1 causes."
     assert any(line.endswith("| Python | 80 | 10 | 71 % | 2 | R1 |") for line in lines)
     assert any(line.endswith("| not run: it opens sockets |") for line in lines)

@@ -1,16 +1,17 @@
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Testbench, Uniform, VirtualTime
 
 HERE = Path(__file__).parent
+sys.modules.update(dict.fromkeys(("libusb_package", "usb", "usb.core"), MagicMock()))
 
 
 @dataclass(frozen=True)
 class Setpoint:
-    """What the drone is told."""
-
     height_m: float
 
 
@@ -30,10 +31,8 @@ def pytest_hricdv_testbench(config):
     return Testbench(
         name="motion_commander",
         model=Model(HERE / "bench.mas2j", actor="person", covered=("person",)),
-        beliefs=BeliefSpace(
-            start=("one_flight", "two_flights"),
-            groups={"flight": ("box", "low", "deep", "still", "drift", "double")},
-        ),
+        beliefs=BeliefSpace(start=("one_flight", "two_flights"),
+                            groups={"flight": ("box", "low", "deep", "still", "drift", "double")}),
         concretization=Concretization(
             commands={"take_off": {}, "land": {}, "forward": length, "left": length, "down": {"m": Uniform(0.3, 0.3, "m")},
                       "start_forward": {}, "stay": stay},
