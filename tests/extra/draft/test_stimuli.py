@@ -20,6 +20,8 @@ from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.record import record
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.device import Device
+from pytest_hricdv.extra.draft.stand_ins.driver import ActiveRobot, Driver
+from pytest_hricdv.extra.draft.stand_ins.visit import Visit
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from tests.extra.draft import appliances
 
@@ -349,6 +351,30 @@ def test_a_list_of_a_stand_in_has_all_that_has_come_since() -> None:
         bus.publish("person", Pressed(button))
     assert made.presses == ["start", "stop"]
     assert made.presses == []
+
+
+def test_what_comes_between_two_steps_of_a_loop_is_for_the_next_one() -> None:
+    got: list[str] = []
+
+    class Loop:
+        def update(self, inputs: Any) -> None:
+            got.extend(inputs.presses)
+
+    kernel, recorder = Kernel(), Recorder()
+    bus = Bus(kernel, [Pressed], recorder)
+    run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
+    border = RunBorder(run, frozenset({Pressed}), {}, {})
+    port = Device(attributes=("presses",), inboxes={"presses": {Pressed: lambda m: m.button}})
+    driver = Driver(Loop, method="update", method_ports={"inputs": port}, period_s=0.1)
+
+    def press() -> None:
+        kernel.sleep(0.25)
+        bus.publish("person", Pressed("start"))
+
+    kernel.spawn("robot", ActiveRobot(driver, border, Visit(border, "person", {}, (), (), {}, driver.manners)).work)
+    kernel.spawn("person", press)
+    kernel.run(1.0)
+    assert got == ["start"]
 
 
 @dataclass(frozen=True)
