@@ -17,7 +17,7 @@ import pytest
 from pytest_hricdv.extra.draft.code_model import CodeModel
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site, read_observations
-from pytest_hricdv.extra.draft.observe.tracer import state_text
+from pytest_hricdv.extra.draft.observe.tracer import state_text, texts_of
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.record import record
@@ -387,3 +387,16 @@ def test_code_whose_threads_work_on_has_not_ended(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert "hollow" not in done.stdout
     assert 'allowed_endings=("early"' not in (tmp_path / "hri" / "conftest.py").read_text(encoding="utf-8")
+
+
+class Asleep:
+    """A state that keeps nothing."""
+
+
+class Sleeper:
+    def __init__(self) -> None:
+        self.state = Asleep()
+
+
+def test_an_object_without_attributes_is_a_state_too() -> None:
+    assert texts_of(Sleeper()) == {"state": "Asleep"}
