@@ -213,7 +213,8 @@ def texts_of(owner: Any) -> Mapping[str, str]:
         is_own = type(value).__module__.partition(".")[0] == type(owner).__module__.partition(".")[0]
         parts = {f"{name}.{key}": part for key, part in list(inner.items())[:50]} if inner and is_own else {}
         for path, part in {name: value, **parts}.items():
-            if isinstance(part, Enum | str) or hasattr(type(part), "tip") or (path == name and inner is not None and is_own):
+            is_object = path == name and inner is not None and is_own
+            if is_object or isinstance(part, Enum | str) or hasattr(type(part), "tip"):
                 text = state_text(part)
                 if text is not None and len(text) <= MAX_LENGTH:
                     found[path] = text
