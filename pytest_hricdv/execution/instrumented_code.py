@@ -31,7 +31,7 @@ def instrument(files: Iterable[tuple[Path, str, Change]], hooks: Mapping[str, Ca
         hooks: what changed code calls, by names that are no names of the code.
     """
     changed: list[tuple[FunctionType, CodeType]] = []
-    finders = []
+    trees: dict[Path, str | ast.Module] = {}
     vars(builtins).update(hooks)
     functions = _functions()
     for path, text, change in files:
@@ -41,14 +41,15 @@ def instrument(files: Iterable[tuple[Path, str, Change]], hooks: Mapping[str, Ca
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             continue
         changed += _replace(made, functions)
-        finders.append(FaultyImport(path, tree))
-    sys.meta_path[:0] = finders
+        trees[path] = tree
+    finder = FaultyImport(trees)
+    sys.meta_path.insert(0, finder)
     try:
         yield
     finally:
         for function, code in changed:
             function.__code__ = code
-        sys.meta_path[:] = [finder for finder in sys.meta_path if finder not in finders]
+        sys.meta_path[:] = [other for other in sys.meta_path if other is not finder]
         # A module that was imported meanwhile goes on to call the hooks.
 
 

@@ -107,6 +107,11 @@ class _Instead:
         os._exit(0)
 
 
+RUN_S = 60.0
+"""Processor time (s) after which a run is ended: some sixty times that of a run of the table (docs/studies/closure.md:
+288 runs in 2.4 minutes on two cores)."""
+
+
 def limit_time(run_s: float) -> None:
     """The kernel ends this process when it takes more processor time from now on (s), whatever it does.
 

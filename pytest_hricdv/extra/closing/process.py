@@ -32,7 +32,7 @@ from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import END, in_session, introduce, leave_no_core, limit_time, preload, session
+from pytest_hricdv.session.serving import END, RUN_S, in_session, introduce, leave_no_core, limit_time, preload, session
 from pytest_hricdv.session.testbench_search import engine_modules
 
 T = TypeVar("T")
@@ -96,10 +96,6 @@ class ForkRunner(Generic[T]):
             cause = error.__cause__ or error  # what a node raised says more than that it failed
             return self.text(number, None, f"{type(cause).__name__}: {cause}")
 
-
-RUN_S = 60.0
-"""Processor time (s) after which a run is ended: some sixty times that of a run of the table (docs/studies/closure.md:
-288 runs in 2.4 minutes on two cores)."""
 
 LIMIT_S = 300.0
 """Wall time (s) after which a run is ended. Beside thirty other processes on two cores, a run of 3 s of processor time

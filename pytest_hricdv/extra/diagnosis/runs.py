@@ -27,6 +27,7 @@ from pytest_hricdv.monitor.analysis import names_of, topics_of
 from pytest_hricdv.report.formatting import quantity
 from pytest_hricdv.session.journaling import JournalKeeper
 from pytest_hricdv.session.replaying import TestRerunner, name_test
+from pytest_hricdv.session.serving import RUN_S, limit_time
 
 MAX_EVENTS = 2000
 """Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
@@ -128,10 +129,11 @@ def run_in_fork(rerunner: TestRerunner, work: Callable[[], RunSummary | None]) -
 
 
 def in_fork(rerunner: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
-    """What a fork gives, as JSON; null where it came to no end."""
+    """What a fork gives, as JSON; null where it came to no end, or took longer than `RUN_S`."""
     process = fork()
     if isinstance(process, InFork):
         message = b"null"
+        limit_time(RUN_S)
         with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
             message = msgspec.json.encode(work())
         process.send_and_end(message)

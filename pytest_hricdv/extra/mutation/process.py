@@ -181,7 +181,7 @@ class _Trier:
         """Run the tests of the trial; each run is sent."""
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         if self._trial.path:
-            sys.meta_path.insert(0, FaultyImport(Path(self._trial.path), self._trial.text))
+            sys.meta_path.insert(0, FaultyImport({Path(self._trial.path): self._trial.text}))
             silence(2)
         limit_time(self._job.run_s)
         in_session(self._job.arguments, self._run_all)

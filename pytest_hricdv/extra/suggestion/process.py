@@ -143,7 +143,7 @@ class _Recorder:
         """Make the runs, store and report them."""
         leave_no_core()
         if self._version.path:
-            sys.meta_path.insert(0, FaultyImport(Path(self._version.path), self._version.text))
+            sys.meta_path.insert(0, FaultyImport({Path(self._version.path): self._version.text}))
             silence(2)
         limit_time(self._job.run_s)
         in_session(self._job.arguments, self._run_all)

@@ -38,7 +38,7 @@ def test_a_file_is_imported_with_another_text(
     package: Path, file: str, expected: tuple[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = (package / file).read_text(encoding="utf-8")
-    finder = FaultyImport(package / file, "WHO = 'other'\n")
+    finder = FaultyImport({package / file: "WHO = 'other'\n"})
     monkeypatch.setattr(sys, "meta_path", [finder, *sys.meta_path])
     one = importlib.import_module("faulty_package.one")
     found = importlib.import_module("faulty_package").WHO, one.WHO
@@ -49,7 +49,7 @@ def test_a_file_is_imported_with_another_text(
 def test_the_code_of_a_cached_file_is_not_used(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert importlib.import_module("faulty_package.two").WHO == "two"
     del sys.modules["faulty_package.two"]
-    monkeypatch.setattr(sys, "meta_path", [FaultyImport(package / "two.py", "WHO = 'other'\n"), *sys.meta_path])
+    monkeypatch.setattr(sys, "meta_path", [FaultyImport({package / "two.py": "WHO = 'other'\n"}), *sys.meta_path])
     assert importlib.import_module("faulty_package.two").WHO == "other"
     del sys.modules["faulty_package.two"]
     sys.meta_path.pop(0)
