@@ -16,8 +16,8 @@ FRAMES_PER_S = 6
 RUN_S, REST_S = 6.0, 2.0
 """How long the run, and how long its last frame is shown (s)."""
 
-AFTER_SHARE = 0.35
-"""Part of the run's frames that come after the violation: it is the film's slow motion that shows it."""
+AFTER_SHARE = 0.05
+"""Part of the frames that come after the violation: the last one shows it, and not what follows."""
 
 
 def moving_picture(film: Path, target: Path) -> None:
