@@ -59,6 +59,7 @@ class Package:
         reason: why it could not be run; empty where it was.
         tests: of the suite `rl`.
         close_runs: of the closing loop at most; 0: without it.
+        cause_runs: in which causes are looked for, at most.
         schedules: runs with other schedules.
         verdicts: violated requirement -> "real", "by design" or "false alarm", and in a few words why.
     """
@@ -72,6 +73,7 @@ class Package:
     reason: str
     tests: int
     close_runs: int
+    cause_runs: int
     schedules: int
     verdicts: dict[str, str]
 
@@ -138,6 +140,7 @@ def packages(path: Path = FOLDER / "packages.toml") -> Iterator[Package]:
             row.get("reason", "" if bench.is_dir() else "no testbench yet"),
             row.get("tests", 10),
             row.get("close_runs", 24),
+            row.get("cause_runs", 24),
             row.get("schedules", 0),
             row.get("verdicts", {}),
         )

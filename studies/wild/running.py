@@ -13,7 +13,6 @@ REPORT = "hri-report"
 OPTIONS = (
     "--hri-suite=rl",
     "--hri-seed=0",
-    "--hri-diagnose=24",
     "--hri-audit=off",
     "-p",
     "no:randomly",
@@ -38,6 +37,7 @@ def measure(package: Package, clones: Path) -> dict[str, Any]:
 
 
 def _searches(package: Package) -> Iterator[str]:
+    yield f"--hri-diagnose={package.cause_runs}"
     if package.close_runs:
         yield from ("--hri-close", f"--hri-close-runs={package.close_runs}")
     if package.schedules:
