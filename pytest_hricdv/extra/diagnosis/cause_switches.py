@@ -42,7 +42,7 @@ def switch_decisions(
             minimal = decisions.minimal.get(test_name)
             test = experiments.tests[test_name] if minimal is None or tests else minimal.test
             wanted = {failure.requirement for failure in group.failures if failure.nodeid == test_name}
-            tests.append((test, partial(_passes, wanted)))
+            tests.append((test, partial(passes_until, wanted)))
         if len(tests) == 1:  # what is left of a test says little of what else the robot does
             tests.append((experiments.tests[names[0]], tests[0][1]))
         try:
@@ -55,7 +55,7 @@ def switch_decisions(
         _compare(experiments, group, names, groups[:place])
 
 
-def _passes(wanted: set[str], control: RunSummary, made: RunSummary, until_s: float) -> bool:
+def passes_until(wanted: set[str], control: RunSummary, made: RunSummary, until_s: float) -> bool:
     """Whether a run passes what the control violates for a cause, and all that this passes: not a robot that rests.
 
     What the control violates for other causes may fail again, and the same cause later, where nothing was reversed.

@@ -26,7 +26,7 @@ from pytest_hricdv.extra.diagnosis.records import (
 from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, remember_runs, runner
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.extra.diagnosis.subject import Subject
-from pytest_hricdv.extra.diagnosis.switching import FoundSwitch
+from pytest_hricdv.extra.diagnosis.switching import SwitchResult
 from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
@@ -194,7 +194,7 @@ def cause_of(
     evidence: ExperimentEvidence,
     decision: Decision | None,
     ranked: Sequence[Suspect],
-    switched: Sequence[FoundSwitch] = (),
+    switched: Sequence[SwitchResult] = (),
     traces: Sequence[ViolationTrace] = (),
 ) -> Cause:
     """What a report says of a group of failures.

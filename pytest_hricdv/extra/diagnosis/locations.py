@@ -15,7 +15,7 @@ from pytest_hricdv.extra.diagnosis.places import weight_suspects
 from pytest_hricdv.extra.diagnosis.records import SuspiciousPlace
 from pytest_hricdv.extra.diagnosis.spectrum import Spectra, Suspect, combine
 from pytest_hricdv.extra.diagnosis.subject import Subject
-from pytest_hricdv.extra.diagnosis.switching import SWITCHED, FoundSwitch
+from pytest_hricdv.extra.diagnosis.switching import SWITCHED, SwitchResult
 from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
 
 _DECISION = re.compile(r"(if|elif|while|assert)\b")
@@ -58,7 +58,7 @@ def rank_places(
     group: Group,
     traces: Sequence[ViolationTrace],
     varied: Sequence[tuple[Bits, bool]] = (),
-    switched: Sequence[FoundSwitch] = (),
+    switched: Sequence[SwitchResult] = (),
 ) -> list[Suspect]:
     """The statements of the code, those first in which a cause is probably.
 
@@ -81,7 +81,7 @@ def rank_places(
 def locate(
     subject: Subject,
     ranked: Sequence[Suspect],
-    switched: Sequence[FoundSwitch],
+    switched: Sequence[SwitchResult],
     traces: Sequence[ViolationTrace],
     *,
     is_compared: bool,
@@ -114,7 +114,7 @@ def locate(
     return tuple(places)
 
 
-def is_sure(switched: Sequence[FoundSwitch]) -> bool:
+def is_sure(switched: Sequence[SwitchResult]) -> bool:
     """Whether the first of decisions says where the cause is.
 
     Others pass on what it decides; or there are few, and with it the robot does all else as before: one that rests
@@ -136,12 +136,14 @@ def node_places(subject: Subject, traces: Sequence[ViolationTrace]) -> tuple[str
     made = []
     for node, stack in enumerate(traces[0].stood if traces else ()):
         if stack:
-            file, line = _worked(traces[0], node, stack[0], files)
+            file, line = _last_decision(traces[0], node, stack[0], files)
             made.append(f"{file}:{line} in {_function(functions(files[file].source), line)}")
     return tuple(made)
 
 
-def _worked(trace: ViolationTrace, node: int, at: tuple[str, int], files: Mapping[str, MappedFile]) -> tuple[str, int]:
+def _last_decision(
+    trace: ViolationTrace, node: int, at: tuple[str, int], files: Mapping[str, MappedFile]
+) -> tuple[str, int]:
     """The last decision that a node took in another function, just before it came to this statement."""
     mine = [each for each in trace.executed if each.node == node]
     here = next((each for each in mine if (each.file, each.line) == at), None)

@@ -197,20 +197,20 @@ class _DecisionInserter(ast.NodeTransformer):
         self._file = file
         self._sites = sites
 
-    def _asked(self, node: ast.AST, value: ast.expr, *more: ast.expr) -> ast.expr:
+    def _wrap(self, node: ast.AST, value: ast.expr, *more: ast.expr) -> ast.expr:
         self._sites.append((self._file, node.lineno))  # type: ignore[attr-defined]
         asked = ast.Call(ast.Name(DECIDE, ast.Load()), [ast.Constant(len(self._sites) - 1), value, *more], [])
         return ast.copy_location(asked, value)
 
     def _decision(self, node: ast.If | ast.While | ast.IfExp | ast.Assert) -> ast.AST:
         self.generic_visit(node)
-        node.test = self._asked(node, node.test)
+        node.test = self._wrap(node, node.test)
         return node
 
     def _value(self, node: ast.Return | ast.Assign) -> ast.AST:
         self.generic_visit(node)
         if isinstance(node.value, _VALUES):
-            node.value = self._asked(node, node.value, ast.Constant(False))
+            node.value = self._wrap(node, node.value, ast.Constant(False))
         return node
 
     visit_If = visit_While = visit_IfExp = visit_Assert = _decision  # noqa: N815 (names of `ast.NodeVisitor`)
@@ -218,7 +218,7 @@ class _DecisionInserter(ast.NodeTransformer):
 
 
 @dataclass(frozen=True)
-class FoundSwitch:
+class SwitchResult:
     """A decision with which tests pass, if it comes out otherwise.
 
     Args:
@@ -254,7 +254,7 @@ class SwitchSearch:
         tests: Sequence[tuple[ConcreteTest, Passes]],
         scores: Mapping[Place, float],
         calls: Callable[[Place, Place], bool],
-    ) -> list[FoundSwitch]:
+    ) -> list[SwitchResult]:
         """File and line of those found; those come first that change least of what is seen of a run.
 
         Each lets each of the tests pass.
@@ -280,7 +280,7 @@ class SwitchSearch:
                 if made is not None and passes(control.summary, made.summary, switch.until_s):
                     lets_pass[switch.place] = found[switch.place] + _differences(control.summary, made.summary)
             found = lets_pass
-        made_of = [FoundSwitch(place, changes, len(_callers(place, found, calls))) for place, changes in found.items()]
+        made_of = [SwitchResult(place, changes, len(_callers(place, found, calls))) for place, changes in found.items()]
         return sorted(made_of, key=lambda switch: (switch.changes, -switch.callers, -scores[switch.place]))
 
     def _run(self, test: ConcreteTest, switch: DecisionSwitch | None) -> SwitchedRun | None:

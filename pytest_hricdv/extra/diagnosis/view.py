@@ -55,7 +55,7 @@ def cause_lines(
     stood = [] if places or not cause.stood else [f"{'; '.join(cause.stood)}, {then}"]
     for text in (*places, *stood):
         lines += _label_lines("where", text, columns, 1)
-    for text in () if places else _asked(cause, report):
+    for text in () if places else _request(cause, report):
         lines += _label_lines("asked", text, columns, 1)
     if cause.deciding_change:
         lines += _label_lines("why", cause.deciding_change, columns, most)
@@ -94,7 +94,7 @@ def _violation(cause: Cause, report: Report) -> tuple[TestResult | None, str, Vi
     return test, mine, first_violation(test.requirements[mine]) if test and mine else None
 
 
-def _asked(cause: Cause, report: Report) -> Iterator[str]:
+def _request(cause: Cause, report: Report) -> Iterator[str]:
     """What did not come in time, since when it was asked for, and by what: where something is missing in the code."""
     _, mine, violation = _violation(cause, report)
     texts = report.requirements.get(mine)

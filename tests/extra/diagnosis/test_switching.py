@@ -15,13 +15,15 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.execution.instrumented_code import instrument
+from pytest_hricdv.extra.diagnosis.cause_switches import passes_until
+from pytest_hricdv.extra.diagnosis.locations import is_sure
 from pytest_hricdv.extra.diagnosis.runs import RunEvent, RunSummary
 from pytest_hricdv.extra.diagnosis.switching import (
     DECIDE,
     DecisionRecord,
     DecisionSwitch,
-    FoundSwitch,
     SwitchedRun,
+    SwitchResult,
     SwitchSearch,
 )
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -175,7 +177,7 @@ def test_the_most_suspicious_are_tried_first_in_each_test_and_within_the_budget(
         switches = (decision(3, 1, outcome=True), decision(7, 4, outcome=True), decision(8, 1, outcome=True))
         return SwitchedRun(summary=RunSummary(violated=() if lets_pass else ("R1",)), switches=switches)
 
-    assert SwitchSearch(run, 10).search(TESTS, SCORES, never) == [FoundSwitch(("guard.py", 7), 0, 0)]
+    assert SwitchSearch(run, 10).search(TESTS, SCORES, never) == [SwitchResult(("guard.py", 7), 0, 0)]
     assert tried == [("t", 0), ("t", 7), ("t", 3), ("u", 0), ("u", 7), ("u", 3)]
     assert SwitchSearch(run, 3).search(TESTS, SCORES, never) == []  # no run is left for the second test
     assert SwitchSearch(run, 0).search(TESTS, SCORES, never) == []
@@ -195,11 +197,47 @@ def test_what_changes_least_comes_first_then_what_others_pass_on() -> None:
 
     scores = {("guard.py", line): line / 10 for line in (3, 7, 8)}
     assert SwitchSearch(run, 20).search(TESTS[:1], scores, calls) == [
-        FoundSwitch(("guard.py", 3), 0, 1),
-        FoundSwitch(("guard.py", 7), 0, 0),
-        FoundSwitch(("guard.py", 8), 1, 0),  # the robot says nothing any more
+        SwitchResult(("guard.py", 3), 0, 1),
+        SwitchResult(("guard.py", 7), 0, 0),
+        SwitchResult(("guard.py", 8), 1, 0),  # the robot says nothing any more
     ]
 
 
 def test_a_run_without_an_end_shows_nothing() -> None:
     assert SwitchSearch(lambda test, wanted: None, 4).search([(TEST, passes)], SCORES, never) == []
+
+
+@pytest.mark.parametrize(
+    ("switches", "is_shown"),
+    [
+        ([], False),
+        ([(0, 0)], True),
+        ([(4, 0)], False),  # the robot does less: it may only rest
+        ([(4, 1), (4, 0)], True),  # the other one only passes on what it decides
+        ([(0, 0), (0, 0), (0, 0)], False),
+    ],
+)
+def test_a_decision_is_shown_if_it_is_one_of_few_or_others_pass_it_on(
+    switches: list[tuple[int, int]], is_shown: bool
+) -> None:
+    found = [SwitchResult(("a.py", line), changes, callers) for line, (changes, callers) in enumerate(switches)]
+    assert is_sure(found) == is_shown
+
+
+@pytest.mark.parametrize(
+    ("violated", "time_s", "until_s", "is_right"),
+    [
+        ((), None, 9.0, True),
+        (("R1",), 5.0, 9.0, False),
+        (("R1",), 20.0, 9.0, True),  # the next time, when nothing was reversed any more
+        (("R1",), 4.6, 4.5, False),  # only a little later: the last decision alone
+        (("R2",), 20.0, 9.0, False),  # another one instead
+    ],
+)
+def test_a_run_passes_as_long_as_a_decision_was_reversed(
+    violated: tuple[str, ...], time_s: float | None, until_s: float, is_right: bool
+) -> None:
+    control = RunSummary(violated=("R1",), checked=("R2",), times_s={"R1": 4.5})
+    checked = tuple({"R1", "R2"} - {*violated})
+    made = RunSummary(violated=violated, checked=checked, times_s=dict.fromkeys(violated, time_s or 0.0))
+    assert passes_until({"R1"}, control, made, until_s) == is_right
