@@ -154,14 +154,14 @@ def from_json(text: str, kind: type[T], *, strict: bool = False) -> T:
     Raises:
         MalformedError: the text is no JSON, or other JSON than `kind` has, or has a number that is too large.
     """
-    import msgspec.inspect  # not at the top: a session that reads no file does not need it
+    import msgspec  # not at the top: a session that reads no file does not need it
 
     if _may_have_long_number(text) and (fault := _limit_fault(text)):  # msgspec's limit is that of a float
         raise MalformedError(fault)
     try:
         value = msgspec.json.decode(text, type=kind)
         if strict:
-            _check_keys("$", msgspec.json.decode(text), msgspec.inspect.type_info(kind))
+            check_keys_of(kind, msgspec.json.decode(text))
         return value
     except msgspec.ValidationError as error:  # also raised for the valid beginning of a text that is no JSON
         raise MalformedError(_json_fault(text) or f": {error}") from None
@@ -169,6 +169,13 @@ def from_json(text: str, kind: type[T], *, strict: bool = False) -> T:
         raise MalformedError(_limit_fault(text) or ": nested too deeply") from None
     except (msgspec.DecodeError, UnicodeEncodeError) as error:  # the latter: a lone surrogate in the text
         raise MalformedError(_json_fault(text) or f": not JSON: {error}") from None
+
+
+def check_keys_of(kind: Any, value: object) -> None:
+    """See that plain data has no keys but the fields of a type, here and below. Raises MalformedError."""
+    import msgspec.inspect
+
+    _check_keys("$", value, msgspec.inspect.type_info(kind))
 
 
 def _check_keys(place: str, value: object, kind: Any) -> None:

@@ -10,7 +10,7 @@ from typing import Literal
 
 from msgspec import ValidationError, convert
 
-from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
+from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, check_keys_of, from_toml, read_text
 from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv._base.suggestion import nearest
@@ -114,7 +114,9 @@ def read_map(path: Path, vocabulary: Vocabulary) -> LogMap:
         InputError: there is none, it is no map, or it names what the testbench does not declare.
     """
     try:
-        made = convert(from_toml(read_text(path, MAX_TOML_BYTES)), LogMap)
+        tables = from_toml(read_text(path, MAX_TOML_BYTES))
+        check_keys_of(LogMap, tables)  # names the nearest one
+        made = convert(tables, LogMap)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except MalformedError as error:
