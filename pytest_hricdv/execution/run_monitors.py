@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from msgspec.structs import replace
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.execution.execution_feature import Watcher
 from pytest_hricdv.monitor import Criterion, Log, PastFormula, Requirement, Verdict, Vocabulary, watch
 from pytest_hricdv.runtime import Record
@@ -42,7 +43,8 @@ class MonitorFeed:
         """
         kind = self._signals.get(name)
         if kind is None:
-            raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
+            near = nearest(name, self._signals)
+            raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals{near}")
         if not _is_of(kind, value):
             where = f"signal {name} is {value!r} at {time_s:.6f} s"
             raise TypeError(f"{where}: the testbench declares it as {kind.__name__}")
