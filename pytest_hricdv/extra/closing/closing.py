@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -261,12 +262,16 @@ class ClosureGenerator:
 
     @cached_property
     def _pool(self) -> Pool:
+        """The tests of the model; none of beliefs to which no plan applies, as then nobody does anything."""
         testbench = self._collection.testbench
+        exploration = replace(
+            self._exploration, runs=tuple(run for run in self._exploration.runs if run.lines or run.plans)
+        )
         planned = {name: product.planned for name, product in testbench.cross.items() if product.planned is not None}
         if not testbench.model.actors:
-            return Pool(self._exploration, testbench.beliefs, planned)
+            return Pool(exploration, testbench.beliefs, planned)
         runner = generation_context(self._collection.options, testbench).model_runner()
-        return Pool(self._exploration, testbench.beliefs, planned, cache(runner.order))
+        return Pool(exploration, testbench.beliefs, planned, cache(runner.order))
 
     @property
     def _plans(self) -> Plans:

@@ -185,6 +185,16 @@ def test_a_model_with_too_many_beliefs_to_enumerate_is_closed_by_drawn_belief_se
     assert "disturbances" in whole["closing"]["strategies"]
 
 
+def test_no_test_is_made_of_beliefs_to_which_no_plan_applies(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", 'start=("hall", "cellar")', 'start=("attic", "hall", "cellar")')
+    visitor = lamps.path / "models" / "visitor.asl"
+    visitor.write_text(f"{visitor.read_text(encoding='utf-8')}\n+!never : attic <- true.\n", encoding="utf-8")
+    lamps.runpytest_inprocess(*SUITE)
+    tests = report(lamps.path)["tests"]
+    assert tests
+    assert all(test["action_times_s"] for test in tests)
+
+
 LIFT = '''
 """The lift of the hall."""
 
