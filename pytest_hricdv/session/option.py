@@ -142,6 +142,13 @@ class OptionReader:
         value = self.command_line_value(name)
         return str(self.config.getini(f"hri_{name}") if value is None else value).strip()
 
+    def setting(self, name: str) -> str:
+        """An option and its value as they were given: `--hri-seed=7`, or `hri_seed = 7` of an ini file."""
+        text = self.text(name)
+        if self.command_line_value(name) is None:
+            return f"hri_{name} = {text}"
+        return f"--hri-{name.replace('_', '-')}={text}"
+
     def texts(self, name: str) -> tuple[str, ...]:
         """Those of the ini file, one a line, and then those of the command line, of an option that is repeatable."""
         value = self.command_line_value(name)
@@ -166,16 +173,16 @@ class OptionReader:
         Raises:
             pytest.UsageError: the value is no whole number or out of range.
         """
-        text, option = self.text(name), f"--hri-{name.replace('_', '-')}"
+        text = self.text(name)
         if not text:
             return default
         try:
             value = int(text if text.isascii() else "")
         except ValueError:
-            raise usage_error(f"{option}={text}: expected a whole number") from None
+            raise usage_error(f"{self.setting(name)}: expected a whole number") from None
         if not minimum <= value <= maximum:
             expected = f"at least {minimum}" if value < minimum else f"at most {maximum}"
-            raise usage_error(f"{option}={text}: expected {expected}")
+            raise usage_error(f"{self.setting(name)}: expected {expected}")
         return value
 
     def file(self, name: str) -> Path | None:

@@ -179,7 +179,7 @@ def _read_sampling(reader: OptionReader) -> str:
     from pytest_hricdv.generate.sampler import SAMPLINGS  # a project without a suite loads options, and no generator
 
     if name not in SAMPLINGS:
-        raise usage_error(f"--hri-sampling={name}: expected one of {', '.join(SAMPLINGS)}")
+        raise usage_error(f"{reader.setting('sampling')}: expected one of {', '.join(SAMPLINGS)}")
     return name
 
 
@@ -201,7 +201,8 @@ def _thresholds(config: pytest.Config) -> tuple[Threshold, ...]:
         try:
             threshold = parse_threshold(line, named=on_command_line)
         except ThresholdError as error:
-            raise usage_error(f"--hri-fail-under={error}") from None
+            where = "--hri-fail-under=" if on_command_line else "hri_fail_under: "
+            raise usage_error(f"{where}{error}") from None
         thresholds.setdefault(threshold.kind, threshold)
     return tuple(thresholds.values())
 

@@ -48,6 +48,9 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
         ([SUITE, "--hri-seed=abc"], "--hri-seed=abc: expected a whole number"),
         ([SUITE, "--hri-seed=1.5"], "--hri-seed=1.5: expected a whole number"),
         ([SUITE, "--hri-concretizations=0"], "--hri-concretizations=0: expected at least 1"),
+        ([SUITE, "-o", "hri_seed=abc"], "hri_seed = abc: expected a whole number"),
+        ([SUITE, "-o", "hri_sampling=some"], "hri_sampling = some: expected one of uniform"),
+        ([SUITE, "-o", "hri_fail_under=plans=most"], "hri_fail_under: plans=most: expected a percentage"),
         (
             [SUITE, "--hri-concretizations=10000", "--hri-suite=rl"],
             "0,000 tests, 10000 of each abstract test",
@@ -148,7 +151,7 @@ def test_options(lamps: pytest.Pytester, options: list[str], told: str) -> None:
             "R7: the hall",
             "known violation of 'R7': no such requirement; there are R1, R2",
         ),
-        ("pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = all", "=all: expected KIND=PCT"),
+        ("pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = all", "hri_fail_under: all: expected KIND=PCT"),
     ],
     ids=short,
 )

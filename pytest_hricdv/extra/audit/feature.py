@@ -53,7 +53,7 @@ class AuditFeature(Feature[AuditOptions]):
         if text == OFF:
             return AuditOptions(is_on=False)
         if text and not (text.isascii() and text.isdigit()):
-            raise usage_error(f"--hri-audit={text}: expected a whole number, or off")
+            raise usage_error(f"{reader.setting('audit')}: expected a whole number, or off")
         return AuditOptions(reader.integer("audit", None, minimum=1))
 
     def check(self, context: RunContext) -> None:

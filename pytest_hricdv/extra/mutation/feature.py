@@ -46,7 +46,7 @@ class MutationFeature(Feature[MutationOptions]):
         """How mutants are tried. Raises pytest.UsageError for options that contradict each other."""
         text = reader.text("mutate_tests")
         if not (text.isascii() and text.isdigit()) and text not in ("", "all"):
-            raise usage_error(f"--hri-mutate-tests={text}: expected a whole number, or all")
+            raise usage_error(f"{reader.setting('mutate_tests')}: expected a whole number, or all")
         options = MutationOptions(
             asked=reader.flag("mutate"),
             tests=None if text == "all" else reader.integer("mutate_tests", MutationOptions.tests, minimum=1),
