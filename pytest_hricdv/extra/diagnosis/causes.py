@@ -26,7 +26,6 @@ from pytest_hricdv.extra.diagnosis.records import (
 from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, remember_runs, runner
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.extra.diagnosis.subject import Subject
-from pytest_hricdv.extra.diagnosis.switching import SwitchResult
 from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
@@ -194,7 +193,7 @@ def cause_of(
     evidence: ExperimentEvidence,
     decision: Decision | None,
     ranked: Sequence[Suspect],
-    switched: Sequence[SwitchResult] = (),
+    switched: Sequence[tuple[str, int]] = (),
     traces: Sequence[ViolationTrace] = (),
 ) -> Cause:
     """What a report says of a group of failures.
@@ -205,7 +204,7 @@ def cause_of(
         evidence: of experiments.
         decision: what decides; None where nobody tried.
         ranked: statements of the code, the most suspicious first.
-        switched: decisions with which tests of it pass, reversed, the best first.
+        switched: file and line of decisions with which tests of it pass, reversed.
         traces: of runs that failed for it.
     """
     tests = sorted(
@@ -225,7 +224,7 @@ def cause_of(
         minimal=_as_begun(shortest),
         minimal_of=shortest.id,
         replay=shortest.replay,
-        locations=locate(subject, ranked, switched, traces, is_compared=subject.compares(group)),
+        locations=locate(subject, ranked, switched, is_compared=subject.compares(group)),
         stood=node_places(subject, traces),
         deciding_change=_decides(group, len(confirmed), decision),
         minimal_pair=decision,

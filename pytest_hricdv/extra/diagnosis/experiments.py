@@ -17,7 +17,6 @@ from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Change, ExperimentEvidence, Group
 from pytest_hricdv.extra.diagnosis.records import DiagnosisEnd, Experiment
 from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary
-from pytest_hricdv.extra.diagnosis.switching import SwitchResult
 from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteTest
 
@@ -79,8 +78,8 @@ class Experiments:
     """Node id and disturbance -> the run of the test without it."""
     runs: dict[str, list[RunSummary]] = field(default_factory=dict)
     """Node id -> all runs of variations of the test, and of itself."""
-    switched: dict[tuple[str, str, str], list[SwitchResult]] = field(default_factory=dict)
-    """What fails first for a cause -> decisions with which its tests pass, reversed, the best first."""
+    switched: dict[tuple[str, str, str], list[tuple[str, int]]] = field(default_factory=dict)
+    """What fails first for a cause -> file and line of decisions with which its tests pass, reversed."""
     together: set[tuple[str, str, str]] = field(default_factory=set)
     """See `ExperimentEvidence`."""
     _tried: set[tuple[str, Change]] = field(default_factory=set)

@@ -22,7 +22,7 @@ from functools import cache, cached_property
 from itertools import combinations
 from math import exp, lgamma
 
-from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure
+from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.spectrum import ExecutionCounts, Spectra, ochiai
 
 BY_CHANCE = 0.3
@@ -254,7 +254,7 @@ def _unite_nominal(
 
     What is known explains nothing that is new: a known violation in many tests would hide it.
     """
-    times_s = {kind: {failure.nodeid: _began_s(failure) for failure in members} for kind, members in kinds.items()}
+    times_s = {kind: {failure.nodeid: failure.time_s for failure in members} for kind, members in kinds.items()}
     failing = {failure.nodeid for members in kinds.values() for failure in members}
     places = {kind: spectra.specific(names.keys(), failing) for kind, names in times_s.items()}
     known = {kind for kind, members in kinds.items() if all(failure.is_known for failure in members)}
@@ -270,11 +270,6 @@ def _unite_nominal(
             or ((kind[1], other[1]) not in apart and _follows(two, one, tests))
         ):
             sets.unite(kind, other)
-
-
-def _began_s(failure: Failure) -> float:
-    """When (s); what is wrong with a whole run may have been so from its start, and shows at its end only."""
-    return 0.0 if failure.requirement == FAULT else failure.time_s
 
 
 def _follows(some: Mapping[str, float], others: Mapping[str, float], tests: int) -> bool:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.gaps import Function, functions
-from pytest_hricdv.coverage.records import MappedFile
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure
 from pytest_hricdv.extra.diagnosis.grouping import Group
@@ -15,10 +13,8 @@ from pytest_hricdv.extra.diagnosis.places import weight_suspects
 from pytest_hricdv.extra.diagnosis.records import SuspiciousPlace
 from pytest_hricdv.extra.diagnosis.spectrum import Spectra, Suspect, combine
 from pytest_hricdv.extra.diagnosis.subject import Subject
-from pytest_hricdv.extra.diagnosis.switching import SWITCHED, SwitchResult
+from pytest_hricdv.extra.diagnosis.switching import SWITCHED
 from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
-
-_DECISION = re.compile(r"(if|elif|while|assert)\b")
 
 MAX_PLACES = 5
 """The number of statements that a report lists, the most suspicious first."""
@@ -58,7 +54,7 @@ def rank_places(
     group: Group,
     traces: Sequence[ViolationTrace],
     varied: Sequence[tuple[Bits, bool]] = (),
-    switched: Sequence[SwitchResult] = (),
+    switched: Sequence[tuple[str, int]] = (),
 ) -> list[Suspect]:
     """The statements of the code, those first in which a cause is probably.
 
@@ -67,7 +63,7 @@ def rank_places(
         group: that have the cause.
         traces: of runs that failed for it, up to what failed first.
         varied: what runs of variations of its tests executed, and whether they failed for it.
-        switched: decisions with which tests of it pass, reversed, the best first.
+        switched: file and line of decisions with which tests of it pass, reversed.
     """
     code = subject.spectra.code
     suspects = subject.spectra.suspects(group.nodeids, subject.find_violators(group))
@@ -75,88 +71,43 @@ def rank_places(
         spectra = Spectra(code, {str(number): bits for number, (bits, _) in enumerate(varied)})
         failing = [str(number) for number, (_, fails) in enumerate(varied) if fails]
         suspects = combine(suspects, spectra, failing)
-    return weight_suspects(suspects, traces, () if code is None else code.files, [found.place for found in switched])
+    return weight_suspects(suspects, traces, () if code is None else code.files, switched)
 
 
 def locate(
-    subject: Subject,
-    ranked: Sequence[Suspect],
-    switched: Sequence[SwitchResult],
-    traces: Sequence[ViolationTrace],
-    *,
-    is_compared: bool,
+    subject: Subject, ranked: Sequence[Suspect], switched: Sequence[tuple[str, int]], *, is_compared: bool
 ) -> tuple[SuspiciousPlace, ...]:
     """The most suspicious statements, as a report has them.
 
     Args:
         subject: whose code they are of.
         ranked: the most suspicious first.
-        switched: decisions with which tests pass, reversed, the best first.
-        traces: of runs that failed.
+        switched: file and line of decisions with which tests pass, reversed.
         is_compared: the code was measured in a run that fails for the cause, and in one that passes.
     """
     sources = {file.file: file.source for file in subject.report.code_under_test.map}
-    shown = [found.place for found in switched]
-    says, places = _says(subject, traces), []
-    for number, suspect in enumerate(ranked[:MAX_PLACES]):
-        function = _function(functions(sources[suspect.file]), suspect.line)
-        is_clear = is_compared and suspect.score >= LIKELY and (suspect.file, function) not in says
-        place = SuspiciousPlace(
+    return tuple(
+        SuspiciousPlace(
             file=suspect.file,
             line=suspect.line,
-            function=function,
+            function=_function(functions(sources[suspect.file]), suspect.line),
             score=round(suspect.score, 4),
-            likely=number == 0 and (is_sure(switched) if switched else is_clear),
-            experiment=SWITCHED if (suspect.file, suspect.line) in shown else "",
+            likely=number == 0
+            and suspect.score >= LIKELY
+            and len(switched) <= MAX_SWITCHED
+            and (is_compared or (suspect.file, suspect.line) in switched),
+            experiment=SWITCHED if (suspect.file, suspect.line) in switched else "",
             text=_line(sources[suspect.file], suspect.line),
         )
-        places.append(place)
-    return tuple(places)
-
-
-def is_sure(switched: Sequence[SwitchResult]) -> bool:
-    """Whether the first of decisions says where the cause is.
-
-    Others pass on what it decides; or there are few, and with it the robot does all else as before: one that rests
-    passes, too.
-    """
-    return any(found.callers or (len(switched) <= MAX_SWITCHED and not found.changes) for found in switched[:1])
-
-
-def _says(subject: Subject, traces: Sequence[ViolationTrace]) -> set[tuple[str, str]]:
-    """File and function of what sent the messages with which runs failed: it says what was decided before."""
-    sources = {file.file: functions(file.source) for file in subject.report.code_under_test.map}
-    sent = (trace.executed[0] for trace in traces if trace.is_said and trace.executed)
-    return {(last.file, _function(sources[last.file], last.line)) for last in sent}
+        for number, suspect in enumerate(ranked[:MAX_PLACES])
+    )
 
 
 def node_places(subject: Subject, traces: Sequence[ViolationTrace]) -> tuple[str, ...]:
-    """What each node of a run did last: where it was, or what it had decided just before it came to wait."""
-    files = {file.file: file for file in subject.report.code_under_test.map}
-    made = []
-    for node, stack in enumerate(traces[0].stood if traces else ()):
-        if stack:
-            file, line = _last_decision(traces[0], node, stack[0], files)
-            made.append(f"{file}:{line} in {_function(functions(files[file].source), line)}")
-    return tuple(made)
-
-
-def _last_decision(
-    trace: ViolationTrace, node: int, at: tuple[str, int], files: Mapping[str, MappedFile]
-) -> tuple[str, int]:
-    """The last decision that a node took in another function, just before it came to this statement."""
-    mine = [each for each in trace.executed if each.node == node]
-    here = next((each for each in mine if (each.file, each.line) == at), None)
-    if here is None:
-        return at
-    around = _function(functions(files[at[0]].source), at[1])
-    for each in mine:
-        is_decision = _DECISION.match(_line(files[each.file].source, each.line)) is not None
-        if is_decision and each.step < here.step and each.time_s == here.time_s:
-            function = _function(functions(files[each.file].source), each.line)
-            if (each.file, function) != (at[0], around):
-                return each.file, each.line
-    return at
+    """Where the nodes of a run were, the innermost statement of each."""
+    sources = {file.file: file.source for file in subject.report.code_under_test.map}
+    stood = (stack[0] for trace in traces[:1] for stack in trace.stood if stack)
+    return tuple(f"{file}:{line} in {_function(functions(sources[file]), line)}" for file, line in stood)
 
 
 def _function(all_functions: Sequence[Function], line: int) -> str:

@@ -116,7 +116,11 @@ class NeighborSearch:
         """Whether another value of its parameters does, or its coming at another time."""
         others = {action.command for action in left_out.test.actions}
         last = max(place for place, action in enumerate(self.test.actions) if action.command not in others)
-        near = values(self.test, self.space, [*range(last, -1, -1)])
+        near = (
+            variation
+            for variation in values(self.test, self.space, [*range(last, -1, -1)])
+            if variation.spot[0] is not None
+        )
         try:
             return next(filter(self._passes, self._runs(near)), None)
         except SpentError:

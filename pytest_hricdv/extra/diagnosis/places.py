@@ -63,7 +63,7 @@ def weight_suspects(
     suspects: Sequence[Suspect],
     traces: Sequence[ViolationTrace],
     files: Sequence[SourceFile],
-    shown: Sequence[Place] = (),
+    shown: Collection[Place] = (),
 ) -> list[Suspect]:
     """The statements in the order of their suspiciousness, weighted by when runs executed them.
 
@@ -71,7 +71,7 @@ def weight_suspects(
         suspects: with the suspiciousness that coverage gives, in their order.
         traces: of failing runs up to the violation; without any, the order stays.
         files: of the code under test.
-        shown: statements without which a failing test passes, the best first.
+        shown: statements without which a failing test passes.
     """
     if not traces:
         return [*suspects]
@@ -91,9 +91,7 @@ def weight_suspects(
         weight /= min(MAX_TIMES, times.get(place, 1)) ** REPEATED
         scores[place] = weight * _until_violation(suspect, taken) ** SPECTRUM
         if place in shown:
-            scores[place] = SHOWN + (1.0 - SHOWN) / (1.0 + shown.index(place))
-        elif shown:
-            scores[place] *= SHOWN
+            scores[place] = SHOWN + (1.0 - SHOWN) * scores[place]
     for place, reading in read_by.items():
         read = max((scores[reader] for reader in reading if reader in scores), default=0.0)
         if place in scores:

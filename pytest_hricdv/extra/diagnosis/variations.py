@@ -2,9 +2,8 @@
 
 The order is that in which they are tried: what says most about a cause in few runs comes first. A disturbance left out
 names what must not happen; another order of two actors names a race; another command of the same kind (`set_param
-pressure = 1` instead of `= 0`) leaves the rest of the test as it was, and so do the few parameters of the whole run.
-Values of actions come last: there are most of them, and each may have a threshold. What happens last before the
-violation is varied first.
+pressure = 1` instead of `= 0`) leaves the rest of the test as it was. Values come last: there are most of them, and
+each may have a threshold. What happens last before the violation is varied first.
 """
 
 from __future__ import annotations
@@ -58,30 +57,22 @@ def variations(test: ConcreteTest, space: Concretization, begun: Sequence[int] |
     yield from _without_disturbances(test, last_first)
     yield from _swap(test)
     yield from _other_commands(test, space, last_first)
-    yield from _of_spots(test, space, [(None, name) for name in sorted(test.run) if name != TURN_WAIT_S])
     yield from _without_actions(test, last_first)
     yield from values(test, space, last_first)
 
 
 def values(test: ConcreteTest, space: Concretization, places: Sequence[int]) -> Iterator[Variation]:
-    """Variations with another value of a parameter of an action: one of each first, then the second ones.
+    """Variations with another value of a parameter: one of each first, then the second ones.
 
     Args:
         test: that fails.
         space: the ranges of its parameters.
         places: of the actions whose parameters are varied, in this order.
     """
-    disturbing = [place for place in places if test.actions[place].disturbance is not None]
-    ordered = [*disturbing, *(place for place in places if place not in disturbing)]
-    names = ((place, name) for place in ordered for name in sorted(test.actions[place].parameters))
-    yield from _of_spots(test, space, [spot for spot in names if spot[1] != TURN])  # `_swap` has orders of neighbours
-
-
-def _of_spots(test: ConcreteTest, space: Concretization, spots: Sequence[Spot]) -> Iterator[Variation]:
-    found = {spot: _other_values(test, space, spot) for spot in spots}
+    spots = {spot: _other_values(test, space, spot) for spot in _spots(test, places)}
     for number in range(2):
         yield from (
-            with_value(test, space, spot, others[number]) for spot, others in found.items() if number < len(others)
+            with_value(test, space, spot, others[number]) for spot, others in spots.items() if number < len(others)
         )
 
 
@@ -127,6 +118,19 @@ def _swap(test: ConcreteTest) -> Iterator[Variation]:
         )
         words = f"when {lines[second - 1]} comes before {lines[first - 1]}"
         yield Variation("order", words, replace(test, actions=tuple(actions)))
+
+
+def _spots(test: ConcreteTest, places: Sequence[int]) -> tuple[Spot, ...]:
+    """The parameters: those of disturbances first, then the run's, then of other actions.
+
+    Turns are not among them: `_swap` has all orders of neighbours.
+    """
+    disturbing = [place for place in places if test.actions[place].disturbance is not None]
+    listed: list[Spot] = [(place, name) for place in disturbing for name in sorted(test.actions[place].parameters)]
+    listed += [(None, name) for name in sorted(test.run)]
+    others = (place for place in places if place not in disturbing)
+    listed += [(place, name) for place in others for name in sorted(test.actions[place].parameters)]
+    return tuple(spot for spot in listed if spot[1] not in (TURN, TURN_WAIT_S))
 
 
 def value_of(test: ConcreteTest, spot: Spot) -> float:

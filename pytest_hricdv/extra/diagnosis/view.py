@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -11,7 +10,6 @@ from msgspec.structs import replace
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, SuspiciousPlace
-from pytest_hricdv.monitor.verdict import Violation
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.formatting import Line, and_more, fit, plural, seconds, width, wrap
 from pytest_hricdv.report.tests_view import anchor
@@ -21,7 +19,6 @@ from pytest_hricdv.results.baseline_diff import NEW_CAUSE
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_REQUIREMENTS = 8
-_RESPONSE = re.compile(r"always\((?P<when>.*?)\s*->\s*(?P<what>eventually\[.*)\)", re.DOTALL)
 _LABEL = 9
 """Columns of `  where  ` and the other labels."""
 
@@ -55,8 +52,6 @@ def cause_lines(
     stood = [] if places or not cause.stood else [f"{'; '.join(cause.stood)}, {then}"]
     for text in (*places, *stood):
         lines += _label_lines("where", text, columns, 1)
-    for text in () if places else _request(cause, report):
-        lines += _label_lines("asked", text, columns, 1)
     if cause.deciding_change:
         lines += _label_lines("why", cause.deciding_change, columns, most)
     for label, text in [*_story(cause, report, columns)][:most]:
@@ -85,29 +80,13 @@ def _statement(place: SuspiciousPlace) -> str:
     return f" in {place.function} ({place.experiment or f'{place.score:.2f}'}): {place.text}"
 
 
-def _violation(cause: Cause, report: Report) -> tuple[TestResult | None, str, Violation | None]:
-    """The test that is told of, what it violates first for a cause, and the violation."""
+def _story(cause: Cause, report: Report, columns: int | None) -> Iterator[tuple[str, str]]:
+    """The last actions before the violation, or all that is left of them; then what was seen in the recorded run."""
     name = cause.minimal_of or cause.tests[0]
     test = next((test for test in report.tests if test.id == name), None)
     failed = order_failures(test, () if report.strict else report.known_violations) if test else []
     mine = next((each for each in failed if each in cause.requirements), "")
-    return test, mine, first_violation(test.requirements[mine]) if test and mine else None
-
-
-def _request(cause: Cause, report: Report) -> Iterator[str]:
-    """What did not come in time, since when it was asked for, and by what: where something is missing in the code."""
-    _, mine, violation = _violation(cause, report)
-    texts = report.requirements.get(mine)
-    asked = _RESPONSE.fullmatch(texts.text.strip()) if texts and violation else None
-    if asked and violation:
-        when = f"{seconds(violation.trigger_s)} ({' '.join(asked['when'].split())})"
-        yield f"since {when}: {' '.join(asked['what'].split())}"
-
-
-def _story(cause: Cause, report: Report, columns: int | None) -> Iterator[tuple[str, str]]:
-    """The last actions before the violation, or all that is left of them; then what was seen in the recorded run."""
-    test, mine, violation = _violation(cause, report)
-    name = cause.minimal_of or cause.tests[0]
+    violation = first_violation(test.requirements[mine]) if test and mine else None
     actions, end = list(cause.minimal), " (shrunk)" if cause.is_shrunk else f" ({name})"
     if test and violation and test.action_times_s and not cause.is_shrunk:
         starts = [(time_s, number) for time_s, number in test.action_starts if time_s <= violation.time_s + 0.001]

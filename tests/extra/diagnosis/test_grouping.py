@@ -137,14 +137,6 @@ def test_what_comes_before_does_not_follow() -> None:
     assert [requirements for _, _, requirements in of(tests, sooner)] == [{"R1"}, {"R2"}]
 
 
-def test_what_is_violated_in_runs_without_an_end_has_the_cause_of_that() -> None:
-    """That there is none shows last, whenever it began."""
-    tests = {**{f"a{n}": () for n in range(5)}, **passing(5)}
-    failures = [failure("a0", "R1", time_s=65.0), failure("a1", "R2", time_s=66.0), failure("a2", "R1", time_s=65.0)]
-    failures += [failure(f"a{n}", "fault", time_s=300.0, said="no end") for n in range(5)]
-    assert of(tests, failures) == [("", {f"a{n}" for n in range(5)}, {"R1", "R2", "fault"})]
-
-
 def test_the_order_is_evidence_where_the_tests_alone_are_little() -> None:
     """As a vacuum cleaner that waits blindly: it stays where it is, and its brush turns on."""
     tests = {**{f"a{n}": () for n in range(7)}, **passing(5)}

@@ -16,7 +16,6 @@ from pytest_hricdv.extra.diagnosis.records import (
     SuspiciousPlace,
 )
 from pytest_hricdv.extra.diagnosis.view import VIEW
-from pytest_hricdv.monitor.verdict import Violation
 from tests.report import sample
 from tests.report.test_html import render
 
@@ -77,17 +76,3 @@ def test_a_location_says_which_experiment_has_shown_it() -> None:
     assert shown is not None
     assert "  where  a.py:3 in move (passes without this call): go()" in [line.text for line in shown.causes[0].lines]
     assert "passes without this call" in render(report)
-
-
-def test_it_says_since_when_what_did_not_come_was_asked_for() -> None:
-    violation = Violation(trigger_s=5.0, time_s=5.3, values={}, margin=None)
-    before = REPORT.tests[0].requirements["R1"]
-    failed = replace(before, verdict="Failed", violations=(violation,))
-    test = replace(REPORT.tests[0], requirements={"R1": failed})
-    texts = replace(REPORT.requirements["R1"], text="always(on(stop) ->\n  eventually[0:0.3](speed == 0))")
-    report = replace(REPORT, tests=(test, *REPORT.tests[1:]), requirements={**REPORT.requirements, "R1": texts})
-    shown = VIEW.causes(CAUSES.put(report, (CAUSE,)), None)
-    assert shown is not None
-    assert "  asked  since 5.00 s (on(stop)): eventually[0:0.3](speed == 0)" in [
-        line.text for line in shown.causes[0].lines
-    ]
