@@ -171,11 +171,19 @@ class Collection:
                 reporter.rewrite("", erase=True)
                 reporter.write("\r", flush=True)
                 self._is_rewriting = False
-            reporter.ensure_newline()
+            else:
+                self._end_line(reporter)
             line, columns = visible(text), shutil.get_terminal_size().columns - 1
             if reporter.isatty and len(line) > columns:  # between words, which the terminal would break
                 line = textwrap.fill(line, columns, subsequent_indent="  ", break_long_words=False)
             reporter.write_line(line)
+
+    def _end_line(self, reporter: pytest.TerminalReporter) -> None:
+        """End the line that pytest has begun, also where it does not know: with xdist, it writes dots to no file."""
+        reporter.ensure_newline()
+        writer = self.config.get_terminal_writer()
+        if writer.width_of_current_line:
+            writer.line()
 
     def wait(self, what: str) -> Callable[[str], None]:
         """What is told how far something is; it is shown from two seconds on, in a log once a minute."""
@@ -204,7 +212,7 @@ class Collection:
         if reporter is None or not reporter.isatty or self.config.get_verbosity() < 0:
             return False
         if not self._is_rewriting:
-            reporter.ensure_newline()
+            self._end_line(reporter)
         reporter.rewrite(fit_list(map(visible, texts), shutil.get_terminal_size().columns - 1), erase=True)
         self._is_rewriting = True
         return True
