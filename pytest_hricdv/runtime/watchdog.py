@@ -114,7 +114,8 @@ class Watch:
         self._seen = WatchState(-1, math.inf)
         self._waited_s = {True: 0.0, False: 0.0}  # where it adds up, and where progress ends it
         self._worked_s = self._second_s = 0.0
-        self._deepened = 0
+        self._depth = sys.getrecursionlimit()
+        self._is_deepened = False
 
     @contextmanager
     def watch(self) -> Iterator[None]:
@@ -134,6 +135,7 @@ class Watch:
             _HANDLE(signal.SIGVTALRM, previous)
 
     def _start(self) -> None:
+        self._depth = sys.getrecursionlimit()
         self._thread = stopping, ended = _thread.allocate_lock(), _thread.allocate_lock()
         stopping.acquire()
         ended.acquire()
@@ -147,8 +149,9 @@ class Watch:
         (stopping, ended), self._thread = self._thread, None
         stopping.release()
         ended.acquire()
-        _SET_DEPTH(sys.getrecursionlimit() - self._deepened)
-        self._deepened = 0
+        if self._is_deepened:  # not by so much less than now: what the run changed may have been put back since
+            _SET_DEPTH(self._depth)
+            self._is_deepened = False
 
     def _run(self, stopping: _thread.LockType, ended: _thread.LockType) -> None:
         try:
@@ -183,7 +186,7 @@ class Watch:
         assert self._watched.ident is not None, "the main thread has begun"
         # Where the stack is as deep as it may be, the handler could not be called.
         _SET_DEPTH(sys.getrecursionlimit() + _ROOM)
-        self._deepened += _ROOM
+        self._is_deepened = True
         signal.pthread_kill(self._watched.ident, signal.SIGVTALRM)
 
     def _waits(self) -> bool:

@@ -61,3 +61,20 @@ def test_a_search_that_keeps_pythons_lock_is_ended() -> None:
 
     with Watch(lambda: WatchState(0, 60.0, may_work_s=1.0), end).watch(), pytest.raises(TimeoutError, match="works"):
         re.match("(a+)+$", "a" * 60 + "b")
+
+
+@pytest.mark.parametrize("puts_back", [False, True])
+def test_the_limit_of_recursion_is_as_before_whoever_puts_it_back(puts_back: bool) -> None:
+    """The watchdog raises it, as its handler needs room; the session puts back what the code has changed, too."""
+
+    def end(hang: Hang, frame: object) -> None:
+        raise TimeoutError(hang.kind)
+
+    before = sys.getrecursionlimit()
+    with Watch(lambda: WatchState(0, 60.0, may_work_s=0.1), end).watch():
+        with pytest.raises(TimeoutError, match="works"):
+            re.match("(a+)+$", "a" * 60 + "b")
+        assert sys.getrecursionlimit() > before
+        if puts_back:
+            sys.setrecursionlimit(before)
+    assert sys.getrecursionlimit() == before
