@@ -384,8 +384,7 @@ class Worker:
 def test_code_whose_threads_work_on_has_not_ended(tmp_path: Path) -> None:
     (tmp_path / "worker.py").write_text(WORKER, encoding="utf-8")
     command = [sys.executable, "-m", "pytest_hricdv", "init", "hri", "--from", "worker"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert "hollow" not in done.stdout
+    subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert 'allowed_endings=("early"' not in (tmp_path / "hri" / "conftest.py").read_text(encoding="utf-8")
 
 
