@@ -151,7 +151,7 @@ def test_a_draft_is_green_at_once_and_covers_the_code(name: str, counted: str, t
     command = [sys.executable, "-m", "pytest", "-q", "--hri-audit=off"]
     done = subprocess.run(command, cwd=tmp_path / "draft", capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
-    assert re.search(r"^tests: \d\d passed$", done.stdout, re.MULTILINE)
+    assert re.search(r"^PASSED  \d\d passed ", done.stdout, re.MULTILINE)
 
 
 def test_a_requirement_is_left_where_none_held_in_the_first_runs(tmp_path: Path) -> None:

@@ -174,7 +174,7 @@ def test_the_learned_suite_of_a_draft_of_a_recording_is_green(tmp_path: Path) ->
     (tmp_path / "bar.py").write_text(BAR, encoding="utf-8")
     recording = write_mcap(tmp_path / "day.mcap", orders(12))
     model, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
-    trial = run(Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=observed), "rl", 6)
+    trial = run(Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=observed), "rl", 60.0, 6)
     assert not trial.error
     assert trial.tests == 6
 
