@@ -62,7 +62,10 @@ def test_wheel_and_sdist_are_whole(tmp_path: Path) -> None:
         name for name in tracked if (ROOT / name).exists()
     }
     assert {f"{about}licenses/{name}" for name in metadata.get_all("License-File", [])} <= {*names}
-    assert entry_points.split() == ["[pytest11]", "hricdv", "=", "pytest_hricdv.plugin"]
+    assert sorted(entry_points.split("\n\n")) == [
+        "[console_scripts]\nhricdv = pytest_hricdv.__main__:run",
+        "[pytest11]\nhricdv = pytest_hricdv.plugin\n",
+    ]
     links = re.findall(r"\]\(([^)]+)\)", str(metadata.get_payload()))
     assert len(links) > 20
     assert [link for link in links if not link.startswith("https://")] == [], "on PyPI these lead nowhere"
