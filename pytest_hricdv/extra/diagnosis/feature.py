@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
-from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 
@@ -52,12 +51,17 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
         self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport
     ) -> TestResult:
         """The result with the lines that its run executed, if it failed: its duration is taken already."""
-        if not self._traces(context) or case.result is None or not result.fails or took_long(result.errors):
+        if not self._traces(context) or case.result is None or not result.fails:
             return result
         from pytest_hricdv.coverage.own_coverage import debugger
         from pytest_hricdv.extra.diagnosis.records import LINES
+        from pytest_hricdv.runtime.supervision import took_long
 
-        return result if debugger() else LINES.put(result, self._trace(context).trace(case.result))
+        return (
+            result
+            if took_long(result.errors) or debugger()
+            else LINES.put(result, self._trace(context).trace(case.result))
+        )
 
     def after_isolated_test(self, context: RunContext, result: TestResult) -> None:
         """Counts its traced run among those of this process."""

@@ -40,7 +40,9 @@ def shown(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> An
         reporter._tw.fullwidth = columns
         manager = SimpleNamespace(get_plugin=lambda name: reporter)
         collection = Collection.__new__(Collection)
-        collection.config = SimpleNamespace(pluginmanager=manager, get_verbosity=lambda: 0)  # type: ignore[assignment]
+        collection.config = SimpleNamespace(  # type: ignore[assignment]
+            pluginmanager=manager, get_verbosity=lambda: 0, get_terminal_writer=lambda: reporter._tw
+        )
         collection._is_rewriting = False
         progress = ClosingProgress(collection, 100)
         archive: Any = Archive

@@ -117,7 +117,7 @@ HAS_OWN = {
 @pytest.mark.parametrize("parts", HAS_OWN.values(), ids=HAS_OWN)
 def test_a_session_in_which_nothing_reaches_the_code_fails(lamps: pytest.Pytester, parts: dict[str, str]) -> None:
     write(lamps, **parts)
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
+    result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
     result.assert_outcomes(passed=4, deselected=1)
     assert UNREACHED in [*_matching(result)], "\n".join(result.outlines)
     assert result.ret == 1
