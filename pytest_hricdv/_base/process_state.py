@@ -139,7 +139,7 @@ class Finders:
         self._found = [(name, finders, [*finders]) for name in _FINDERS for finders in [getattr(sys, name)]]
 
     def put_back(self) -> Iterator[str]:
-        """Take away what lets no import pass, put back what is empty; yields the lists of which something was taken."""
+        """Remove finders that block every import, and restore emptied lists; yields the lists with removed finders."""
         for name, finders, before in self._found:
             kept = [each for each in finders if any(each is other for other in before) or _FINDERS[name](each)]
             if len(kept) < len(finders):

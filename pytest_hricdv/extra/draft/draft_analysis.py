@@ -93,7 +93,7 @@ class CodeReader:
         Args:
             seen: what was observed.
             faulty: top-level names of libraries, and names of classes of the code with a dot before, that failed in
-                first runs: what is made from them gets a stand-in; and entries, "module:Class", that nothing reaches.
+                first runs, so their objects get stand-ins; and entries ("module:Class") that no stimulus reaches.
         """
         return with_deep_stack(lambda: self._model(seen, faulty))
 

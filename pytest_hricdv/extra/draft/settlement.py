@@ -23,7 +23,7 @@ NO_COMMANDS = ("wait_", "stay")
 """How commands begin at which a person does nothing."""
 
 KEPT = frozenset(("transitions", "statemachine", "py_trees", "pydantic", "attrs", "attr", "msgspec"))
-"""Libraries that get no stand-in: what the code declares is read off their objects."""
+"""Libraries without stand-ins: declarations of the code are read from their objects."""
 
 MAX_ENTRIES = 3
 """Entries that are tried, where nothing that people do reaches the likeliest one."""

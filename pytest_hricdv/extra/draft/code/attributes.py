@@ -39,7 +39,7 @@ class AttributeStates:
                 yield StateMachine(name, ATTRIBUTE if rows else OBSERVED, rows, (), location, "", held), is_enum
 
     def enumerations(self) -> Iterator[StateMachine]:
-        """Enumerations of which any object of the code holds a member in an attribute that changes."""
+        """Enumerations whose members the code assigns to attributes that change."""
         for scope in self._sources.classes:
             yield from (machine for machine, is_enum in self._machines_of(scope) if is_enum)
 
