@@ -178,6 +178,7 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
             "outcomeLabel": report.outcome_label,
             "titles": {name: texts.title for name, texts in report.requirements.items() if texts.title},
             "failedFor": tests_view.index_causes(report),
+            "made": _describe_versions(report),
             "packSize": tests_view.TESTS_PER_PACK,
             "curves": curves,
             "triggers": [triggers_over_time(report, name) for name in names],
@@ -193,6 +194,15 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
         }
         | {key: value for view in views() for key, value in view.data(report).items()}
     )
+
+
+def _describe_versions(report: Report) -> str:
+    """What a report was made with, and of which revision: `pytest-hricdv 0.1.0, python 3.12.1; revision 1f2e3d`."""
+    origin = report.origin or next((each.origin for each in report.sessions if each.origin), None)
+    if origin is None:
+        return f"pytest-hricdv {report.version}"
+    versions = ", ".join(f"{name} {version}" for name, version in sorted(origin.versions.items()))
+    return f"{versions}; revision {origin.revision}" if origin.revision else versions
 
 
 def _json(value: object) -> str:

@@ -35,6 +35,7 @@ _SCRIPTS = (
     "run_beside",
     "run",
     "behaviour",
+    "issue",
     "test",
     "pages",
     "search",

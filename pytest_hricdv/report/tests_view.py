@@ -57,11 +57,17 @@ def index(report: Report) -> dict[str, Any]:
 
 
 def index_causes(report: Report) -> list[dict[str, Any]]:
-    """The causes, where somebody looked for them: `title`, and `tests` as numbers in the order of the report."""
+    """The causes, where somebody looked for them: what is said of each, and `tests` as numbers in the report's order."""
     numbers = {test.nodeid: number for number, test in enumerate(report.tests)}
     causes = failure_causes(report)
     return [
-        {"title": cause.title, "tests": sorted(numbers[name] for name in cause.tests if name in numbers)}
+        {
+            "title": cause.title,
+            "anchor": cause.anchor,
+            "decides": cause.decides,
+            "lines": [line.text.strip() for line in cause.lines[1:]],
+            "tests": sorted(numbers[name] for name in cause.tests if name in numbers),
+        }
         for cause in (causes.causes if causes else ())
     ]
 

@@ -21,6 +21,7 @@ from pytest_hricdv.results.baseline import (
 )
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChange, BehaviourChanges, BusMessage, ChangeKind
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
+from pytest_hricdv.results.section import failure_causes
 
 _ABSENT = object()
 _NEVER = sys.maxsize
@@ -61,10 +62,13 @@ def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> Beh
     )
 
 
-def compare_with_session_before(report: Report, before: Report) -> BehaviourChanges | None:
+def compare_with_session_before(report: Report, before: Report, *, whole: bool) -> BehaviourChanges | None:
     """Compare what each test did with the session before; None where nothing changed, or nothing can be compared.
 
     Tests that were not run then, as of a session that was interrupted and is resumed, are left out.
+
+    Args:
+        whole: all tests of the suites were selected: a cause that none of them fails for is gone.
     """
     seeds = {suite.name: suite.seed for suite in report.suites}
     suites = tuple(suite for suite in before.suites if seeds.get(suite.name) == suite.seed)
@@ -74,7 +78,20 @@ def compare_with_session_before(report: Report, before: Report) -> BehaviourChan
     if same or before.testbench != report.testbench:
         return None
     changes = compare_behaviour(report, baseline_of(replace(before, suites=suites, tests=tests)), whole=False)
-    return replace(changes, against="session before", new=()) if changes.changed else None
+    if not changes.changed:
+        return None
+    causes = tuple(_list_cause_changes(report, before, whole=whole and not before.not_run))
+    return replace(changes, against="session before", new=(), notes=(*causes, *changes.notes))
+
+
+def _list_cause_changes(report: Report, before: Report, *, whole: bool) -> Iterator[str]:
+    """The causes that the session before did not have, and of whole sessions those that are gone."""
+    now, old = failure_causes(report), failure_causes(before)
+    if now is None or old is None:
+        return
+    yield from (f"new cause {name}: {words}" for name, words in now.items() if name not in old)
+    if whole:
+        yield from (f"cause {name} is gone: {words}" for name, words in old.items() if name not in now)
 
 
 def _has_behaviour(suite: SuiteBaseline | None) -> bool:

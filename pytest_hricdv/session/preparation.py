@@ -249,7 +249,7 @@ class GateCheck:
             return report
         if self._baseline is None:
             before = files.read_superseded(self.options.report)
-            changes = None if before is None else compare_with_session_before(report, before)
+            changes = None if before is None else compare_with_session_before(report, before, whole=whole)
             return report if changes is None else structs.replace(report, changes=changes)
         return structs.replace(report, changes=compare_behaviour(report, self._baseline, whole=whole))
 

@@ -1,13 +1,18 @@
-"""Three people's jobs, done by a script that clicks: why it failed, what is not covered, can it be signed."""
+"""Jobs done by a script that clicks: why it failed, what is not covered, what a change changed, can it be signed.
+
+Seconds are those of the browser's work, which the script waits for: a person reads besides.
+"""
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.report import sample_sections
+from tests.report.test_behaviour_view import changed
 from tests.report.test_page_navigation import with_parts
 from tests.report.test_sheet import ORIGIN, PAGES_OF_PDF
 from tests.report.watched import Watched
@@ -21,11 +26,20 @@ def failed_run() -> dict[str, Any]:
     return report | {"closing": sample_sections.CLOSING}
 
 
+MOST_S = 10.0
+"""What a job may take: many times what it does here, as a machine may be busy."""
+
+
 class Clicks:
-    """Clicks on what can be seen, counted."""
+    """Clicks on what can be seen, counted, and the seconds (s) since the first one could be made."""
 
     def __init__(self, page: Any) -> None:
-        self.page, self.count = page, 0
+        self.page, self.count, self.began_s = page, 0, time.monotonic()
+
+    @property
+    def seconds(self) -> float:
+        """How long the job took so far."""
+        return time.monotonic() - self.began_s
 
     def on(self, selector: str, text: str = "") -> None:
         """The first visible element that matches."""
@@ -43,6 +57,7 @@ def test_the_cause_and_the_place_of_a_failure_take_at_most_three_clicks(watched:
     clicks.on("#causes a", "rl-one")
     page.wait_for_selector("#test:not([hidden]) svg")
     assert clicks.count <= 3
+    assert clicks.seconds < MOST_S
     watched.assert_quiet()
 
 
@@ -55,6 +70,20 @@ def test_the_largest_hole_and_the_command_that_aims_at_it_take_two_clicks(watche
     assert hole.locator(".command pre").first.inner_text().startswith("pytest ")
     assert hole.locator("tbody tr").first.is_visible()
     assert clicks.count == 2
+    assert clicks.seconds < MOST_S
+    watched.assert_quiet()
+
+
+def test_what_a_change_changed_takes_two_clicks(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(changed(), tmp_path)
+    clicks = Clicks(page)
+    clicks.on("#summary a", "behave differently from the baseline")
+    page.wait_for_selector("#tests:not([hidden])")
+    clicks.on("#tests td a")
+    page.wait_for_selector("#test:not([hidden]) svg")
+    assert "First difference: at" in page.locator("#test").inner_text()
+    assert clicks.count == 2
+    assert clicks.seconds < MOST_S
     watched.assert_quiet()
 
 

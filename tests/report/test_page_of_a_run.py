@@ -82,6 +82,47 @@ def test_the_cursor_goes_from_event_to_event_and_the_address_names_its_time(watc
     watched.assert_quiet()
 
 
+def test_a_drag_along_the_axis_is_the_window_and_a_click_moves_the_cursor(watched: Watched, tmp_path: Path) -> None:
+    report, (test, *_) = _failing()
+    page = watched.open_test(report, tmp_path, f"{_address(test)}@2.4")
+    page.keyboard.press("0")
+    said = page.locator("#test .tools output")
+    assert said.inner_text() == "0.00 s to 60.0 s of 60.0 s"
+    box = page.get_by_role("slider").bounding_box()
+    start, stop, y = box["x"] + box["width"] * 0.5, box["x"] + box["width"] * 0.7, box["y"] + box["height"] / 2
+    page.mouse.move(start, y)
+    page.mouse.down()
+    page.mouse.move(stop, y)
+    assert page.locator("#test .dragged").bounding_box()["width"] == pytest.approx(stop - start, abs=1)
+    page.mouse.up()
+    assert page.locator("#test .dragged").count() == 0
+    begin, end = (float(text.split(" s")[0]) for text in said.inner_text().split(" of ")[0].split(" to "))
+    assert 20 < begin < end < 50
+    assert _cursor(page) == 2.4
+    page.mouse.click(stop, y)
+    assert begin < _cursor(page) < end
+    watched.assert_quiet()
+
+
+def test_a_failing_test_names_its_cause_and_can_be_copied_as_an_issue(watched: Watched, tmp_path: Path) -> None:
+    report, (test, *_) = _failing()
+    test["outcome"] = "failed"
+    report["causes"] = [{"id": "0a", "requirements": ["R3"], "tests": [test["id"]], "minimal": test["abstract"]}]
+    page = watched.open_test(report, tmp_path, _address(test))
+    page.evaluate("() => { navigator.clipboard.writeText = (text) => { window.copied = text; return Promise.resolve(); }; }")
+    card = page.locator("#test .failed")
+    assert "pytest " in card.locator(".command pre").inner_text()
+    card.get_by_role("button", name="Copy as issue").click()
+    card.get_by_role("button", name="Copied").wait_for()
+    issue = page.evaluate("() => window.copied")
+    for text in (f"## R3 fails in {test['id']}", "### Steps", "### Expected", "### Seen", "### Cause", "### Repeat"):
+        assert text in issue
+    assert test["abstract"][0] in issue
+    card.locator("a", has_text="cause 1").click()
+    page.wait_for_selector("#causes:not([hidden])")
+    watched.assert_quiet()
+
+
 def test_the_code_is_shown_where_it_stands_at_the_cursor(watched: Watched, tmp_path: Path) -> None:
     report, (test, *_) = _failing()
     test["executed_lines"] = {

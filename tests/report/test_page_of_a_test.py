@@ -49,7 +49,9 @@ def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
     page = watched.open_test(report, tmp_path)
     times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
     assert times[:3] == ["0.00 s", "6.25 s", "not done"]
-    assert "the human" in (page.locator("#test .timeline svg").first.text_content() or "")
+    drawn = page.locator("#test .timeline svg").first.text_content() or ""
+    assert "the human" in drawn
+    assert report["tests"][0]["abstract"][1] in drawn  # its name stands beside the mark
 
 
 @pytest.mark.slow

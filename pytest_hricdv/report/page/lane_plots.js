@@ -27,6 +27,15 @@ function axisPlot(width, marginLeft, window) {
   }));
 }
 
+/** Actions with as much of their names as fits before the next mark of their lane: [{time, lane, label}]. */
+function actionLabels(dots, end, pixels) {
+  const acts = dots.filter((dot) => dot.name);
+  return acts.map((act) => {
+    const next = Math.min(end, ...dots.filter((dot) => dot.lane === act.lane && dot.time > act.time).map((dot) => dot.time));
+    return { time: act.time, lane: act.lane, label: fitting(visible(act.name), pixels({ from: act.time, to: next }) - 10) };
+  });
+}
+
 /** The plot of lanes. `failures`: {lane, name, time} of each violation; with `parts`, of where two runs part; `window`: from when to when. */
 function lanePlot(width, room, window, made, names, failures) {
   const shown = new Set(names), { bars, dots } = within({
@@ -45,6 +54,7 @@ function lanePlot(width, room, window, made, names, failures) {
       Plot.barX(bars, { x1: "from", x2: "to", y: "lane", fill: "fill", stroke: "fill" }),
       Plot.text(bars.filter((bar) => bar.label), { x: (bar) => (bar.from + bar.to) / 2, y: "lane", text: (bar) => fitting(visible(bar.label), pixels(bar)), fill: "var(--ink)" }),
       Plot.dot(dots, { x: "time", y: "lane", symbol: "symbol", fill: "fill", r: 3.5, stroke: "var(--card)", strokeWidth: 0.7 }),
+      Plot.text(actionLabels(dots, window[1], pixels), { x: "time", y: "lane", text: "label", textAnchor: "start", dx: 7, fill: "var(--ink)" }),
       Plot.dot(wrong.filter((each) => shown.has(each.name)), { x: "time", y: "name", symbol: "times", stroke: "var(--bad-mark)", r: 6, strokeWidth: 2.5 }),
       Plot.tip(bars, Plot.pointer({ x: (bar) => (bar.from + bar.to) / 2, y: "lane", maxRadius: 30, ...tip })),
       Plot.tip(dots, Plot.pointer({ x: "time", y: "lane", maxRadius: 14, ...tip })),

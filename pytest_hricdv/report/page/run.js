@@ -11,6 +11,29 @@ const KEPT_AFTER_MS = 150;
 
 let openRun = null;
 
+/** A span of time that is being dragged over; it is shaded meanwhile. */
+class DraggedSpan {
+  constructor(run, event) {
+    Object.assign(this, { run, from: event.clientX, shade: h("div", { class: "dragged", "aria-hidden": "true" }) });
+    run.place.append(this.shade);
+  }
+
+  extend({ clientX }) {
+    const left = this.run.place.getBoundingClientRect().left;
+    this.shade.style.left = Math.min(this.from, clientX) - left + "px";
+    this.shade.style.width = Math.abs(clientX - this.from) + "px";
+  }
+
+  /** The window becomes the span; a click only, which is no span, moves the cursor. */
+  end(event) {
+    this.shade.remove();
+    if (event.type === "pointercancel") return;
+    const [begin, end] = [this.from, event.clientX].map((clientX) => this.run.timeAt({ clientX })).sort((a, b) => a - b);
+    if (Math.abs(event.clientX - this.from) > NEAR_PIXELS) this.run.window.show(begin, end);
+    else this.run.window.move(begin, "pointer");
+  }
+}
+
 class RunView {
   constructor(test, found) {
     const { timeline } = found;
@@ -89,10 +112,17 @@ class RunView {
     return near.length ? near.reduce((best, stop) => (Math.abs(stop - time) < Math.abs(best - time) ? stop : best)) : time;
   }
 
+  /** In the lanes the cursor follows the pointer; along the axis of time, the span that is dragged over becomes the window. */
   press(event) {
     if (event.button !== 0 || !this.width || event.target.closest("button, a, .other")) return;
-    const drag = (moved) => this.window.move(this.timeAt(moved), "pointer");
-    const end = () => { removeEventListener("pointermove", drag); removeEventListener("pointerup", end); removeEventListener("pointercancel", end); };
+    const selection = event.target.closest(".axis") && new DraggedSpan(this, event);
+    const drag = (moved) => (selection ? selection.extend(moved) : this.window.move(this.timeAt(moved), "pointer"));
+    const end = (last) => {
+      removeEventListener("pointermove", drag);
+      removeEventListener("pointerup", end);
+      removeEventListener("pointercancel", end);
+      if (selection) selection.end(last);
+    };
     drag(event);
     addEventListener("pointermove", drag);
     addEventListener("pointerup", end);

@@ -5,10 +5,7 @@ function section(title, ...children) {
 }
 
 function command(text) {
-  const copied = h("button", { type: "button", onclick: () => {
-    navigator.clipboard.writeText(text).then(() => { copied.textContent = "Copied"; }, () => { copied.textContent = "Select and copy it"; });
-  } }, "Copy");
-  return h("div", { class: "command" }, h("pre", {}, text), copied);
+  return h("div", { class: "command" }, h("pre", {}, text), copyButton("Copy", () => text));
 }
 
 function chips(names) {
@@ -84,7 +81,8 @@ function failedList(test, found) {
     h("div", {}, textsOf(verdict.name).title, " ", textsOf(verdict.name).formula && h("details", { class: "small soft" }, h("summary", {}, "formula"), h("pre", {}, textsOf(verdict.name).formula))));
   if (!failed.length && !found.faults.length) return null;
   return h("section", { class: "card failed", "aria-label": "What failed" }, failed.length > 0 && h("ul", {}, failed.map(item)),
-    found.faults.length > 0 && h("ul", {}, found.faults.map((text) => h("li", {}, h("strong", { class: "negative" }, "Fault: "), text))));
+    found.faults.length > 0 && h("ul", {}, found.faults.map((text) => h("li", {}, h("strong", { class: "negative" }, "Fault: "), text))),
+    causeLines(test, found));
 }
 
 /** Verdicts with those that failed first. */

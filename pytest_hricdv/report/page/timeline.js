@@ -133,7 +133,7 @@ class Lanes {
   }
 
   addAct(lane, time, text, fill) {
-    this.dots.push({ lane, time, symbol: "square", fill, event: text, tooltip: seconds(time) + ": " + text });
+    this.dots.push({ lane, time, symbol: "square", fill, name: text.replace(/^\d+ /, "").replace(lane + ": ", ""), event: text, tooltip: seconds(time) + ": " + text });
   }
 
   addMessage({ time, sender, topic, fields }) {

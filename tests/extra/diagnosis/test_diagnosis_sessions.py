@@ -188,3 +188,18 @@ def test_a_test_whose_code_works_for_ever_is_in_no_experiment(lamps: pytest.Pyte
     result.stdout.fnmatch_lines(
         ["*goes on whatever is raised in it: no time has passed for 0.5 s of work, at *guide.py:*"]
     )
+
+
+@pytest.mark.slow
+def test_causes_that_are_new_or_gone_since_the_session_before_are_named(surging: pytest.Pytester) -> None:
+    surging.runpytest_inprocess(*SUITE, BUDGET)
+    causes = [cause["id"] for cause in report(surging.path)["causes"]]
+    change(surging.path, "conftest.py", "Uniform(90.0, 95.0", "Uniform(20.0, 25.0")
+    without = surging.runpytest_inprocess(*SUITE, BUDGET)
+    left = [cause["id"] for cause in report(surging.path).get("causes", [])]
+    gone = [name for name in causes if name not in left]
+    assert gone
+    without.stdout.fnmatch_lines([f"  cause {gone[0]} is gone: *"])
+    change(surging.path, "conftest.py", "Uniform(20.0, 25.0", "Uniform(90.0, 95.0")
+    again = surging.runpytest_inprocess(*SUITE, BUDGET)
+    again.stdout.fnmatch_lines([f"  new cause {gone[0]}: *"])
