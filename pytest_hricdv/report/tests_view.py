@@ -57,7 +57,7 @@ def index(report: Report) -> dict[str, Any]:
 
 
 def index_causes(report: Report) -> list[dict[str, Any]]:
-    """The causes, where somebody looked for them: what is said of each, and `tests` as numbers in the report's order."""
+    """The causes, where somebody looked for them; `tests` are numbers in the order of the report."""
     numbers = {test.nodeid: number for number, test in enumerate(report.tests)}
     causes = failure_causes(report)
     return [

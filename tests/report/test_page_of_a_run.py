@@ -109,7 +109,9 @@ def test_a_failing_test_names_its_cause_and_can_be_copied_as_an_issue(watched: W
     test["outcome"] = "failed"
     report["causes"] = [{"id": "0a", "requirements": ["R3"], "tests": [test["id"]], "minimal": test["abstract"]}]
     page = watched.open_test(report, tmp_path, _address(test))
-    page.evaluate("() => { navigator.clipboard.writeText = (text) => { window.copied = text; return Promise.resolve(); }; }")
+    page.evaluate(
+        "() => { navigator.clipboard.writeText = (text) => { window.copied = text; return Promise.resolve(); }; }"
+    )
     card = page.locator("#test .failed")
     assert "pytest " in card.locator(".command pre").inner_text()
     card.get_by_role("button", name="Copy as issue").click()

@@ -18,3 +18,22 @@ function trendPage() {
 }
 
 PAGES.trend = trendPage;
+
+// Dots of a test's page: as many sessions as fit into a line.
+const MOST_DOTS = 30;
+// A session names so many failing tests only.
+const MOST_NAMED = 200;
+
+/** Whether a test failed in each complete session of the history: a dot each, the last one this report's. */
+function historyDots(id) {
+  // What has its usual value is left out of a history.
+  const known = ({ complete = true, failing = [] }) => complete && (failing.length < MOST_NAMED || failing.includes(id));
+  const entries = DATA.history.filter(known).slice(-MOST_DOTS), fails = ({ failing = [] }) => failing.includes(id);
+  if (entries.length < 2) return null;
+  const text = "failed in " + entries.filter(fails).length + " of the last " + entries.length + " complete sessions";
+  const dot = (entry) => h("span", { class: fails(entry) ? "negative" : "positive", title: entry.began + (fails(entry) ? ": failed" : ": did not fail") }, fails(entry) ? "✗" : "●");
+  return section("In earlier sessions", h("p", { class: "dots", role: "img", "aria-label": text }, entries.map((entry) => [dot(entry), " "])),
+    h("p", { class: "soft small" }, capitalized(text) + ", the latest at the right."));
+}
+
+TEST_SECTIONS.last.push((_, test) => DATA.history && historyDots(test.id));
