@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -21,6 +22,7 @@ _DOTS = re.compile(r"^(\S+\.py )?[.xXFEs]+ *(\[ *\d+%\])?$")
 """Of pytest, a character for each test."""
 _WAIT = re.compile(r"^hricdv: generating ")
 """Said after two seconds only."""
+NEEDS_RCLPY = pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy")
 
 
 def counted_lines(folder: Path, report: Path, command: str) -> tuple[list[str], dict[str, object]]:
@@ -51,15 +53,13 @@ def project_of(page: str, folder: Path) -> Path:
     [
         pytest.param("tutorial.md", "--hri-tests=8", True, id="tutorial"),
         pytest.param("vacuum.md", "--hri-suite=closure", False, id="closure"),
-        pytest.param("ros2.md", "", False, id="ROS 2"),
+        pytest.param("ros2.md", "", False, id="ROS 2", marks=NEEDS_RCLPY),
         pytest.param(ROOT, "--hri-suite=rl --hri-tests=8 -n 2", False, id="table"),
         pytest.param(ROOT, "--hri-suite=by-hand --hri-strict -k leg3-bored --hri-diagnose=4", True, id="by hand"),
         pytest.param(ROOT / "examples" / "home_care", "--hri-suite=rl --hri-tests=6", False, id="home care"),
     ],
 )
 def test_a_session_is_read_on_a_screen(where: str | Path, command: str, is_red: bool, tmp_path: Path) -> None:
-    if where == "ros2.md":
-        pytest.importorskip("rclpy", exc_type=ImportError)
     folder = project_of(where, tmp_path) if isinstance(where, str) else where
     with TemporaryDirectory() as short:  # pytest's are so long that the verdict has no room beside it
         lines, report = counted_lines(folder, Path(short), command)
