@@ -13,9 +13,9 @@ if TYPE_CHECKING:  # `results.model` is extended by features, some of which have
     from pytest_hricdv.report.formatting import Line
     from pytest_hricdv.results.model import Report, TestResult
 
-Place = Literal["causes", "requirements", "in closure", "further"]
-"""Of a section: an entry of the navigation of its own, beside the requirements, in the view of what is not covered, or
-beside other views that only some reports have."""
+Place = Literal["causes", "requirements", "in closure", "in summary", "further"]
+"""Of a section: an entry of the navigation of its own, beside the requirements, in the view of what is not covered, in
+the summary, or beside other views that only some reports have."""
 
 
 @dataclass(frozen=True)

@@ -95,8 +95,11 @@ class AuditView(View):
         if audit is None and not rows:
             return None
         values = {"audit": audit, "rows": rows}
-        headline = f"{plural(len(rows), 'test')} not repeatable" if rows else ""
-        return PageSection("repeatability", "Repeatability", "audit/audit.html.jinja", values, headline=headline)
+        template = "audit/audit.html.jinja"
+        if not rows:
+            return PageSection("repeatability", "", template, values, "in summary")
+        headline = f"{plural(len(rows), 'test')} not repeatable"
+        return PageSection("repeatability", "Repeatability", template, values, headline=headline)
 
     def facts(self, test: TestResult) -> dict[str, str]:
         """Why it is not repeatable."""

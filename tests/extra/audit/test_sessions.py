@@ -66,7 +66,8 @@ def problems(result: pytest.RunResult) -> list[str]:
 def test_code_that_repeats_gets_no_word(audited: pytest.Pytester, options: Sequence[str]) -> None:
     result = audited.runpytest_subprocess(*RUN, *options)
     assert result.ret == 0
-    assert "repeatable" not in result.stdout.str()
+    said = [line for line in result.outlines if not line.startswith("hricdv: rerunning ")]  # on a slow machine
+    assert "repeatable" not in "\n".join(said)
     audit = project.report(audited.path)["audit"]
     assert (len(audit["tests"]), audit.get("differing", [])) == (3, [])
     assert audit["hash_seed"] != audit["session_hash_seed"]
