@@ -43,7 +43,7 @@ class Fork:
     """
 
     def __init__(self, pid: int, reading: int) -> None:
-        self._pid = pid
+        self.pid = pid
         self._reading = reading
         self._status: int | None = None
 
@@ -74,16 +74,16 @@ class Fork:
     def _has_ended(self) -> bool:
         if self._status is None:
             try:
-                pid, status = os.waitpid(self._pid, os.WNOHANG)
+                pid, status = os.waitpid(self.pid, os.WNOHANG)
             except ChildProcessError:  # somebody ignores SIGCHLD: the system has waited for it
-                pid, status = self._pid, 0
+                pid, status = self.pid, 0
             self._status = status if pid else None
         return self._status is not None
 
     def _how_it_ended(self) -> str:
         if self._status is None:
             try:
-                _, self._status = os.waitpid(self._pid, 0)
+                _, self._status = os.waitpid(self.pid, 0)
             except ChildProcessError:  # as above
                 self._status = 0
         code = os.waitstatus_to_exitcode(self._status)
@@ -93,15 +93,21 @@ class Fork:
         """End it, where it has not ended."""
         os.close(self._reading)
         if not self._has_ended():
-            os.kill(self._pid, signal.SIGKILL)
+            os.kill(self.pid, signal.SIGKILL)
             self._how_it_ended()
 
 
 @dataclass(frozen=True)
 class InFork:
-    """The forked process, as it sees itself; `writing` is where its message goes."""
+    """The forked process, as it sees itself; `writing` is where its messages go."""
 
     writing: int
+
+    def send(self, message: bytes) -> None:
+        """Send a message, and go on."""
+        data = len(message).to_bytes(_HEAD, "big") + message
+        while data:
+            data = data[os.write(self.writing, data) :]
 
     def send_and_end(self, message: bytes) -> NoReturn:
         """Send the message, and end: what the other process is to do at its own end is not done here."""
@@ -109,9 +115,7 @@ class InFork:
             for stream in (sys.stdout, sys.stderr):
                 with suppress(Exception):  # they may be whatever a test has made of them
                     stream.flush()
-            data = len(message).to_bytes(_HEAD, "big") + message
-            while data:
-                data = data[os.write(self.writing, data) :]
+            self.send(message)
         finally:
             os._exit(0)
 

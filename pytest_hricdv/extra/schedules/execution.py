@@ -2,37 +2,47 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.execution.execution_feature import ExecutionFeature
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.faults import CodeUnderTest
+    from pytest_hricdv.extra.schedules.points import CodePoints
     from pytest_hricdv.extra.schedules.scheduler import Scheduler
     from pytest_hricdv.run import Run
     from pytest_hricdv.testbench import Testbench
 
 
-_noted: list[Scheduler] | None = None
-
-
-def note_runs(noted: list[Scheduler]) -> None:
-    """From now on this process notes what runs execute, and how they are scheduled, in a list."""
-    global _noted
-    _noted = noted
-
-
+@dataclass
 class ScheduleExecution(ExecutionFeature):
-    """Orders the nodes of runs whose test has a schedule."""
+    """Orders the nodes of runs whose test has a schedule.
+
+    Args:
+        points: of the code under test, in a process in which it is instrumented for all runs.
+        last: what scheduled the last run.
+    """
+
+    points: CodePoints | None = None
+    last: Scheduler | None = None
 
     def surround(self, run: Run, code: CodeUnderTest, testbench: Testbench) -> AbstractContextManager[Any]:
-        """See `ExecutionFeature`. Without a schedule nothing is instrumented, unless runs are noted."""
-        if _noted is None and not run.test.schedule:
+        """See `ExecutionFeature`. Without a schedule nothing is instrumented, unless all runs are."""
+        if self.points is None and not run.test.schedule:
             return nullcontext()
-        from pytest_hricdv.extra.schedules.scheduler import schedule_run  # of tests with a schedule only
+        return self._schedule(run, code, testbench)
 
-        return schedule_run(run, code, testbench, _noted)
+    @contextmanager
+    def _schedule(self, run: Run, code: CodeUnderTest, testbench: Testbench) -> Iterator[None]:
+        from pytest_hricdv.extra.schedules.scheduler import instrument_points, schedule_run
+
+        with ExitStack() as stack:
+            points = self.points or stack.enter_context(instrument_points(testbench.code))
+            self.last = stack.enter_context(schedule_run(run, code, points))
+            yield
 
 
 EXECUTION = ScheduleExecution()

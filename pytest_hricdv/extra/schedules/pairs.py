@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
 from pytest_hricdv.extra.schedules.points import DataAccess
@@ -10,6 +12,8 @@ from pytest_hricdv.extra.schedules.scheduler import PointStep
 
 MOST_OF_A_PAIR = 8
 """Number of executions kept of a pair: the first ones, then increasingly fewer."""
+
+US_PER_S = 1_000_000
 
 
 class DataConflict(PlainRecord, frozen=True, kw_only=True):
@@ -49,83 +53,121 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
         return self.time_s + self.gap_s
 
 
-def conflicts(
-    steps: Sequence[PointStep], places: Sequence[str], accesses: Mapping[str, DataAccess]
-) -> Iterator[DataConflict]:
-    """Of what a run executed, in this order; of each thread, what it executed last with the same data, at one instant.
+@dataclass
+class ExecutedSteps:
+    """What a run executed, in this order.
 
     Args:
-        steps: what it executed.
+        steps: of all threads.
+        nodes: of each thread, by its number, the number of its node.
         places: of points, by their numbers.
-        accesses: place -> what its statement reads and writes.
+        accesses: place -> what its statements read and write.
     """
-    neighbours = _neighbours(steps)
 
-    def execution(index: int | None) -> tuple[str, int] | None:
-        return None if index is None else (places[steps[index].point], steps[index].number)
+    steps: Sequence[PointStep]
+    nodes: Sequence[int]
+    places: Sequence[str]
+    accesses: Mapping[str, DataAccess]
+    _numbers: list[int] = field(default_factory=list)
+    """Of each step, which execution of its place it is, from 1."""
 
-    last: dict[str, dict[int, list[int]]] = {}
-    for index, step in enumerate(steps):
-        place = places[step.point]
-        access = accesses[place]
-        found: dict[tuple[str, int], int] = {}
-        for name in access.reads | access.writes:
-            of_name = last.setdefault(name, {})
-            for earlier in (earlier for thread in of_name if thread != step.thread for earlier in of_name[thread]):
-                before = steps[earlier]
-                if name in access.writes or name in accesses[places[before.point]].writes:
-                    found[places[before.point], before.number] = earlier
-            at_once = (other for other in of_name.get(step.thread, ()) if steps[other].time_s == step.time_s)
-            of_name[step.thread] = [*(other for other in at_once if steps[other].point != step.point), index]
-        for earlier in found.values():
-            before, is_in_one_node = steps[earlier], steps[earlier].node == step.node
-            previous, following = neighbours[earlier]
-            yield DataConflict(
-                first=places[before.point],
-                number=before.number,
-                second=place,
-                time_s=round(before.time_s, 6),
-                gap_s=round(step.time_s - before.time_s, 6),
-                previous=execution(previous),
-                next=execution(following),
-                is_in_one_node=is_in_one_node,
-                awaited=_find_awaited(steps, places, earlier) if is_in_one_node else None,
-            )
+    def __post_init__(self) -> None:
+        counts = [0] * len(self.places)
+        self._of_threads: list[list[int]] = [[] for _ in self.nodes]
+        for index, (point, thread, _) in enumerate(self.steps):
+            counts[point] += 1
+            self._numbers.append(counts[point])
+            self._of_threads[thread].append(index)
+        self.executed = {place: count for place, count in zip(self.places, counts, strict=True) if count}
 
+    def conflicts(self) -> tuple[DataConflict, ...]:
+        """A few of each pair of statements: of many the 1st, 2nd, 4th, 8th, ..., and those with the smallest gaps."""
+        kept: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
+        counts: dict[tuple[int, int], int] = {}
+        largest_us: dict[tuple[int, int], int] = {}
+        steps = self.steps
+        for first, second in self._pairs():
+            (point, _, began_us), (other, _, ended_us) = steps[first], steps[second]
+            pair, gap_us = (point, other), ended_us - began_us
+            count = counts[pair] = counts.get(pair, 0) + 1
+            if count & (count - 1) and gap_us >= largest_us[pair]:
+                continue
+            of_pair = kept.setdefault(pair, [])
+            of_pair.append((gap_us, first, second))
+            if len(of_pair) > MOST_OF_A_PAIR:
+                of_pair.remove(max(of_pair))
+            largest_us[pair] = max(of_pair)[0]
+        conflicts = (self._conflict(*entry) for of_pair in kept.values() for entry in of_pair)
+        return tuple(sorted(conflicts, key=lambda conflict: (conflict.pair, conflict.number, conflict.gap_s)))
 
-def _neighbours(steps: Sequence[PointStep]) -> list[tuple[int | None, int | None]]:
-    """Of each step, the indices of the one before it and of the next one of its thread."""
-    before: list[int | None] = []
-    after: list[int | None] = [None] * len(steps)
-    last: dict[int, int] = {}
-    for index, step in enumerate(steps):
-        previous = last.get(step.thread)
-        before.append(previous)
-        if previous is not None:
-            after[previous] = index
-        last[step.thread] = index
-    return [*zip(before, after, strict=True)]
+    def _pairs(self) -> Iterator[tuple[int, int]]:
+        """Indices of steps; of each thread, what it executed last with the same data, at one instant."""
+        steps, shared = self.steps, self._shared()
+        data: dict[int, list[tuple[dict[int, list[int]], frozenset[int], bool]]] = {}
+        """Point -> of what it accesses, the last steps of each thread, who writes it, and whether the point does."""
+        for points, writing in shared:
+            last: dict[int, list[int]] = {}
+            for point in points:
+                data.setdefault(point, []).append((last, writing, point in writing))
+        for index, (point, thread, time_us) in enumerate(steps):
+            if point not in data:
+                continue
+            earlier: set[int] = set()
+            for last, writing, is_written in data[point]:
+                for other, indices in last.items():
+                    if other != thread:
+                        for before in indices:
+                            if is_written or steps[before][0] in writing:
+                                earlier.add(before)
+                own = last.get(thread)
+                if own is None or steps[own[-1]][2] != time_us:
+                    last[thread] = [index]
+                else:
+                    last[thread] = [before for before in own if steps[before][0] != point] + [index]
+            for before in sorted(earlier):
+                yield before, index
 
+    def _shared(self) -> set[tuple[frozenset[int], frozenset[int]]]:
+        """Of data that several threads access and one writes: the points that do, and those that write it."""
+        threads: dict[str, set[int]] = {}
+        points: dict[str, set[int]] = {}
+        writing: dict[str, set[int]] = {}
+        for point, thread in {step[:2] for step in self.steps}:
+            access = self.accesses[self.places[point]]
+            for name in access.reads | access.writes:
+                threads.setdefault(name, set()).add(thread)
+                points.setdefault(name, set()).add(point)
+            for name in access.writes:
+                writing.setdefault(name, set()).add(point)
+        return {(frozenset(points[name]), frozenset(writing[name])) for name in writing if len(threads[name]) > 1}
 
-def _find_awaited(steps: Sequence[PointStep], places: Sequence[str], first: int) -> tuple[str, int] | None:
-    """What another node executes before a task goes on; None where it is not the next one to execute anything."""
-    for step in steps[first + 1 :]:
-        if step.node != steps[first].node:
-            return places[step.point], step.number
-        if step.thread != steps[first].thread:
-            return None
-    return None
+    def _conflict(self, gap_us: int, first: int, second: int) -> DataConflict:
+        (point, thread, time_us), other = self.steps[first], self.steps[second]
+        own = self._of_threads[thread]
+        place = bisect_left(own, first)
+        is_in_one_node = self.nodes[thread] == self.nodes[other[1]]
+        return DataConflict(
+            first=self.places[point],
+            number=self._numbers[first],
+            second=self.places[other[0]],
+            time_s=time_us / US_PER_S,
+            gap_s=gap_us / US_PER_S,
+            previous=self._execution(own[place - 1]) if place else None,
+            next=self._execution(own[place + 1]) if place + 1 < len(own) else None,
+            is_in_one_node=is_in_one_node,
+            awaited=self._awaited(first) if is_in_one_node else None,
+        )
 
+    def _execution(self, index: int) -> tuple[str, int]:
+        return self.places[self.steps[index][0]], self._numbers[index]
 
-def thin(found: Iterator[DataConflict]) -> tuple[DataConflict, ...]:
-    """A few of each pair: of many the 1st, 2nd, 4th, 8th, ..., and those with the smallest gaps."""
-    kept: dict[tuple[str, str], list[DataConflict]] = {}
-    seen: dict[tuple[str, str], int] = {}
-    for conflict in found:
-        count = seen[conflict.pair] = seen.get(conflict.pair, 0) + 1
-        of_pair = kept.setdefault(conflict.pair, [])
-        if count & (count - 1) == 0 or conflict.gap_s < max(other.gap_s for other in of_pair):
-            of_pair.append(conflict)
-        if len(of_pair) > MOST_OF_A_PAIR:
-            of_pair.remove(max(of_pair, key=lambda other: other.gap_s))
-    return tuple(conflict for pair in sorted(kept) for conflict in kept[pair])
+    def _awaited(self, first: int) -> tuple[str, int] | None:
+        """What another node executes before a task goes on; None where it is not the next one to execute anything."""
+        thread = self.steps[first][1]
+        for index in range(first + 1, len(self.steps)):
+            other = self.steps[index][1]
+            if self.nodes[other] != self.nodes[thread]:
+                return self._execution(index)
+            if other != thread:
+                return None
+        return None

@@ -9,6 +9,10 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+
+from pytest_hricdv.coverage.source_files import ModuleFile, module_files
+from pytest_hricdv.execution.instrumented_code import Change
 
 HOOK, BETWEEN = "__hricdv_point__", "__hricdv_between__"
 """What instrumented code calls: before a statement; and with the value that a statement is about to write."""
@@ -46,17 +50,61 @@ class DataAccess:
 
 @dataclass
 class CodePoints:
-    """The points of files, in the order in which they were instrumented."""
+    """The points of files, by their numbers in the order in which they were instrumented.
 
-    places: list[str] = field(default_factory=list)
-    """`file:line` of each."""
-    accesses: list[DataAccess] = field(default_factory=list)
+    Args:
+        written: data that some statement of the code writes; a statement that accesses none of it and calls no method
+            has no point, unless a function or loop starts with it. None: all statements have one.
+    """
+
+    written: frozenset[str] | None = None
+    accesses: dict[str, DataAccess] = field(default_factory=dict)
+    """`file:line` of each -> what its statements read and write."""
     starts: dict[str, str] = field(default_factory=dict)
     """Place of the first statement of each function, and of the body of each loop -> what begins there."""
+    _numbers: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def places(self) -> list[str]:
+        """By their numbers."""
+        return [*self._numbers]
 
     def instrument(self, file: str) -> _PointInserter:
         """What changes the tree of a file with this name."""
         return _PointInserter(file, self)
+
+    def add(self, place: str, access: DataAccess) -> int:
+        """The number of a place where another statement accesses data."""
+        before = self.accesses.get(place, DataAccess())
+        self.accesses[place] = DataAccess(before.reads | access.reads, before.writes | access.writes)
+        return self._numbers.setdefault(place, len(self._numbers))
+
+    def matters(self, statement: ast.stmt, place: str, access: DataAccess) -> bool:
+        """Whether another order can make a difference before a statement."""
+        if self.written is None or place in self.starts or access.writes or access.reads & self.written:
+            return True
+        parts = (part for node in _header(statement) for part in ast.walk(node))
+        return any(isinstance(part, ast.Call) and isinstance(part.func, ast.Attribute) for part in parts)
+
+
+def points_of(packages: Sequence[str]) -> tuple[CodePoints, list[tuple[Path, str, Change]]]:
+    """The points of code, and of each file its path, its text, and what inserts them."""
+    files = [
+        (file.path, file.path.read_text(encoding="utf-8"), _name_of(file))
+        for file in module_files(packages, Path())
+        if not file.problem
+    ]
+    every = CodePoints()
+    for _, text, name in files:
+        every.instrument(name).visit(ast.parse(text))
+    points = CodePoints(frozenset().union(*(access.writes for access in every.accesses.values())), starts=every.starts)
+    return points, [(path, text, points.instrument(name).visit) for path, text, name in files]
+
+
+def _name_of(file: ModuleFile) -> str:
+    """`controller/robot.py` of the module `controller.robot`, wherever pytest was started."""
+    folder = file.module.replace(".", "/")
+    return f"{folder}/__init__.py" if file.path.name == "__init__.py" else f"{folder}.py"
 
 
 class _PointInserter(ast.NodeTransformer):
@@ -106,8 +154,9 @@ class _PointInserter(ast.NodeTransformer):
                 made.append(self._inside(statement))
                 continue
             access, place = access_of(statement, self._shared[-1]), f"{self._file}:{statement.lineno}"
-            call = ast.Call(ast.Name(HOOK, ast.Load()), [ast.Constant(self._add(place, access))], [])
-            made.append(ast.copy_location(ast.Expr(ast.copy_location(call, statement)), statement))
+            if self._points.matters(statement, place, access):
+                call = ast.Call(ast.Name(HOOK, ast.Load()), [ast.Constant(self._points.add(place, access))], [])
+                made.append(ast.copy_location(ast.Expr(ast.copy_location(call, statement)), statement))
             made.append(self._inside(self._split(statement, f"{place}{WRITES}", access)))
         return made
 
@@ -125,18 +174,13 @@ class _PointInserter(ast.NodeTransformer):
         assert isinstance(visited, ast.stmt)
         return visited
 
-    def _add(self, place: str, access: DataAccess) -> int:
-        self._points.places.append(place)
-        self._points.accesses.append(access)
-        return len(self._points.places) - 1
-
     def _split(self, statement: ast.stmt, place: str, access: DataAccess) -> ast.stmt:
         """A statement that reads what it writes, with its value passed through the hook once all is read."""
         if not access.reads & access.writes or not isinstance(statement, ast.Assign | ast.AugAssign):
             return statement
         if isinstance(statement, ast.AugAssign) and not _is_plain(statement.target):
             return statement
-        number = self._add(place, DataAccess(writes=access.writes))
+        number = self._points.add(place, DataAccess(writes=access.writes))
         arguments: list[ast.expr] = [ast.Constant(number), statement.value]
         if isinstance(statement, ast.AugAssign):
             # The hook does the operation: what is read is read before, and what is written is written after it.

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.extra.schedules.budgets import measure_budgets
+from pytest_hricdv.extra.schedules.points import points_of
 from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
 from pytest_hricdv.extra.schedules.records import (
     NO_FORK,
@@ -17,8 +19,7 @@ from pytest_hricdv.extra.schedules.records import (
     ScheduleResult,
     ScheduleSearchEnd,
 )
-from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, runner
-from pytest_hricdv.extra.schedules.scheduler import read_starts
+from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, ScheduleWorker
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate, ScheduleSearch
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report.formatting import plural
@@ -50,7 +51,8 @@ def search_schedules(
             f"--hri-schedules: {NO_FORK}"
         ]
     session.say(f"hricdv: running tests with {plural(runs, 'schedule')} ...")
-    return _Hunt(session, runner(session.rerunner), runs).hunt(results)
+    with closing(ScheduleWorker(session.rerunner)) as worker:
+        return _Hunt(session, worker.run, runs).hunt(results)
 
 
 def measure_session_budgets(session: FeatureSession, results: Sequence[TestResult], tests: int) -> list[BudgetRecord]:
@@ -59,16 +61,16 @@ def measure_session_budgets(session: FeatureSession, results: Sequence[TestResul
         session.problems.append(f"--hri-budgets: {NO_FORK}")
         return []
     session.say(f"hricdv: measuring time budgets with {plural(tests, 'test')} ...")
-    run = runner(session.rerunner)
-    candidates, left_out = _candidates(session, run, results, tests)
-    if left_out:
-        session.warnings.append(f"time budgets: {plural(left_out, 'test')} left out: {OTHERWISE}")
-    starts = read_starts(session.rerunner.settings.testbench.code)
+    starts = points_of(session.rerunner.settings.testbench.code)[0].starts
     made: list[BudgetRecord] = []
-    try:
-        made.extend(measure_budgets(run, candidates, starts))
-    except KeyboardInterrupt:
-        session.interrupted = True
+    with closing(ScheduleWorker(session.rerunner)) as worker:
+        candidates, left_out = _candidates(session, worker.run, results, tests)
+        if left_out:
+            session.warnings.append(f"time budgets: {plural(left_out, 'test')} left out: {OTHERWISE}")
+        try:
+            made.extend(measure_budgets(worker.run, candidates, starts))
+        except KeyboardInterrupt:
+            session.interrupted = True
     return sorted(made, key=lambda budget: (budget.budget_s, budget.place))
 
 

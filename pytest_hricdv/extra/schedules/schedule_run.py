@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import zlib
 from array import array
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from itertools import chain, islice
 
 import msgspec
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
-from pytest_hricdv.execution.forked import ForkError, InFork, fork
-from pytest_hricdv.extra.schedules.execution import note_runs
-from pytest_hricdv.extra.schedules.pairs import DataConflict, conflicts, thin
-from pytest_hricdv.extra.schedules.scheduler import Scheduler, accesses
+from pytest_hricdv.execution.case import UNMEASURED
+from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
+from pytest_hricdv.extra.schedules.execution import EXECUTION
+from pytest_hricdv.extra.schedules.pairs import DataConflict, ExecutedSteps
+from pytest_hricdv.extra.schedules.scheduler import Scheduler, instrument_points
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.session.replaying import TestRerunner, name_test
 
@@ -75,55 +77,100 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
 RunTest = Callable[[ConcreteTest], ScheduleRun | None]
 """Runs a test; None where the run came to no end."""
 
+_BYTES = 8
+"""Of the length before a request."""
 
-def runner(rerunner: TestRerunner) -> RunTest:
-    """Runs tests in forks, so that whatever a schedule leads to ends with its run."""
 
-    def run(test: ConcreteTest) -> ScheduleRun | None:
+class ScheduleWorker:
+    """A fork of the session whose code is instrumented, and that runs one test after the other.
+
+    After a run with a fault, or to no end, the next one takes place in a new fork: whatever a schedule leads to ends
+    with its run.
+
+    Args:
+        rerunner: runs tests.
+    """
+
+    def __init__(self, rerunner: TestRerunner) -> None:
+        self.rerunner = rerunner
+        self._process: Fork | None = None
+        self._writing = -1
+
+    def run(self, test: ConcreteTest) -> ScheduleRun | None:
+        """See `RunTest`."""
+        process = self._process or self._start()
+        ran = None
+        try:
+            data = test.to_json().encode()
+            with self.rerunner.let_through():
+                os.write(self._writing, len(data).to_bytes(_BYTES, "big") + data)
+                ran = msgspec.json.decode(process.message(), type=ScheduleRun | None)
+        except (ForkError, BrokenPipeError):
+            ran = None
+        finally:
+            if ran is None or ran.faults:
+                self.close()
+        return ran
+
+    def close(self) -> None:
+        """End the fork."""
+        if self._process is not None:
+            os.close(self._writing)
+            self._process.close()
+        self._process = None
+
+    def _start(self) -> Fork:
+        reading, self._writing = os.pipe()
         process = fork()
         if isinstance(process, InFork):
-            message = b"null"
+            os.close(self._writing)
             with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
-                message = msgspec.json.encode(_run(rerunner, test))
-            process.send_and_end(message)
-        try:
-            with rerunner.let_through():
-                return msgspec.json.decode(process.message(), type=ScheduleRun | None)
-        except ForkError:
+                self._serve(process, reading)
+            process.send_and_end(b"null")
+        os.close(reading)
+        self._process = process
+        return process
+
+    @property
+    def pid(self) -> int | None:
+        """Of the fork; None where there is none."""
+        return None if self._process is None else self._process.pid
+
+    def _serve(self, process: InFork, reading: int) -> None:
+        self.rerunner = replace(self.rerunner, settings=self.rerunner.settings.with_measurement(UNMEASURED))
+        with open(reading, "rb") as requests, instrument_points(self.rerunner.settings.testbench.code) as points:
+            EXECUTION.points = points
+            while length := requests.read(_BYTES):
+                test = ConcreteTest.from_json(requests.read(int.from_bytes(length, "big")).decode())
+                process.send(msgspec.json.encode(self._observe(test)))
+
+    def _observe(self, test: ConcreteTest) -> ScheduleRun | None:
+        EXECUTION.last = None
+        result = self.rerunner.run(name_test(test, "schedule"))
+        if result is None or EXECUTION.last is None:
             return None
-        finally:
-            process.close()
-
-    return run
-
-
-def _run(rerunner: TestRerunner, test: ConcreteTest) -> ScheduleRun | None:
-    noted: list[Scheduler] = []
-    note_runs(noted)
-    result = rerunner.run(name_test(test, "schedule"))
-    if result is None or not noted:
-        return None
-    violated = [
-        verdict.requirement
-        for verdict in result.verdicts
-        if verdict.verdict == "Failed" and rerunner.is_violated(verdict.requirement, verdict)
-    ]
-    return msgspec.structs.replace(
-        _summary(noted[0]),
-        violated=tuple(violated),
-        faults=result.errors,
-        actions=tuple(zip(result.action_times_s, result.begun, strict=True)),
-        record=result.record.sha256,
-    )
+        violated = [
+            verdict.requirement
+            for verdict in result.verdicts
+            if verdict.verdict == "Failed" and self.rerunner.is_violated(verdict.requirement, verdict)
+        ]
+        return msgspec.structs.replace(
+            _summary(EXECUTION.last),
+            violated=tuple(violated),
+            faults=result.errors,
+            actions=tuple(zip(result.action_times_s, result.begun, strict=True)),
+            record=result.record.sha256,
+        )
 
 
 def _summary(scheduler: Scheduler) -> ScheduleRun:
-    places = scheduler.points.places
+    points = scheduler.points
+    executed = ExecutedSteps(scheduler.steps, scheduler.nodes, points.places, points.accesses)
     return ScheduleRun(
-        threads=len({step.thread for step in scheduler.steps}),
-        conflicts=thin(conflicts(scheduler.steps, places, accesses(scheduler.points))),
-        executed=dict(sorted(Counter(places[step.point] for step in scheduler.steps).items())),
-        ready=tuple(choice.ready for choice in scheduler.choices),
+        threads=len(scheduler.nodes),
+        conflicts=executed.conflicts(),
+        executed=executed.executed,
+        ready=tuple(scheduler.choices),
         held=tuple(
             HeldNode(
                 place=held.decision.place,
@@ -134,13 +181,13 @@ def _summary(scheduler: Scheduler) -> ScheduleRun:
             )
             for held in scheduler.held_up
         ),
-        steps=pack_steps((step.thread, step.point) for step in scheduler.steps),
+        steps=pack_steps((thread, point) for point, thread, _ in scheduler.steps),
     )
 
 
 def pack_steps(steps: Iterable[tuple[int, int]]) -> bytes:
     """Threads and points, each as a number of 32 bits."""
-    return zlib.compress(array("I", chain.from_iterable(islice(steps, MAX_PACKED))).tobytes())
+    return zlib.compress(array("I", chain.from_iterable(islice(steps, MAX_PACKED))).tobytes(), 1)
 
 
 def unpack_steps(packed: bytes) -> list[tuple[int, int]]:

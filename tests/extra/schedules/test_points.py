@@ -116,9 +116,25 @@ def help(arm):
 """
     points = CodePoints()
     points.instrument("arm.py").visit(ast.parse(text))
-    assert [sorted(access.reads | access.writes) for access in points.accesses] == [
+    assert [sorted(access.reads | access.writes) for access in points.accesses.values()] == [
         [".sleep", "free"],
         [".acquire"],
         [],
         ["free"],
     ]
+
+
+def test_a_statement_that_shares_nothing_has_no_point() -> None:
+    text = """
+def work(arm, bus):
+    begin = 1
+    level = arm.name
+    end = arm.count
+    arm.count = begin
+    bus.publish(level)
+    while True:
+        begin = end
+"""
+    points = CodePoints(frozenset({".count"}))
+    points.instrument("arm.py").visit(ast.parse(text))
+    assert points.places == [f"arm.py:{line}" for line in (3, 5, 6, 7, 9)]
