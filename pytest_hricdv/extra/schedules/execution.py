@@ -18,31 +18,34 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class ScheduleExecution(ExecutionFeature):
-    """Orders the nodes of runs whose test has a schedule.
-
-    Args:
-        points: of the code under test, in a process in which it is instrumented for all runs.
-        last: what scheduled the last run.
-    """
+class Instrumentation:
+    """Of this process, if all of its runs are noted: the points of the code, and what scheduled the last run."""
 
     points: CodePoints | None = None
     last: Scheduler | None = None
 
+
+INSTRUMENTATION = Instrumentation()
+
+
+class ScheduleExecution(ExecutionFeature):
+    """Orders the nodes of runs whose test has a schedule."""
+
     def surround(self, run: Run, code: CodeUnderTest, testbench: Testbench) -> AbstractContextManager[Any]:
         """See `ExecutionFeature`. Without a schedule nothing is instrumented, unless all runs are."""
-        if self.points is None and not run.test.schedule:
+        if INSTRUMENTATION.points is None and not run.test.schedule:
             return nullcontext()
-        return self._schedule(run, code, testbench)
+        return _schedule(run, code, testbench)
 
-    @contextmanager
-    def _schedule(self, run: Run, code: CodeUnderTest, testbench: Testbench) -> Iterator[None]:
-        from pytest_hricdv.extra.schedules.scheduler import instrument_points, schedule_run
 
-        with ExitStack() as stack:
-            points = self.points or stack.enter_context(instrument_points(testbench.code))
-            self.last = stack.enter_context(schedule_run(run, code, points))
-            yield
+@contextmanager
+def _schedule(run: Run, code: CodeUnderTest, testbench: Testbench) -> Iterator[None]:
+    from pytest_hricdv.extra.schedules.scheduler import instrument_points, schedule_run
+
+    with ExitStack() as stack:
+        points = INSTRUMENTATION.points or stack.enter_context(instrument_points(testbench.code))
+        INSTRUMENTATION.last = stack.enter_context(schedule_run(run, code, points))
+        yield
 
 
 EXECUTION = ScheduleExecution()

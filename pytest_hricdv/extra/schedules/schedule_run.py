@@ -15,7 +15,7 @@ import msgspec
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
 from pytest_hricdv.execution.case import UNMEASURED
 from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
-from pytest_hricdv.extra.schedules.execution import EXECUTION
+from pytest_hricdv.extra.schedules.execution import INSTRUMENTATION
 from pytest_hricdv.extra.schedules.pairs import DataConflict, ExecutedSteps
 from pytest_hricdv.extra.schedules.scheduler import Scheduler, instrument_points
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -139,15 +139,15 @@ class ScheduleWorker:
     def _serve(self, process: InFork, reading: int) -> None:
         self.rerunner = replace(self.rerunner, settings=self.rerunner.settings.with_measurement(UNMEASURED))
         with open(reading, "rb") as requests, instrument_points(self.rerunner.settings.testbench.code) as points:
-            EXECUTION.points = points
+            INSTRUMENTATION.points = points
             while length := requests.read(_BYTES):
                 test = ConcreteTest.from_json(requests.read(int.from_bytes(length, "big")).decode())
                 process.send(msgspec.json.encode(self._observe(test)))
 
     def _observe(self, test: ConcreteTest) -> ScheduleRun | None:
-        EXECUTION.last = None
+        INSTRUMENTATION.last = None
         result = self.rerunner.run(name_test(test, "schedule"))
-        if result is None or EXECUTION.last is None:
+        if result is None or INSTRUMENTATION.last is None:
             return None
         violated = [
             verdict.requirement
@@ -155,7 +155,7 @@ class ScheduleWorker:
             if verdict.verdict == "Failed" and self.rerunner.is_violated(verdict.requirement, verdict)
         ]
         return msgspec.structs.replace(
-            _summary(EXECUTION.last),
+            _summary(INSTRUMENTATION.last),
             violated=tuple(violated),
             faults=result.errors,
             actions=tuple(zip(result.action_times_s, result.begun, strict=True)),
