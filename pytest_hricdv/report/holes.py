@@ -5,9 +5,12 @@ A list of points says little, as many of them have one cause and are closed toge
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Literal, NamedTuple
+from urllib.parse import quote
 
 from pytest_hricdv.coverage.cross_records import ProductDeclaration
 from pytest_hricdv.coverage.holes import Bin, Hole, holes
@@ -20,11 +23,16 @@ _WAIVED = "waived as unreachable"
 _NOUNS = {"statements": "statement", "branches": "branch"}
 
 
+HoleGroup = Literal["code", "requirements", "plans", "bins"]
+
+
 @dataclass(frozen=True)
 class HoleCause:
     """Points that are likely to be closed together.
 
     Args:
+        group: of the points' kind.
+        address: of the view that shows them in their place; of code, that of its file.
         kind: of the points, as people say it.
         title: what they have in common.
         count: how many they are.
@@ -35,6 +43,8 @@ class HoleCause:
         points: the points of each part, and what is known of it.
     """
 
+    group: HoleGroup
+    address: str
     kind: str
     title: str
     count: int
@@ -43,6 +53,11 @@ class HoleCause:
     test: TestResult | None
     command: str
     points: tuple[tuple[str, str], ...]
+
+    def address_of(self, point: str) -> str:
+        """Where a point is shown: of code, its first line."""
+        line = re.match(r"\d+", point)
+        return f"{self.address}@{line[0]}" if self.group == "code" and line else self.address
 
 
 def hole_causes(report: Report) -> tuple[HoleCause, ...]:
@@ -62,7 +77,8 @@ def _code(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
         counts = {kind: sum(len(gap.items) for gap in mine if gap.kind == kind) for kind in _NOUNS}
         kind = " and ".join(plural(count, _NOUNS[name]) for name, count in counts.items() if count)
         points = tuple((", ".join(gap.items), gap.suggestion or gap.reason) for gap in mine)
-        yield _cause(report, kind, place, mine, points, sum(counts.values()))
+        group = _Group("code", f"code/{quote(place.partition(' ')[0], safe='')}")
+        yield _cause(report, group, kind, place, mine, points, sum(counts.values()))
 
 
 def _bins(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
@@ -70,14 +86,15 @@ def _bins(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
     for name_of_product, mine in _by_place(gap for gap in gaps if gap.kind == "bins").items():
         names = {item: gap for gap in mine for item in gap.items}
         if name_of_product not in report.cross_products:
-            yield _cause(report, plural(len(names), "bin"), name_of_product, mine, tuple((name, "") for name in names))
+            points = tuple((name, "") for name in names)
+            yield _cause(report, _BINS, plural(len(names), "bin"), name_of_product, mine, points)
             continue
         for text, bins in members_of_all_suites(report, name_of_product):
             shown = [(" x ".join(bin_), names[" x ".join(bin_)]) for bin_ in bins if " x ".join(bin_) in names]
             if shown:
                 points = tuple((name, gap.suggestion) for name, gap in shown)
                 title = f"{name_of_product}: {text.removesuffix(f': {len(bins)}')}"
-                yield _cause(report, plural(len(shown), "bin"), title, [gap for _, gap in shown], points)
+                yield _cause(report, _BINS, plural(len(shown), "bin"), title, [gap for _, gap in shown], points)
 
 
 def _plans(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
@@ -88,7 +105,14 @@ def _plans(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
             reasons.setdefault((gap.location, gap.reason), []).append(gap)
     for (agent, _), mine in reasons.items():
         points = tuple((", ".join(gap.items), gap.suggestion) for gap in mine)
-        yield _cause(report, plural(len(mine), "plan"), f"plans of {agent}", mine, points)
+        yield _cause(
+            report,
+            _Group("plans", f"plans/{quote(f'Agent {agent}', safe='')}"),
+            plural(len(mine), "plan"),
+            f"plans of {agent}",
+            mine,
+            points,
+        )
 
 
 def _requirements(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
@@ -96,7 +120,16 @@ def _requirements(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
     for name, mine in _by_place(gap for gap in gaps if gap.kind == "requirements").items():
         items = [item for gap in mine for item in gap.items]
         kind = plural(len(items), "alternative") if items else "requirement"
-        yield _cause(report, kind, name, mine, tuple((item, "") for item in items), max(len(items), 1))
+        points = tuple((item, "") for item in items)
+        yield _cause(
+            report,
+            _Group("requirements", f"requirement/{quote(name, safe='')}"),
+            kind,
+            name,
+            mine,
+            points,
+            max(len(items), 1),
+        )
 
 
 def _by_place(gaps: Iterator[Gap]) -> dict[str, list[Gap]]:
@@ -106,8 +139,17 @@ def _by_place(gaps: Iterator[Gap]) -> dict[str, list[Gap]]:
     return places
 
 
+class _Group(NamedTuple):
+    kind: HoleGroup
+    address: str
+
+
+_BINS = _Group("bins", "cross")
+
+
 def _cause(
     report: Report,
+    group: _Group,
     kind: str,
     title: str,
     gaps: Sequence[Gap],
@@ -124,6 +166,8 @@ def _cause(
             test.nodeid, report.rerun_options.suite, seed, report.rerun_options.options
         )
     return HoleCause(
+        group=group.kind,
+        address=group.address,
         kind=kind,
         title=title,
         count=len(points) if count is None else count,

@@ -74,6 +74,25 @@ def test_the_largest_hole_and_the_command_that_aims_at_it_take_two_clicks(watche
     watched.assert_quiet()
 
 
+def test_what_is_not_covered_is_chosen_by_its_kind_and_leads_to_its_line(watched: Watched, tmp_path: Path) -> None:
+    report = failed_run()
+    gap = {"kind": "statements", "location": "controller/states.py Robot.move", "items": ["7"], "reason": "so"}
+    report["closure"]["gaps"] += [gap | {"suggestion": "", "test": "", "beliefs": []}]
+    page = watched.open(report, tmp_path, "closure")
+    choice = page.get_by_label("Kind of what is not covered")
+    other = choice.locator("option").last.get_attribute("value") or ""
+    choice.select_option(other)
+    shown = page.locator("#closure .hole:visible")
+    assert {hole.get_attribute("data-group") for hole in shown.all()} == {other} != {"code"}
+    choice.select_option("code")
+    shown.first.locator("summary").click()
+    link = shown.first.locator("tbody a").first
+    link.click()
+    page.wait_for_selector("#code:not([hidden])")
+    assert page.locator("#code .source .current td").first.inner_text() == "7"
+    watched.assert_quiet()
+
+
 def test_what_a_change_changed_takes_two_clicks(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(changed(), tmp_path)
     clicks = Clicks(page)

@@ -23,7 +23,7 @@ function stepFrom(view) {
   };
 }
 
-/** What shows a view of sources, called with the title of the file to open, if any. */
+/** What shows a view of sources, called with the title of the file to open, if any, and "@" with a line of it. */
 function sourcesPage(view) {
   const step = stepFrom(view);
   view.querySelectorAll(".misses button").forEach((button) => button.addEventListener("click", () => step(Number(button.dataset.step))));
@@ -33,9 +33,14 @@ function sourcesPage(view) {
     if (event.key === "p") step(-1);
   });
   return (title) => {
-    const file = title && [...view.querySelectorAll("details")].find((each) => each.dataset.title === decodeURIComponent(title));
+    const [, name, line] = /^(.*?)(?:@(\d+))?$/.exec(decodeURIComponent(title || ""));
+    const file = name && [...view.querySelectorAll("details")].find((each) => each.dataset.title === name);
     if (!file) return;
     file.open = true;
-    file.scrollIntoView();
+    view.querySelectorAll(".source .current").forEach((row) => row.classList.remove("current"));
+    const row = line && file.querySelector(".source tbody tr:nth-child(" + line + ")");
+    if (!row) return file.scrollIntoView();
+    row.classList.add("current");
+    row.scrollIntoView({ block: "center" });
   };
 }

@@ -31,7 +31,23 @@ function suitesPage(section) {
 }
 
 /** The points that each test of the smallest suite adds. */
+/** Shows what is not covered of one kind only; the group of all others opens, as what is chosen may be in it. */
+function chooseKind(view) {
+  const bar = view.querySelector(".kinds");
+  if (!bar) return;
+  const choice = bar.querySelector("select");
+  bar.hidden = false;
+  choice.addEventListener("change", () => {
+    for (const hole of view.querySelectorAll(".hole")) hole.hidden = choice.value !== "" && hole.dataset.group !== choice.value;
+    for (const others of view.querySelectorAll("details:has(.hole):not(.hole)")) {
+      others.open = choice.value !== "";
+      others.hidden = !others.querySelector(".hole:not([hidden])");
+    }
+  });
+}
+
 function closurePage(view) {
+  chooseKind(view);
   const place = view.querySelector("[data-plot=gain]"), minimal = DATA.minimal;
   if (!place) return; // no test, no suite
   linePlot(place, [
