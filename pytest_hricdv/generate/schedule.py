@@ -15,7 +15,7 @@ from pytest_hricdv.generate import GenerateError
 EACH_TIME = 0
 """The number of a decision that holds for each execution of its statement."""
 
-Kind = Literal["hold", "delay", "order"]
+Kind = Literal["hold", "delay", "order", "delivery"]
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,11 @@ class ScheduleDecision:
     Args:
         kind: `hold`: before the statement, the node waits until another node of the code has run, at most as long as
             the code may be slow. `delay`: before the statement, it waits for a fixed time. `order`: of the nodes that
-            are ready, another one than the first goes on, or gets a lock.
-        place: of the statement, `file:line`; empty for `order`.
-        number: which execution of the statement, or which choice of the run, from 1; or `EACH_TIME`.
-        value: of a hold, at most how long (s); of a delay, how long (s); of an order, which node, from 0.
+            are ready, or wait for a lock or a queue, another one than the first goes on. `delivery`: a message arrives
+            later; those with its sender and topic stay in order.
+        place: of the statement, `file:line`; of a delivery, the topic; empty for `order`.
+        number: which execution of the statement, message of the topic, or choice of the run, from 1; or `EACH_TIME`.
+        value: of a hold, at most how long (s); of a delay or delivery, how long (s); of an order, which node, from 0.
     """
 
     kind: Kind
@@ -50,11 +51,11 @@ def schedule_from_data(data: Sequence[Any]) -> tuple[ScheduleDecision, ...]:
     decisions = []
     for entry in data:
         match [*entry]:
-            case ["hold" | "delay" | "order" as kind, str(place), int(number), int(value) | float(value)]:
+            case ["hold" | "delay" | "order" | "delivery" as kind, str(place), int(number), int(value) | float(value)]:
                 decisions.append(ScheduleDecision(kind, place, number, float(value)))
             case _:
                 raise GenerateError(
                     f"no decision of a schedule: {entry!r}; expected [kind, place, number, value], "
-                    "the kind hold, delay or order"
+                    "the kind hold, delay, order or delivery"
                 )
     return tuple(decisions)

@@ -117,6 +117,8 @@ class Bus:
         """Who has sent a message -> whether it is the code under test."""
         self.notice_taking: Callable[[], None] | None = None
         """Called when a message is taken from a queue that had one which is not of the code under test."""
+        self.transport: Callable[[str, str], float] | None = None
+        """How long a message with this sender and topic is on its way (s); None: no time."""
         self._faults: dict[str, deque[MessageFault]] = {}
         self._fields = {kind: fields_of(kind) or () for kind in kinds}
         self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
@@ -155,8 +157,9 @@ class Bus:
         kind = self._require_declared(type(message))
         fields = self._fields_to_record(message)
         self.kernel.last_messages[sender] = message
-        deliver = partial(self._deliver, sender, message)
-        self.carry(sender, topic_of(kind), fields, deliver, partial(self.has_subscribers, kind))
+        deliver, topic = partial(self._deliver, sender, message), topic_of(kind)
+        delay_s = 0.0 if self.transport is None else self.transport(sender, topic)
+        self.carry(sender, topic, fields, deliver, partial(self.has_subscribers, kind), delay_s=delay_s)
 
     def carry(
         self,

@@ -84,8 +84,10 @@ def without(test: ConcreteTest, name: str) -> ConcreteTest:
 def _other_schedules(test: ConcreteTest) -> Iterator[Variation]:
     """Under the usual order of the code's threads."""
     if test.schedule:
-        places = [decision.place for decision in test.schedule]
-        words = f"without the wait before {places[0]}" if len(places) == 1 and places[0] else "under the usual schedule"
+        first, *others = test.schedule
+        words = "under the usual schedule"
+        if first.place and not others:
+            words = f"without the {'delay of' if first.kind == 'delivery' else 'wait before'} {first.place}"
         yield Variation("schedule", words, replace(test, schedule=()))
 
 

@@ -121,21 +121,27 @@ def is_other_order(before: ScheduleRun, ran: ScheduleRun) -> bool:
     """Whether two threads have changed places where two runs part: each executes there later what it did before.
 
     A delay that only misses a deadline leaves the order as it is, or lets a thread take another branch. One that lets
-    two tasks of a loop change places is the least that does.
+    two tasks of a loop change places is the least that does. Two messages may have changed places as well.
     """
-    usual, other = unpack_steps(before.steps), unpack_steps(ran.steps)
+    usual, other = ([(topic, 0) for topic in run.arrivals] for run in (before, ran))
+    return _have_swapped(usual, other) or _have_swapped(unpack_steps(before.steps), unpack_steps(ran.steps))
+
+
+def _have_swapped(usual: Sequence[tuple[object, int]], other: Sequence[tuple[object, int]]) -> bool:
     for place, ((thread, point), (first, at)) in enumerate(zip(usual, other, strict=False)):
         if (thread, point) != (first, at):
             return thread != first and _next(other[place:], thread) == point and _next(usual[place:], first) == at
     return False
 
 
-def _next(steps: Sequence[tuple[int, int]], wanted: int) -> int | None:
+def _next(steps: Sequence[tuple[object, int]], wanted: object) -> int | None:
     return next((point for thread, point in steps if thread == wanted), None)
 
 
 def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDecision:
     """The same delay, which ends just before the other node runs."""
+    if decision.kind == "delivery":
+        return decision
     for_s = next((entry.for_s for entry in held if entry.place == decision.place), decision.value)
     return replace(decision, kind="delay", value=max(0.0, for_s - JUST_S))
 
@@ -144,6 +150,9 @@ def words(race: ScheduleRace) -> str:
     """`arm is held up before arm.py:32 for 0.013 s while watch executes guard.py:14, guard.py:15`."""
     parts = [*_moves(race)]
     for held in race.ran.held:
+        if held.kind == "delivery":
+            parts.append(f"{held.place} of {held.node} at {held.time_s:.6g} s arrives {held.for_s:.6g} s later")
+            continue
         before = (
             f"between reading and writing in {held.place[:-1]}" if held.place.endswith("=") else f"before {held.place}"
         )
@@ -151,6 +160,7 @@ def words(race: ScheduleRace) -> str:
         others = ", ".join(dict.fromkeys(node for _, node in held.between))
         during = f" while {others} executes {_few([*between])}" if between else ""
         parts.append(f"{held.node} waits {before} for {held.for_s:.6g} s{during}")
+    parts += [wait for wait in race.ran.waits if wait not in race.candidate.usual.waits]
     orders = [decision for decision in race.test.schedule if decision.kind == "order"]
     parts += [f"at choice {entry.number} number {int(entry.value) + 1} of what is ready goes first" for entry in orders]
     return "; ".join(parts)

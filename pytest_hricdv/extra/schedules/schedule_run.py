@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import zlib
 from array import array
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, islice
+from operator import itemgetter
 
 import msgspec
 
@@ -19,6 +21,7 @@ from pytest_hricdv.extra.schedules.execution import INSTRUMENTATION
 from pytest_hricdv.extra.schedules.pairs import DataConflict, ExecutedSteps
 from pytest_hricdv.extra.schedules.scheduler import Scheduler, instrument_points
 from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.schedule import Kind
 from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 MAX_PACKED = 50_000
@@ -26,8 +29,10 @@ MAX_PACKED = 50_000
 
 
 class HeldNode(PlainRecord, frozen=True, kw_only=True):
-    """What a decision did: the place, the node that waited there, when and for how long (s), and what came between."""
+    """What a decision did: the node that waited at a place, or the sender of a message whose topic the place is, when
+    and for how long (s), and what came between."""
 
+    kind: Kind = "hold"
     place: str
     node: str
     time_s: NotNegative
@@ -45,9 +50,12 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         conflicts: some of each pair.
         executed: place -> how often.
         ready: of each choice between nodes, how many were ready.
+        messages: topic -> how many were published.
+        arrivals: topics of messages in the order of their arrival, where one was late.
         actions: when they began (s), and their numbers from 1.
         held: what decisions did.
         steps: thread and point of what was executed, one after the other, as `pack_steps` packs the first ones.
+        waits: of nodes that waited without end when it was over, a sentence each.
         record: SHA-256 of the record.
     """
 
@@ -57,9 +65,12 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     conflicts: tuple[DataConflict, ...] = ()
     executed: Mapping[str, Count] = {}
     ready: tuple[Count, ...] = ()
+    messages: Mapping[str, Count] = {}
+    arrivals: Names = ()
     actions: tuple[tuple[NotNegative, Count], ...] = ()
     held: tuple[HeldNode, ...] = ()
     steps: bytes = b""
+    waits: Names = ()
     record: str = ""
 
     @property
@@ -165,14 +176,19 @@ class ScheduleWorker:
 
 def _summary(scheduler: Scheduler) -> ScheduleRun:
     points = scheduler.points
+    is_late = any(decision.kind == "delivery" for decision in scheduler.decisions)
     executed = ExecutedSteps(scheduler.steps, scheduler.nodes, points.places, points.accesses)
     return ScheduleRun(
         threads=len(scheduler.nodes),
         conflicts=executed.conflicts(),
         executed=executed.executed,
         ready=tuple(scheduler.choices),
+        waits=tuple(scheduler.waits),
+        messages=Counter(topic for _, topic in scheduler.messages),
+        arrivals=tuple(topic for _, topic in sorted(scheduler.messages, key=itemgetter(0))) if is_late else (),
         held=tuple(
             HeldNode(
+                kind=held.decision.kind,
                 place=held.decision.place,
                 node=held.node,
                 time_s=round(held.time_s, 6),

@@ -15,13 +15,16 @@ from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, poin
 from pytest_hricdv.generate.schedule import EACH_TIME, ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
+from pytest_hricdv.runtime.virtual.locks import EndlessWait, find_endless_waits
 from pytest_hricdv.runtime.virtual.thread_pool import WORK
 
 MAX_STEPS = 200_000
 """Number of executions of code points that are recorded, which takes some 20 MB; a run of the table has some 10,000."""
 
 MAX_CHOICES = 10_000
-"""Number of choices between ready nodes that are recorded."""
+"""Number of choices between ready nodes, and of messages, that are recorded."""
+
+US_PER_S = 1_000_000
 
 
 PointStep = tuple[int, int, int]
@@ -35,7 +38,7 @@ class HoldRecord:
 
     Args:
         decision: of the schedule.
-        node: that was held up, its name.
+        node: that was held up, its name; of a message, its sender.
         time_s: when (s of simulated time).
         for_s: for how long (s).
         meanwhile: places that other nodes of the code executed meanwhile, each with the node's name.
@@ -46,6 +49,16 @@ class HoldRecord:
     time_s: float
     for_s: float = 0.0
     meanwhile: tuple[tuple[str, str], ...] = ()
+
+    def spans(self, wait: EndlessWait) -> bool:
+        """Whether a wake-up came in vain while it held a node up, which then began to wait."""
+        end_s = self.time_s + self.for_s
+        return (
+            wait.node == self.node
+            and wait.unheard_s is not None
+            and self.time_s <= wait.unheard_s <= end_s
+            and abs(wait.since_s - end_s) < 1 / US_PER_S
+        )
 
 
 @dataclass
@@ -68,9 +81,15 @@ class Scheduler:
     """Of each thread, the number of its node, or of the call of a pool's node; tasks of one loop are in one."""
     choices: list[int] = field(default_factory=list)
     """How many nodes, callbacks or waiters were ready, each time that one of several had to go first."""
+    messages: list[tuple[int, str]] = field(default_factory=list)
+    """When each message of the bus arrives (us of simulated time), and its topic."""
+    waits: list[str] = field(default_factory=list)
+    """Of nodes that wait without end when the run is over, a sentence each."""
     held_up: list[HoldRecord] = field(default_factory=list)
     _counts: dict[str, int] = field(default_factory=dict)
-    """How often a place with a decision was executed."""
+    """How often a place with a decision was executed, and a topic published."""
+    _arrivals: dict[tuple[str, str], int] = field(default_factory=dict)
+    """Sender and topic -> when its last message arrives (us): none overtakes another one."""
     _ran: Node | None = None
     """The node that has control, if it has executed a statement since it got it."""
     _waiting: list[Node] = field(default_factory=list)
@@ -143,12 +162,37 @@ class Scheduler:
             )
         )
 
+    def carry(self, sender: str, topic: str) -> float:
+        """How long a message is on its way (s)."""
+        number = self._counts[topic] = self._counts.get(topic, 0) + 1
+        decision = self._at.get((topic, number))
+        delay_s = decision.value if decision else 0.0
+        now_us = self.kernel.now_us
+        arrival_us = max(now_us + round(delay_s * US_PER_S), self._arrivals.get((sender, topic), 0))
+        self._arrivals[sender, topic] = arrival_us
+        if len(self.messages) < MAX_CHOICES:
+            self.messages.append((arrival_us, topic))
+        if decision:
+            self.held_up.append(HoldRecord(decision, sender, self.kernel.now_s, delay_s))
+        return (arrival_us - now_us) / US_PER_S
+
     def pick(self, count: int) -> int:
         """Which of so many nodes, callbacks or waiters that are ready goes first."""
         if len(self.choices) < MAX_CHOICES:
             self.choices.append(count)
         chosen = self._picks.get(len(self.choices), 0)
         return chosen if chosen < count else 0
+
+    def note_waits(self) -> None:
+        """The run is over: who waits without end, and for what."""
+        for wait in find_endless_waits([node for node in self.kernel.nodes if self.code.has(node)]):
+            begin = f"{wait.node} waits without end at {wait.place}"
+            if wait.holder is not None:
+                self.waits.append(f"{begin} for a lock that {wait.holder} holds")
+            elif wait.unheard_s is not None and any(held.spans(wait) for held in self.held_up):
+                self.waits.append(f"lost wake-up: {begin}, after it was woken at {wait.unheard_s:.6g} s in vain")
+            else:
+                self.waits.append(begin)
 
     def end_holds(self, node: Node) -> None:
         """A node has given control back: if it executed anything, who waited for another one to run goes on."""
@@ -199,5 +243,13 @@ def schedule_run(run: Run, code: CodeUnderTest, points: CodePoints) -> Iterator[
     """
     scheduler = Scheduler(run.kernel, code, run.test.schedule, points)
     run.kernel.pick, run.kernel.notice_return = scheduler.pick, scheduler.end_holds
+    run.bus.transport = scheduler.carry
+    before_end = run.before_end or (lambda: None)
+
+    def end() -> None:
+        before_end()
+        scheduler.note_waits()
+
+    run.before_end = end
     vars(builtins).update(scheduler.hooks())
     yield scheduler

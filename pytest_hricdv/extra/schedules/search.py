@@ -30,6 +30,9 @@ ONE = 0.6
 CAUSED = 0.75
 """The share of moves of the action that the second of a pair came after; the others move any action."""
 
+LATE = 0.15
+"""The share of decisions at random that let a message be late."""
+
 HOLDS = 3
 """Number of locations tried for holding a thread in a pair."""
 
@@ -181,6 +184,9 @@ class ScheduleSearch:
             if usual.ready and rng.random() < 0.3:
                 number = rng.randrange(len(usual.ready))
                 made.append(ScheduleDecision("order", "", number + 1, rng.randrange(1, usual.ready[number])))
+            elif usual.messages and rng.random() < LATE:
+                topic = rng.choice(sorted(usual.messages))
+                made.append(ScheduleDecision("delivery", topic, rng.randint(1, usual.messages[topic]), self.slowest_s))
             elif near and rng.random() < 0.5:
                 conflict = rng.choice(near)
                 made.append(ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s))

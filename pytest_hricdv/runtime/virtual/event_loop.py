@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
+import heapq
 import re
 import sys
 from collections import deque
@@ -53,6 +54,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         self._heeded: set[int] = set()
         super().__init__(self._virtual_selector)
         self._ready: deque[asyncio.Handle]  # of asyncio's loops: what is called at this instant
+        self._scheduled: list[asyncio.TimerHandle]  # likewise, later: a heap
 
     def time(self) -> float:
         """The time of the run (s)."""
@@ -106,6 +108,19 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             asyncio.tasks._unregister_task(task)
         # What they cancelled in closing would go on in a closed coroutine, and asyncio would log its error.
         self._ready.clear()
+
+    def _process_events(self, event_list: Any) -> None:
+        """As of asyncio's loops. Of timers that are due together, another one than the first may go first."""
+        super()._process_events(event_list)  # type: ignore[misc]
+        node = current_node()
+        if node is None or node.kernel.pick is None or len(self._scheduled) < 2:
+            return
+        first_s = min(timer.when() for timer in self._scheduled)
+        due = [timer for timer in self._scheduled if timer.when() == first_s and not timer.cancelled()]
+        number = node.kernel.choose(len(due)) if first_s <= self.time() else 0
+        if number:
+            due[number]._when = first_s - 0.1 / US_PER_S  # type: ignore[attr-defined]
+            heapq.heapify(self._scheduled)
 
     def _make_self_pipe(self) -> None:
         """Nothing: a wait ends by `wake`, and garbage would close the pipe before its loop, with a warning."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 from greenlet import getcurrent, greenlet
 
@@ -33,6 +34,8 @@ class WaitQueue:
         self._name = name
         self.nodes: deque[Node] = deque()
         """To be read only."""
+        self.unheard_s: float | None = None
+        """When the last wake-up came that nobody heard (s of simulated time)."""
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -47,24 +50,61 @@ class WaitQueue:
             if node in self.nodes:  # on a time-out, or at the end of the run
                 self.nodes.remove(node)
 
-    def wake(self, count: int = 1) -> int:
-        """Wake the first `count` of them; returns how many there were."""
-        woken = min(count, len(self.nodes))
-        for _ in range(woken):
-            node = self.nodes.popleft()
-            node.kernel.wake(node)
+    def wake(self, count: int = 1) -> list[Node]:
+        """Wake the first `count` of them, or others if the run's schedule says so; returns these."""
+        woken: list[Node] = []
+        while self.nodes and len(woken) < count:
+            is_choice = len(self.nodes) > count - len(woken)
+            number = self.nodes[0].kernel.choose(len(self.nodes)) if is_choice else 0
+            woken.append(self.nodes[number])
+            del self.nodes[number]
+            woken[-1].kernel.wake(woken[-1])
         return woken
+
+
+def _called(node: Node, function: Callable[..., object]) -> object:
+    """The object whose method a node waits in; None where it does something else."""
+    frame = node.frame
+    while frame is not None:
+        if frame.f_code is function.__code__:
+            return frame.f_locals["self"]
+        frame = frame.f_back
+    return None
 
 
 def _lock_waited_for(node: Node) -> Lock | None:
     """The lock that a node waits for without a time-out; None where it does something else."""
-    frame = node.frame if node.kernel.waits_for_ever(node) else None
-    while frame is not None:
-        if frame.f_code is Lock.acquire.__code__:
-            found = frame.f_locals["self"]
-            return found if isinstance(found, Lock) else None
-        frame = frame.f_back
-    return None
+    lock = _called(node, Lock.acquire) if node.kernel.waits_for_ever(node) else None
+    return lock if isinstance(lock, Lock) else None
+
+
+@dataclass(frozen=True)
+class EndlessWait:
+    """A wait that only another node could have ended.
+
+    Args:
+        node: that waits.
+        place: of its line.
+        since_s: when it began (s of simulated time).
+        holder: who holds the lock that it waits for; None where it waits for something else.
+        unheard_s: when a wake-up came that nobody heard (s).
+    """
+
+    node: str
+    place: str
+    since_s: float
+    holder: str | None = None
+    unheard_s: float | None = None
+
+
+def find_endless_waits(nodes: Sequence[Node]) -> Iterator[EndlessWait]:
+    """Of nodes that wait in a lock, an event or the like without a time-out."""
+    for node in nodes:
+        waiting = _called(node, WaitQueue.wait) if node.kernel.waits_for_ever(node) else None
+        if isinstance(waiting, WaitQueue):
+            lock = _lock_waited_for(node)
+            holder = lock.holder.name if lock is not None and lock.holder is not None else None
+            yield EndlessWait(node.name, place_of(node.frame), node.blocked_s, holder, waiting.unheard_s)
 
 
 def find_deadlocks(nodes: Sequence[Node]) -> Iterator[str]:
@@ -99,7 +139,7 @@ def _count_poll() -> None:
 
 
 class Lock:
-    """As `threading.Lock`. A lock that is released belongs to the first that waits for it."""
+    """As `threading.Lock`. A lock that is released belongs to the one of those that wait which is woken."""
 
     def __init__(self) -> None:
         self._locked = False
@@ -119,12 +159,12 @@ class Lock:
         return self._waiting.wait(None if timeout < 0 else timeout)
 
     def release(self) -> None:
-        """Hand it to the first that waits. Raises RuntimeError if nobody has it."""
+        """Hand it to one that waits. Raises RuntimeError if nobody has it."""
         if not self._locked:
             raise RuntimeError("release unlocked lock")
         # It stays locked where somebody waits: another node that runs before the woken one must not take it.
-        self.holder = self._waiting.nodes[0] if self._waiting.nodes else None
-        self._locked = bool(self._waiting.nodes) and bool(self._waiting.wake())
+        woken = self._waiting.wake()
+        self.holder, self._locked = (woken[0], True) if woken else (None, False)
 
     def locked(self) -> bool:
         """Whether somebody has it."""
@@ -231,7 +271,8 @@ class Condition:
     def notify(self, n: int = 1) -> None:
         """Wake the first `n` that wait."""
         self._check("notify on")
-        self._waiting.wake(n)
+        if not self._waiting.wake(n):
+            self._waiting.unheard_s = monotonic()
 
     def notify_all(self) -> None:
         """Wake all that wait."""
@@ -247,24 +288,29 @@ class Event:
 
     def __init__(self) -> None:
         self._is_set = False
+        self._set_unheard_s: float | None = None
         self._waiting = WaitQueue(THREADING, "Event.wait")
 
     def is_set(self) -> bool:
         """Whether it is set."""
         _count_poll()  # `while not event.is_set()` is a loop that never sleeps
+        self._set_unheard_s = None
         return self._is_set
 
     def set(self) -> None:
         """Set it, and wake all that wait for it."""
         self._is_set = True
-        self._waiting.wake(len(self._waiting))
+        self._set_unheard_s = None if self._waiting.wake(len(self._waiting)) else monotonic()
 
     def clear(self) -> None:
         """Unset it."""
         self._is_set = False
+        self._waiting.unheard_s = self._set_unheard_s
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until it is set, at most `timeout` (s); whether it was set."""
+        if self._is_set:
+            self._set_unheard_s = None
         return self._is_set or self._waiting.wait(None if timeout is None else max(timeout, 0.0))
 
 
@@ -293,7 +339,7 @@ class Semaphore:
         """Give back `n`, each to the first that waits."""
         if n < 1:
             raise ValueError("n must be one or more")
-        self._value += n - self._waiting.wake(n)
+        self._value += n - len(self._waiting.wake(n))
 
     def __enter__(self) -> bool:
         return self.acquire()

@@ -12,7 +12,7 @@ from pytest_hricdv.generate.schedule import ScheduleDecision, schedule_from_data
 
 DECISIONS = st.builds(
     ScheduleDecision,
-    st.sampled_from(["hold", "delay", "order"]),
+    st.sampled_from(["hold", "delay", "order", "delivery"]),
     st.sampled_from(["", "robot.py:7", "robot.py:7="]),
     st.integers(1, 99),
     st.floats(0.0, 1.0),
