@@ -9,12 +9,17 @@ from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from pytest_hricdv._base.error_text import OvertimeError, call_within, error_text
 from pytest_hricdv._base.input_file import MAX_DEPTH, write_ahead_log
 from pytest_hricdv.recordings.containers import BagMessage, UnreadableError, read_mcap, read_sqlite
 
 Value = bool | float | str | tuple[float, ...]
 """Of a field; the numbers of an array."""
+
+Paths = Mapping[str, tuple[str, ...]]
+"""Of fields: each with its names."""
 
 MAX_ELEMENTS = 1000
 """Elements of an array that are looked at one by one: an image has millions."""
@@ -88,14 +93,34 @@ class Decoder:
         self._file_of = file_of
         self._types = get_typestore(Stores.EMPTY)
 
-    def fields(self, message: BagMessage) -> dict[str, Value]:
+    def fields(self, message: BagMessage, paths: Paths | None = None) -> dict[str, Value]:
         """The fields of a message, those of messages in it by paths (`linear.x`).
+
+        Args:
+            paths: those that are wanted, with their names; None for all.
 
         Raises:
             UnreadableError: its type is not known, or its bytes are none of it.
         """
+        content = self._content(message)
+        if paths is None:
+            return dict(_flat(content if isinstance(content, Mapping) else _attributes(content), ""))
+        picked: dict[str, Value] = {}
+        for path, names in paths.items():
+            value: Any = content
+            for name in names:
+                value = value.get(name) if isinstance(value, Mapping) else getattr(value, name, None)
+            kind = type(value)
+            if kind is bool or kind is str or kind is float:
+                picked[path] = value
+            elif value is not None:
+                picked.update(_flat({path: value}, ""))
+        return picked
+
+    def _content(self, message: BagMessage) -> Any:
+        """The message as a mapping (JSON), or as an object (CDR)."""
         if message.encoding == "json":
-            return dict(_flat(_parse_json(message.data), ""))
+            return _parse_json(message.data)
         if message.encoding != "cdr":
             named = message.encoding or "of no format that it names"
             raise UnreadableError(f"its messages are {named}; expected cdr or json")
@@ -106,7 +131,7 @@ class Decoder:
             raise _type_error(str(error).strip("'")) from None
         except Exception as error:  # of its reader there are several
             raise UnreadableError(f"its bytes are no {message.type}: {error_text(error)}") from None
-        return dict(_flat(_attributes(content), ""))
+        return content
 
     def _add(self, kind: str, definition: str) -> None:
         """Add the definition of a type, and of those in it."""
@@ -152,12 +177,20 @@ def _type_name(field: Any) -> str:
 
 def _parse_json(data: bytes) -> Mapping[str, Any]:
     try:
-        content = json.loads(data)
-    except (ValueError, RecursionError):
-        raise UnreadableError("its bytes are no JSON") from None
+        content = msgspec.json.decode(data)
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError):
+        content = _parse_tolerantly(data)
     if not isinstance(content, dict):
         raise UnreadableError("its JSON is not an object")
     return content
+
+
+def _parse_tolerantly(data: bytes) -> Any:
+    """With NaN and infinity, as Python writes them."""
+    try:
+        return json.loads(data)
+    except (ValueError, RecursionError):
+        raise UnreadableError("its bytes are no JSON") from None
 
 
 def _attributes(content: Any) -> Mapping[str, Any]:

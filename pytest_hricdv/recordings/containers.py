@@ -10,10 +10,9 @@ import sqlite3
 import struct
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, NamedTuple
 
 MAX_MESSAGE_BYTES = 100_000_000
 """Greatest size of a message, and of what is unpacked at once: four images of 4K that are not compressed."""
@@ -29,41 +28,93 @@ class UnreadableError(ValueError):
     """A message, or the rest of a file, cannot be read; the text says why."""
 
 
-@dataclass(frozen=True, slots=True)
-class BagMessage:
-    """A message as it was written: when (ns), on which topic, its type, encoding and bytes, and the definition."""
+class BagMessage(NamedTuple):
+    """A message as it was written: when (ns), its bytes, on which topic, its type, encoding, and the definition."""
 
     time_ns: int
+    data: bytes
     topic: str
     type: str
     encoding: str
-    data: bytes
     definition: str
 
 
+_MCAP_MAGIC = b"\x89MCAP0\r\n"
+_HEAD, _MESSAGE_HEAD = struct.Struct("<BQ"), struct.Struct("<HIQQ")
+
+
 def read_mcap(file: Path) -> Iterator[BagMessage]:
-    """The messages of an MCAP file in the order in which they were written. Raises errors of any kind."""
-    from mcap.records import Channel, Chunk, Message, Schema
-    from mcap.stream_reader import StreamReader
+    """The messages of an MCAP file in the order in which they were written. Raises errors of any kind.
+
+    Records of messages, of which there are millions, are unpacked here; all others by the library.
+    """
+    from mcap.data_stream import ReadDataStream
+    from mcap.opcode import Opcode
+    from mcap.records import Channel, Chunk, Schema
 
     schemas: dict[int, tuple[str, str]] = {0: ("", "")}
-    channels: dict[int, tuple[str, str, int]] = {}
+    channels: dict[int, tuple[str, int, str]] = {}
+    topics: dict[int, tuple[str, str, str, str]] = {}
     left = MAX_UNPACKING * max(file.stat().st_size, 1_000_000)
+    message = int(Opcode.MESSAGE)
     with file.open("rb") as stream:  # needs no index, which a file that was cut off has not
-        for outer in StreamReader(stream, emit_chunks=True, record_size_limit=MAX_MESSAGE_BYTES).records:
-            data = _unpack(outer) if isinstance(outer, Chunk) else b""
-            left -= len(data)
-            if left < 0:
-                raise UnreadableError(f"unpacks to more than {MAX_UNPACKING:,} times its size")
-            for record in _records(data) if isinstance(outer, Chunk) else (outer,):
-                if isinstance(record, Schema):
-                    schemas[record.id] = record.name, record.data.decode(errors="replace")
-                elif isinstance(record, Channel):
-                    channels[record.id] = record.topic, record.message_encoding, record.schema_id
-                elif isinstance(record, Message):
-                    topic, encoding, schema = channels[record.channel_id]
-                    kind, definition = schemas[schema]
-                    yield BagMessage(record.log_time, topic, kind, encoding, record.data, definition)
+        for outer, written in _outer_records(stream):
+            parts: Iterator[tuple[int, bytes]] = iter(((outer, written),))
+            if outer == Opcode.CHUNK:
+                data = _unpack(Chunk.read(ReadDataStream(BytesIO(written))))
+                left -= len(data)
+                if left < 0:
+                    raise UnreadableError(f"unpacks to more than {MAX_UNPACKING:,} times its size")
+                parts = _records(data)
+            for kind, body in parts:
+                if kind == message:
+                    number, _, time_ns, _ = _MESSAGE_HEAD.unpack_from(body)
+                    yield BagMessage(
+                        time_ns, body[22:], *(topics.get(number) or _topic(number, topics, channels, schemas))
+                    )
+                elif kind == Opcode.SCHEMA:
+                    schema = Schema.read(ReadDataStream(BytesIO(body)))
+                    schemas[schema.id] = schema.name, schema.data.decode(errors="replace")
+                    topics.clear()
+                elif kind == Opcode.CHANNEL:
+                    channel = Channel.read(ReadDataStream(BytesIO(body)))
+                    channels[channel.id] = channel.topic, channel.schema_id, channel.message_encoding
+                    topics.clear()
+
+
+def _topic(
+    number: int,
+    topics: dict[int, tuple[str, str, str, str]],
+    channels: dict[int, tuple[str, int, str]],
+    schemas: dict[int, tuple[str, str]],
+) -> tuple[str, str, str, str]:
+    """Of a channel: its topic, type, encoding and definition."""
+    if number not in channels or channels[number][1] not in schemas:
+        raise UnreadableError("not an MCAP file that can be read, or cut off: a message of no channel or schema")
+    name, schema, encoding = channels[number]
+    kind, definition = schemas[schema]
+    topics[number] = name, kind, encoding, definition
+    return topics[number]
+
+
+def _outer_records(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """The records of a file up to the end of its data: their kinds and bytes."""
+    if stream.read(len(_MCAP_MAGIC)) != _MCAP_MAGIC:
+        raise UnreadableError("not an MCAP file that can be read, or cut off: it does not begin as one")
+    while head := stream.read(9):
+        kind, length = _HEAD.unpack(head) if len(head) == 9 else (0, 0)
+        if not kind or length > MAX_MESSAGE_BYTES:
+            raise UnreadableError(f"not an MCAP file that can be read, or cut off: a record of {length:,} bytes")
+        data = stream.read(length)
+        if len(data) < length:
+            raise UnreadableError("not an MCAP file that can be read, or cut off: it ends within a record")
+        if kind in (_END_OF_DATA, _FOOTER):
+            return
+        yield kind, data
+    raise UnreadableError("not an MCAP file that can be read, or cut off: it has no end")
+
+
+_FOOTER, _END_OF_DATA = 0x02, 0x0F
 
 
 def _unpack(chunk: Any) -> bytes:
@@ -86,23 +137,16 @@ def _unpack(chunk: Any) -> bytes:
     return bytes(data)
 
 
-def _records(data: bytes) -> Iterator[Any]:
+def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
     """The records of a chunk, one after the other: a list of them would take a hundred times their bytes."""
-    from mcap.data_stream import ReadDataStream
-    from mcap.opcode import Opcode
-    from mcap.records import Channel, Message, Schema
-
-    kinds: dict[int, Any] = {Opcode.CHANNEL: Channel, Opcode.SCHEMA: Schema}
-    place = 0
-    while place < len(data):
-        opcode, length = struct.unpack_from("<BQ", data, place)
-        place += 9 + length
-        if place > len(data) or opcode == 0:
+    place, end = 0, len(data)
+    while place < end:
+        kind, length = _HEAD.unpack_from(data, place)
+        begin = place + 9
+        place = begin + length
+        if place > end or kind == 0:
             raise UnreadableError("a chunk has a record that is none, or ends within one")
-        if opcode == Opcode.MESSAGE:
-            yield Message.read(ReadDataStream(BytesIO(data[place - length : place])), length)
-        elif opcode in kinds:
-            yield kinds[opcode].read(ReadDataStream(BytesIO(data[place - length : place])))
+        yield kind, data[begin:place]
 
 
 def read_sqlite(file: Path) -> Iterator[BagMessage]:
@@ -124,7 +168,7 @@ def read_sqlite(file: Path) -> Iterator[BagMessage]:
             definitions = {str(kind): str(text) for kind, text in database.execute(asked).fetchmany(MAX_TOPICS)}
         asked = "SELECT id, name, type, serialization_format FROM topics"
         topics = {
-            number: BagMessage(0, str(name), str(kind), str(encoding), b"", definitions.get(kind, ""))
+            number: (str(name), str(kind), str(encoding), definitions.get(kind, ""))
             for number, name, kind, encoding in database.execute(asked).fetchmany(MAX_TOPICS)
         }
         for number, time_ns, data in database.execute("SELECT topic_id, timestamp, data FROM messages"):
@@ -132,7 +176,7 @@ def read_sqlite(file: Path) -> Iterator[BagMessage]:
                 raise UnreadableError("a row of its messages has no topic, time or data")
             if data.startswith(_ZSTD):
                 raise UnreadableError("its messages are compressed; write it anew with: ros2 bag convert")
-            yield replace(topics[number], time_ns=time_ns, data=data)
+            yield BagMessage(time_ns, data, *topics[number])
 
 
 _ZSTD = b"\x28\xb5\x2f\xfd"

@@ -5,13 +5,15 @@ What is wrong with one is a sentence, and all else of it is used.
 
 from __future__ import annotations
 
+import heapq
+import math
 import struct
-from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
-from pytest_hricdv.recordings.bags import Decoder, Value, bag_files, read_messages
+from pytest_hricdv.recordings.bags import Decoder, Paths, Value, bag_files, read_messages
 from pytest_hricdv.recordings.containers import BagMessage, UnreadableError
 
 CLOCK = "/clock"
@@ -31,11 +33,13 @@ MAX_QUARTILE_RATIO = 1.5
 
 
 MAX_VALUES = 3_000_000
-"""Messages and values of fields of a recording that are kept: they take 500 MB."""
+"""Messages and values of fields that are kept at once: they take 500 MB."""
+
+MAX_PARTS = 1000
+"""Jumps of a clock; a log with more has no clock."""
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedSample:
+class RecordedSample(NamedTuple):
     """A message: when (s), on which topic, and its fields; these are empty where nobody asked for them."""
 
     time_s: float
@@ -67,14 +71,19 @@ class Recording:
 def read_recordings(
     paths: Sequence[Path], wanted: Callable[[str], bool], file_of: Callable[[str], Path | None]
 ) -> list[Recording]:
-    """Read recordings.
+    """Read recordings, as far as they are not too long to be kept.
 
     Args:
         paths: of bags (folders, or files of them) and MCAP files; of other folders, each file in it is one recording.
         wanted: whether the fields of a topic are of use.
         file_of: the interface file of a type of ROS 2; None where there is none.
     """
-    return [_read(path, part, wanted, file_of) for path in paths for part in _separate(path)]
+    return [_read(reader, wanted) for reader in recording_readers(paths, file_of)]
+
+
+def recording_readers(paths: Sequence[Path], file_of: Callable[[str], Path | None]) -> list[RecordingReader]:
+    """A reader of each recording; see `read_recordings`."""
+    return [RecordingReader(path, part, file_of) for path in paths for part in _separate(path)]
 
 
 def _separate(path: Path) -> list[Path]:
@@ -87,122 +96,242 @@ def _separate(path: Path) -> list[Path]:
     return [file for file in files if file not in doubled] or [path]
 
 
-def _read(asked: Path, path: Path, wanted: Callable[[str], bool], file_of: Callable[[str], Path | None]) -> Recording:
-    name = path.name if path == asked else f"{asked.name}/{path.name}"
-    reading, problems = _Reading(wanted, Decoder(file_of), name), []
-    try:
-        for file in bag_files(path):
-            for message in read_messages(file):
-                reading.add(message)
-                if reading.kept > MAX_VALUES:
-                    raise UnreadableError(f"{file.name}: has more than {MAX_VALUES:,} messages and values")
-    except UnreadableError as error:
-        read = f"its first {reading.count} messages are used" if reading.count else "nothing of it is used"
-        problems.append(f"{error}; {read}")
-    except OSError as error:
-        problems.append(f"{path.absolute()}: cannot be read: {error.strerror}")
-    is_cut = bool(problems)
-    problems += reading.problems()
-    if not reading.count and not problems:
-        problems.append(f"{name}: has no messages: nothing was observed")
-    parts, jumps, notes = reading.parts()
-    return Recording(name, reading.types, parts, (*problems, *jumps), tuple(notes) if reading.count else (), is_cut)
+def _read(reader: RecordingReader, wanted: Callable[[str], bool]) -> Recording:
+    parts: list[list[RecordedSample]] = []
+    for number, sample in reader.samples(lambda topic: {} if wanted(topic) else None, most=MAX_VALUES):
+        while len(parts) <= number:
+            parts.append([])
+        parts[number].append(sample)
+    problems = [*reader.problems, *reader.unreadable_lines(), *reader.jumps]
+    if not reader.count and not problems:
+        problems.append(f"{reader.name}: has no messages: nothing was observed")
+    notes = tuple(reader.notes) if reader.count else ()
+    return Recording(reader.name, reader.types, tuple(map(tuple, parts)), tuple(problems), notes, reader.is_cut)
 
 
-class _Reading:
-    """Collects the messages of one recording."""
+class RecordingReader:
+    """Reads one recording, as often as needed. Never more than a second of it is in memory.
 
-    def __init__(self, wanted: Callable[[str], bool], decoder: Decoder, name: str) -> None:
-        self._wanted, self._decoder, self._name = wanted, decoder, name
+    Args:
+        asked: the path that was named.
+        path: of the file or bag; itself, or in a folder that was named.
+        file_of: see `read_recordings`.
+
+    Attributes:
+        name: for people.
+        types: topic -> type, of what was read up to now, as are all that follow.
+        count: messages.
+        problems: what kept the rest from being read.
+        unreadable: topic -> how many messages have fields that cannot be read, and why.
+        jumps: of the clock, a sentence each.
+    """
+
+    def __init__(self, asked: Path, path: Path, file_of: Callable[[str], Path | None]) -> None:
+        self.path = path
+        self.name = path.name if path == asked else f"{asked.name}/{path.name}"
+        self._file_of = file_of
+        self._begin()
+
+    def _begin(self) -> None:
         self.types: dict[str, str] = {}
-        """Topic -> type, of the messages up to now."""
-        self._written: list[RecordedSample] = []
-        self._clock: list[tuple[float, float]] = []
-        self._unreadable: dict[str, tuple[int, str]] = {}
-        self._is_ros = False
-        self.kept = 0
-        """Messages and values of fields up to now."""
+        self.count = 0
+        self.problems: list[str] = []
+        self.unreadable: dict[str, tuple[int, str]] = {}
+        self.jumps: list[str] = []
+        self._is_ros = self._has_clock = False
+        self._kept = 0
 
     @property
-    def count(self) -> int:
-        """Messages up to now."""
-        return len(self._written)
+    def is_cut(self) -> bool:
+        """Whether not all of it could be read."""
+        return bool(self.problems)
 
-    def add(self, message: BagMessage) -> None:
-        """Add the next message, as it was written."""
+    @property
+    def notes(self) -> list[str]:
+        """What is to be known of it, a sentence each."""
+        if self._has_clock:
+            return [f"{self.name}: times are those of {CLOCK}, as the nodes had them"]
+        return [f"{self.name}: has no {CLOCK}: times are those at which messages were recorded"] if self._is_ros else []
+
+    def unreadable_lines(self) -> Iterator[str]:
+        """What could not be read of messages."""
+        for topic, (count, text) in self.unreadable.items():
+            messages = "message" if count == 1 else "messages"
+            yield f"{self.name}: {topic}: {text}; of {count} {messages} only the times are used"
+
+    def samples(
+        self,
+        fields_of: Callable[[str], Paths | None],
+        *,
+        stamp: Callable[[RecordedSample], float | None] | None = None,
+        jitter_s: float = JITTER_S,
+        jumps: bool = True,
+        most: float = math.inf,
+    ) -> Iterator[tuple[int, RecordedSample]]:
+        """The messages in the order of time, each with the number of its part (from 0): the clock jumps between parts.
+
+        Args:
+            fields_of: of a topic: the fields that are of use; empty for all, None for none.
+            stamp: when a message was, by itself (s); None: it is left out.
+            jitter_s: how far messages may be out of order.
+            jumps: whether the clock may jump.
+            most: so many messages and values can be kept by the caller; what comes then is not read.
+        """
+        self._begin()
+        order = _Order(self.name, jitter_s, jumps=jumps)
+        for sample in _of_clock(self._decoded(fields_of, most)):
+            if stamp is not None:
+                time_s = stamp(sample)
+                if time_s is None:
+                    continue
+                sample = sample._replace(time_s=time_s)
+            try:
+                yield from order.add(sample)
+            except UnreadableError as error:
+                self.problems.append(self._cut_off(str(error)))
+                break
+        yield from order.rest()
+        self.jumps = order.jumps()
+
+    def _decoded(self, fields_of: Callable[[str], Paths | None], most: float) -> Iterator[RecordedSample]:
+        """The messages as they were written, as far as they can be read, with the times of the recorder."""
+        decoder, topics = Decoder(self._file_of), dict[str, Paths | None]()
+        try:
+            for file in bag_files(self.path):
+                for message in read_messages(file):
+                    topic = message.topic
+                    if topic not in topics:
+                        topics[topic] = fields_of(topic)
+                        self.types[topic] = message.type
+                        self._is_ros |= message.encoding == "cdr"
+                    yield self._sample(message, decoder, topics[topic])
+                    if self._kept > most:
+                        raise UnreadableError(f"{file.name}: has more than {most:,} messages and values")
+        except UnreadableError as error:
+            self.problems.append(self._cut_off(str(error)))
+        except OSError as error:
+            self.problems.append(f"{self.path.absolute()}: cannot be read: {error.strerror}")
+
+    def _cut_off(self, text: str) -> str:
+        return f"{text}; {f'its first {self.count} messages are used' if self.count else 'nothing of it is used'}"
+
+    def _sample(self, message: BagMessage, decoder: Decoder, paths: Paths | None) -> RecordedSample:
         time_s = message.time_ns / NS_PER_S
-        self.types[message.topic] = message.type
-        self._is_ros |= message.encoding == "cdr"
         if message.topic == CLOCK and message.encoding == "cdr" and len(message.data) >= 12:
             seconds, nanoseconds = struct.unpack_from("<iI", message.data, 4)
-            self._clock.append((time_s, seconds + nanoseconds / NS_PER_S))
-            self.kept += 1
-            return
+            self._has_clock = True
+            self._kept += 1
+            return RecordedSample(time_s, _TICK, {"": seconds + nanoseconds / NS_PER_S})
+        self.count += 1
         fields: Mapping[str, Value] = {}
-        if self._wanted(message.topic):
+        if paths is not None:
             try:
-                fields = self._decoder.fields(message)
+                fields = decoder.fields(message, paths or None)
             except UnreadableError as error:
-                count, text = self._unreadable.get(message.topic, (0, str(error)))
-                self._unreadable[message.topic] = (count + 1, text)
-        self._written.append(RecordedSample(time_s, message.topic, fields))
-        self.kept += 1 + sum(len(value) if isinstance(value, tuple) else 1 for value in fields.values())
-
-    def problems(self) -> Iterator[str]:
-        """What could not be read."""
-        for topic, (count, text) in self._unreadable.items():
-            messages = "message" if count == 1 else "messages"
-            yield f"{self._name}: {topic}: {text}; of {count} {messages} only the times are used"
-
-    def parts(self) -> tuple[tuple[tuple[RecordedSample, ...], ...], list[str], list[str]]:
-        """The messages in the order of time, part by part; jumps of the clock, and what is to be known of it."""
-        messages, notes = self._written, []
-        if self._clock:
-            notes = [f"{self._name}: times are those of {CLOCK}, as the nodes had them"]
-            messages = self._by_clock()
-        elif self._is_ros:
-            notes = [f"{self._name}: has no {CLOCK}: times are those at which messages were recorded"]
-        parts, jumps = _split(messages, self._name)
-        return tuple(parts), _cut(jumps), notes
-
-    def _by_clock(self) -> list[RecordedSample]:
-        """The messages with the times that the clock of the simulation had then, between its messages linearly."""
-        written, shown = zip(*self._clock, strict=True)
-        made = []
-        for message in self._written:
-            at = max(1, min(bisect_right(written, message.time_s), len(written) - 1))
-            if len(written) == 1 or shown[at] < shown[at - 1]:
-                time_s = shown[at - 1]
-            else:
-                width_s = written[at] - written[at - 1]
-                share = min(max((message.time_s - written[at - 1]) / width_s, 0.0), 1.0) if width_s > 0 else 0.0
-                time_s = shown[at - 1] + share * (shown[at] - shown[at - 1])
-            made.append(RecordedSample(time_s, message.topic, message.fields))
-        return made
+                count, text = self.unreadable.get(message.topic, (0, str(error)))
+                self.unreadable[message.topic] = (count + 1, text)
+                return RecordedSample(time_s, message.topic, UNREAD)
+            if not paths:
+                self._kept += sum(len(value) if isinstance(value, tuple) else 1 for value in fields.values())
+        self._kept += 1
+        return RecordedSample(time_s, message.topic, fields)
 
 
-def _split(messages: Sequence[RecordedSample], name: str) -> tuple[list[tuple[RecordedSample, ...]], list[str]]:
-    """The parts between jumps of the clock, each in the order of time; and the jumps, a sentence each."""
-    parts: list[list[RecordedSample]] = []
-    jumps: list[str] = []
-    last_s = 0.0
-    for number, message in enumerate(messages, 1):
-        jump_s = message.time_s - last_s if parts else 0.0
-        if not parts or jump_s < -JITTER_S or jump_s > PAUSE_S:
-            if parts:
-                how = f"goes back by {-jump_s:.3g} s" if jump_s < 0 else f"jumps by {jump_s:.3g} s"
-                at = f"{name}: message {number} ({message.topic})"
-                jumps.append(f"{at}: the clock {how}: times across it are not counted")
-            parts.append([])
-            last_s = message.time_s
-        last_s = max(last_s, message.time_s)
-        parts[-1].append(message)
-    return [tuple(sorted(part, key=lambda message: message.time_s)) for part in parts], jumps
+UNREAD: Mapping[str, Value] = {}
+"""The fields of a message that could not be read: this very object."""
+
+_TICK = ""
+"""The topic of what `/clock` said."""
+
+MAX_HELD = 100_000
+"""Messages that wait for the next one of `/clock`; and, at the beginning, for the first."""
 
 
-def _cut(jumps: list[str], most: int = 3) -> list[str]:
-    """The first sentences, and how many more there are."""
-    return jumps if len(jumps) <= most else [*jumps[:most], f"{jumps[0].partition(':')[0]}: {len(jumps) - most} more"]
+def _of_clock(samples: Iterable[RecordedSample]) -> Iterator[RecordedSample]:
+    """The messages with the times that the clock of the simulation had then, between its messages linearly.
+
+    As recorded up to its first message, where this is not among the first of the recording.
+    """
+    held: list[RecordedSample] = []
+    ticks: list[tuple[float, float]] = []
+    is_waiting = True
+    for sample in samples:
+        if sample.topic == _TICK:
+            ticks = [*ticks[-1:], (sample.time_s, float(sample.fields[""]))]  # type: ignore[arg-type]
+            if len(ticks) > 1 or not is_waiting:
+                yield from _between(held, ticks)
+                held = []
+            is_waiting = True
+        elif is_waiting:
+            held.append(sample)
+            if len(held) > MAX_HELD:
+                yield from _between(held, ticks)
+                held, is_waiting = [], bool(ticks)
+        else:
+            yield sample
+    yield from _between(held, ticks)
+
+
+def _between(held: Iterable[RecordedSample], ticks: Sequence[tuple[float, float]]) -> Iterator[RecordedSample]:
+    if not ticks:
+        yield from held
+        return
+    (before_s, from_s), (after_s, to_s) = ticks[0], ticks[-1]
+    width_s = after_s - before_s if to_s >= from_s else 0.0
+    for sample in held:
+        share = min(max((sample.time_s - before_s) / width_s, 0.0), 1.0) if width_s > 0 else 0.0
+        yield RecordedSample(from_s + share * (to_s - from_s), sample.topic, sample.fields)
+
+
+class _Order:
+    """Puts messages into the order of time: those wait that a later one may have to precede."""
+
+    def __init__(self, name: str, jitter_s: float, *, jumps: bool) -> None:
+        self._name, self._jitter_s, self._splits = name, jitter_s, jumps
+        self._part = self._number = self._more = 0
+        self._last_s = math.nan
+        self._waiting: list[tuple[float, int, RecordedSample]] = []
+        self._jumps: list[str] = []
+
+    def add(self, sample: RecordedSample) -> Iterator[tuple[int, RecordedSample]]:
+        """Add the next message; those that nothing precedes any more."""
+        time_s, waiting = sample.time_s, self._waiting
+        self._number += 1
+        if self._number == 1:
+            self._last_s = time_s
+        elif self._splits and not -self._jitter_s <= time_s - self._last_s <= PAUSE_S:
+            yield from self.rest()
+            self._jump(sample)
+        elif time_s > self._last_s:
+            self._last_s = time_s
+        heapq.heappush(waiting, (time_s, self._number, sample))
+        due_s, part = self._last_s - self._jitter_s, self._part
+        while waiting[0][0] < due_s:
+            yield part, heapq.heappop(waiting)[2]
+        if len(waiting) > MAX_VALUES:
+            raise UnreadableError(f"{self._name}: has more than {MAX_VALUES:,} messages in {self._jitter_s:g} s")
+
+    def rest(self) -> Iterator[tuple[int, RecordedSample]]:
+        """Those that still wait."""
+        while self._waiting:
+            yield self._part, heapq.heappop(self._waiting)[2]
+
+    def _jump(self, sample: RecordedSample) -> None:
+        jump_s = sample.time_s - self._last_s
+        how = f"goes back by {-jump_s:.3g} s" if jump_s < 0 else f"jumps by {jump_s:.3g} s"
+        self._part += 1
+        self._last_s = sample.time_s
+        if self._part >= MAX_PARTS:
+            raise UnreadableError(f"{self._name}: its clock jumps more than {MAX_PARTS:,} times")
+        if len(self._jumps) < 3:
+            at = f"{self._name}: message {self._number} ({sample.topic})"
+            self._jumps.append(f"{at}: the clock {how}: times across it are not counted")
+        else:
+            self._more += 1
+
+    def jumps(self) -> list[str]:
+        """The first jumps, a sentence each, and how many more there are."""
+        return [*self._jumps, *([f"{self._name}: {self._more} more"] if self._more else [])]
 
 
 def is_periodic(gaps: Sequence[float]) -> bool:
