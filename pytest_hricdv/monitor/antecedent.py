@@ -42,21 +42,43 @@ def near_miss(antecedent: PastFormula, log: Log) -> NearMiss:
     The search minimizes, in this order: the number of false conjuncts; if a single comparison is false, its distance
     to its bound; the time.
     """
-    replay = _Replay(antecedent)
-    best, missing = (math.inf, math.inf), list[_Conjunct]()
-    time_ns: Nanoseconds = 0
-    for moment in replay.moments(log):
-        false = [conjunct for conjunct in replay.conjuncts if not conjunct.holds(moment)]
-        if len(false) <= best[0]:
-            candidate = (len(false), false[0].distance(moment) if len(false) == 1 else math.inf)
-            if candidate < best:
-                best, missing, time_ns = candidate, false, moment.now_ns
-    return NearMiss(
-        time_s=seconds(time_ns),
-        missing=tuple(conjunct.text for conjunct in missing),
-        # At the bound a distance may be -0.0; adding 0.0 makes it 0.0.
-        distance=best[1] + 0.0 if math.isfinite(best[1]) else None,
-    )
+    search = NearMissSearch(antecedent)
+    for now_ns, updates in log.instants(search.signals, search.topics):
+        search.add(now_ns, updates, last=now_ns == log.end_ns)
+    return search.nearest()
+
+
+class NearMissSearch:
+    """The search of `near_miss`, instant by instant.
+
+    Attributes:
+        signals: that have to be in the updates.
+        topics: likewise.
+    """
+
+    def __init__(self, antecedent: PastFormula) -> None:
+        self._replay = _Replay(antecedent)
+        self.signals, self.topics = self._replay.signals, self._replay.topics
+        self._best, self._missing = (math.inf, math.inf), list[_Conjunct]()
+        self._time_ns: Nanoseconds = 0
+
+    def add(self, now_ns: Nanoseconds, updates: Iterable[Update], *, last: bool) -> None:
+        """Add the next instant; whether it is the last one of the run."""
+        for moment in self._replay.step(now_ns, updates, last=last):
+            false = [conjunct for conjunct in self._replay.conjuncts if not conjunct.holds(moment)]
+            if len(false) <= self._best[0]:
+                candidate = (len(false), false[0].distance(moment) if len(false) == 1 else math.inf)
+                if candidate < self._best:
+                    self._best, self._missing, self._time_ns = candidate, false, moment.now_ns
+
+    def nearest(self) -> NearMiss:
+        """Of all instants up to now."""
+        return NearMiss(
+            time_s=seconds(self._time_ns),
+            missing=tuple(conjunct.text for conjunct in self._missing),
+            # At the bound a distance may be -0.0; adding 0.0 makes it 0.0.
+            distance=self._best[1] + 0.0 if math.isfinite(self._best[1]) else None,
+        )
 
 
 def conjunct_outcomes(antecedent: PastFormula, log: Log) -> dict[str, frozenset[bool]]:
@@ -112,27 +134,31 @@ class _Replay:
 
     def __init__(self, antecedent: PastFormula) -> None:
         self._kinds = names_of([antecedent])
-        self._topics = topics_of([antecedent])
+        self.topics = topics_of([antecedent])
+        self.signals = [name for name in self._kinds if "." not in name]
         compiler = ExpressionCompiler()
         self.conjuncts = [_compile(part, compiler) for part in conjuncts(antecedent)]
         self._operators = [make() for make in compiler.run_operators]
-        self._fields = {topic: fields_read(self._kinds, topic) for topic in self._topics}
+        self._fields = {topic: fields_read(self._kinds, topic) for topic in self.topics}
         self._arrived: dict[str, int] = {}
         self._state = EvaluationState(Values(), self._arrived)
+        self._due_ns = math.inf
 
     def moments(self, log: Log) -> Iterator[_Moment]:
         """Each instant at which something may change, and the time right after it. What is yielded is valid until the
         next one."""
-        wake_ns = math.inf
-        signals = [name for name in self._kinds if "." not in name]
-        for now_ns, updates in log.instants(signals, self._topics):
-            # Windows end and times pass between the updates, too.
-            while wake_ns < now_ns:
-                yield from self._at(wake_ns, last=False)
-                wake_ns = self._wake_ns()
-            self._update(updates)
-            yield from self._at(now_ns, last=now_ns == log.end_ns)
-            wake_ns = self._wake_ns()
+        for now_ns, updates in log.instants(self.signals, self.topics):
+            yield from self.step(now_ns, updates, last=now_ns == log.end_ns)
+
+    def step(self, now_ns: Nanoseconds, updates: Iterable[Update], *, last: bool) -> Iterator[_Moment]:
+        """The same for the next instant."""
+        # Windows end and times pass between the updates, too.
+        while self._due_ns < now_ns:
+            yield from self._at(self._due_ns, last=False)
+            self._due_ns = self._wake_ns()
+        self._update(updates)
+        yield from self._at(now_ns, last=last)
+        self._due_ns = self._wake_ns()
 
     def _update(self, updates: Iterable[Update]) -> None:
         """Apply the updates of an instant."""

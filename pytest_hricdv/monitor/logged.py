@@ -13,7 +13,7 @@ from pytest_hricdv.monitor.antecedent import near_miss
 from pytest_hricdv.monitor.evaluation_state import Value, nanoseconds, seconds
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
-from pytest_hricdv.monitor.log import Log, LogMessage
+from pytest_hricdv.monitor.log import Log
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.monitor.node import PastFormula
@@ -103,17 +103,17 @@ def _as_type(time_s: float, name: str, value: Value, kind: Kind) -> Value:
     return float(value) if isinstance(value, Real) else value
 
 
-Crowded = Mapping[str, Sequence[Sequence[LogMessage]]]
-"""Topic -> the messages of each instant at which it has several, in the order in which they came."""
+Crowded = Mapping[str, Sequence[Sequence[Mapping[str, object]]]]
+"""Topic -> the fields of the messages of each instant at which it has several, in the order in which they came."""
 
 
 def _instants_with_several(log: Log) -> Crowded:
     """The instants of a run at which a topic has several messages."""
-    instants: dict[str, list[list[LogMessage]]] = {}
+    instants: dict[str, list[list[Mapping[str, object]]]] = {}
     for _, group in groupby(log.messages, key=lambda message: nanoseconds(message.time_s)):
-        by_topic: dict[str, list[LogMessage]] = {}
+        by_topic: dict[str, list[Mapping[str, object]]] = {}
         for message in group:
-            by_topic.setdefault(message.topic, []).append(message)
+            by_topic.setdefault(message.topic, []).append(message.fields)
         for topic, messages in by_topic.items():
             if len(messages) > 1:
                 instants.setdefault(topic, []).append(messages)
@@ -128,16 +128,27 @@ def _count_masked(formula: Formula, instants: Crowded) -> dict[str, int]:
     there. A message is counted if what the requirement reads differs in the last one of the instant; with
     `last(topic.field)` it reads the one before, too.
     """
-    parts = formula.conditions
-    kinds, counts = names_read(formula), {}
-    for topic in dict.fromkeys(node.topic for part in parts for node in walk(part) if isinstance(node, On)):
-        read = fields_read(kinds, topic)
-        seen = 2 if read and all(read.values()) else 1
-        names = [name.partition(".")[2] for name in read]
-        count = 0
-        for messages in instants.get(topic, ()):
-            final = messages[-1].fields
-            count += sum(any(message.fields[name] != final[name] for name in names) for message in messages[:-seen])
+    counts = {}
+    for topic, (names, seen) in what_masks(formula).items():
+        count = sum(masked(messages, names, seen) for messages in instants.get(topic, ()))
         if count:
             counts[topic] = count
     return counts
+
+
+def what_masks(formula: Formula) -> dict[str, tuple[tuple[str, ...], int]]:
+    """Topic of `on(topic)` in a formula -> the fields that it reads, and how many messages of an instant it sees."""
+    kinds, topics = names_read(formula), {}
+    for topic in dict.fromkeys(
+        node.topic for part in formula.conditions for node in walk(part) if isinstance(node, On)
+    ):
+        read = fields_read(kinds, topic)
+        seen = 2 if read and all(read.values()) else 1
+        topics[topic] = tuple(name.partition(".")[2] for name in read), seen
+    return topics
+
+
+def masked(messages: Sequence[Mapping[str, object]], names: Iterable[str], seen: int) -> int:
+    """How many messages of a topic at one instant count for nothing, see `what_masks`."""
+    final = messages[-1]
+    return sum(any(message[name] != final[name] for name in names) for message in messages[:-seen])

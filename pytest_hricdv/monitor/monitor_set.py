@@ -39,6 +39,10 @@ class MonitorSet:
     Reading a value before it is set is an error. `&` and `|` are evaluated from left to right and stop as soon as the
     result is known, so `on(reading) & reading.gaze` is safe before the first reading.
 
+    Args:
+        requirements: to be monitored.
+        most: so many violations and triggers of each are kept, the first ones; the others are counted.
+
     >>> from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
     >>> text = "always(closing -> distance >= 0.05)"
     >>> formula = parse_formula(text, Vocabulary(signals={"closing": bool, "distance": float}))
@@ -51,7 +55,7 @@ class MonitorSet:
     ('Failed', 1.5, -0.010000000000000002)
     """
 
-    def __init__(self, requirements: Iterable[Requirement] = ()) -> None:
+    def __init__(self, requirements: Iterable[Requirement] = (), *, most: float = math.inf) -> None:
         self._values = Values()
         self._arrived: dict[str, int] = {}
         self._requirements: dict[RequirementMonitor, str] = {}
@@ -68,6 +72,7 @@ class MonitorSet:
         self._finished = False
         for requirement in requirements:
             monitor = monitor_of(requirement, self._values, self._arrived)
+            monitor.keep_at_most(most)
             self._requirements[monitor] = requirement.id
             self._add(monitor, requirement.id)
 

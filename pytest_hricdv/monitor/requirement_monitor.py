@@ -52,6 +52,10 @@ class RequirementMonitor(FormulaMonitor):
         self._robustness = program.robustness
         self._verdict = VerdictBuilder(program.alternatives)
 
+    def keep_at_most(self, most: float) -> None:
+        """Keep so many violations and triggers; the others are counted."""
+        self._verdict.most = most
+
     def _can_start(self) -> bool:
         try:
             self._antecedent(self._state.values, self._state.arrived, self._state.at)
@@ -252,7 +256,9 @@ class EventuallyMonitor(ObligationMonitor):
     ) -> None:
         super().__init__(program, state, shows, start_s, end_s)
         self._missed: list[Nanoseconds] = []
-        """The deadlines of the last violations: those whose response has not come yet."""
+        """The deadlines of the last violations: those whose response has not come yet, as far as they are kept."""
+        self._first_missed = 0
+        """The number of the first of them."""
 
     def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
         is_due = self._is_due(now_ns, arrived, outputs)
@@ -267,8 +273,7 @@ class EventuallyMonitor(ObligationMonitor):
         self.active = bool(self._due or self._waiting or self._missed)
 
     def _settle(self, now_ns: Nanoseconds) -> None:
-        first = self._verdict.violations - len(self._missed)
-        for number, deadline_ns in enumerate(self._missed, first):
+        for number, deadline_ns in enumerate(self._missed, self._first_missed):
             self._verdict.came_late(number, now_ns - deadline_ns, now_ns)
         self._missed.clear()
 
@@ -284,7 +289,10 @@ class EventuallyMonitor(ObligationMonitor):
     def _miss(self, now_ns: Nanoseconds, outputs: Outputs) -> None:
         """The condition does not hold: those have failed whose windows are over."""
         while self._due and (deadline_ns := self._due[0] + self._end_ns) <= now_ns:
-            self._missed.append(deadline_ns)
+            if not self._missed:
+                self._first_missed = self._verdict.violations
+            if len(self._missed) < self._verdict.most:
+                self._missed.append(deadline_ns)
             trigger_ns = self._close(now_ns, passed=False)
             self._verdict.add_violation(trigger_ns, now_ns, self._current_values(outputs), 0.0)
 

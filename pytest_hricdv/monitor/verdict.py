@@ -154,10 +154,14 @@ class VerdictBuilder:
 
     Args:
         alternatives: the texts of the response's disjuncts; none where it is no disjunction.
+        most: so many violations and triggers are kept, the first ones; the others are counted.
     """
 
-    def __init__(self, alternatives: Iterable[str] = ()) -> None:
+    def __init__(self, alternatives: Iterable[str] = (), most: float = math.inf) -> None:
         self.unused = dict.fromkeys(alternatives)  # used as an ordered set
+        self.most = most
+        self.violations = 0
+        """How many there are."""
         self.triggers = 0
         self.passes = 0
         self.failures = 0
@@ -195,6 +199,9 @@ class VerdictBuilder:
             margin_ns: when the margin was; None for the time of the violation.
             values_ns: when those values were that are of another time.
         """
+        self.violations += 1
+        if self.violations > self.most:
+            return
         self._violated_ns[0].append(trigger_ns)  # type: ignore[arg-type]
         self._violated_ns[1].append(time_ns)  # type: ignore[arg-type]
         self._margins.append(margin)
@@ -203,15 +210,12 @@ class VerdictBuilder:
             self._values_ns[len(self._values)] = values_ns
         self._values.append(values)
 
-    @property
-    def violations(self) -> int:
-        """How many there are."""
-        return len(self._values)
-
     def came_late(self, number: int, late_ns: Nanoseconds, now_ns: Nanoseconds) -> None:
         """Say, once it is known, how late the response is that a violation (from 0) had missed."""
         margin = -late_ns / NS_PER_S
         self.add_margin(margin, now_ns)
+        if number >= len(self._margins):
+            return
         self._margins[number] = margin
         self._margins_ns[number] = now_ns  # type: ignore[call-overload]
 
@@ -229,6 +233,8 @@ class VerdictBuilder:
         self._note(begin_ns, end_ns, "pending")
 
     def _note(self, begin_ns: Nanoseconds, end_ns: Nanoseconds, outcome: TriggerOutcome) -> None:
+        if len(self._outcomes) >= self.most:
+            return
         # Times of a run are whole numbers: infinite are only times that do not come.
         self._decided_ns[0].append(begin_ns)  # type: ignore[arg-type]
         self._decided_ns[1].append(end_ns)  # type: ignore[arg-type]
@@ -250,7 +256,7 @@ class VerdictBuilder:
             failures=self.failures,
             untriggered=int(self.triggers == 0),
             pending=pending,
-            violations=tuple(map(self._violation, range(self.violations))),
+            violations=tuple(map(self._violation, range(len(self._values)))),
             margin=margin,
             margin_time_s=None if margin is None else seconds(self._margin_ns),
             history=tuple(sorted(map(_trigger, *self._decided_ns, self._outcomes), key=_by_begin)),
