@@ -48,7 +48,7 @@ FEATURES = MappingProxyType(
         "film": ("feature", "records"),
         "traces": ("feature", "records"),
         "evidence": ("commands",),
-        "logs": ("command",),
+        "logs": ("feature", "command"),
         "answers": ("commands",),
         "qualification": ("command",),
         "oracle": ("execution",),

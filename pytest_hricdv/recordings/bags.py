@@ -26,6 +26,9 @@ MAX_ELEMENTS = 1000
 
 SUFFIXES = (".mcap", ".db3")
 
+MAX_EXACT = 2**53
+"""Integers below it are floats, too."""
+
 MAX_DEFINITION = 1_000_000
 """Characters of the definition of a type, with all that it uses: a hundred times those of a long one."""
 
@@ -92,6 +95,7 @@ class Decoder:
 
         self._file_of = file_of
         self._types = get_typestore(Stores.EMPTY)
+        self._readers: dict[str, Callable[[bytes], Any]] = {}
 
     def fields(self, message: BagMessage, paths: Paths | None = None) -> dict[str, Value]:
         """The fields of a message, those of messages in it by paths (`linear.x`).
@@ -104,34 +108,43 @@ class Decoder:
         """
         content = self._content(message)
         if paths is None:
-            return dict(_flat(content if isinstance(content, Mapping) else _attributes(content), ""))
+            return dict(_flat(content if type(content) is dict else _attributes(content), ""))
         picked: dict[str, Value] = {}
         for path, names in paths.items():
             value: Any = content
             for name in names:
-                value = value.get(name) if isinstance(value, Mapping) else getattr(value, name, None)
+                value = value.get(name) if type(value) is dict else getattr(value, name, None)
             kind = type(value)
-            if kind is bool or kind is str or kind is float:
+            if kind is float or kind is bool or kind is str:  # nearly always; no function is called for it
                 picked[path] = value
+            elif kind is int and -MAX_EXACT < value < MAX_EXACT:
+                picked[path] = float(value)
             elif value is not None:
                 picked.update(_flat({path: value}, ""))
         return picked
 
     def _content(self, message: BagMessage) -> Any:
         """The message as a mapping (JSON), or as an object (CDR)."""
-        if message.encoding == "json":
+        _, kind, encoding, definition = message.topic
+        if encoding == "json":
             return _parse_json(message.data)
-        if message.encoding != "cdr":
-            named = message.encoding or "of no format that it names"
+        if encoding != "cdr":
+            named = encoding or "of no format that it names"
             raise UnreadableError(f"its messages are {named}; expected cdr or json")
-        self._add(message.type, message.definition)
+        read = self._readers.get(kind)
+        if read is None:
+            self._add(kind, definition)
         try:
-            content = self._types.deserialize_cdr(message.data, message.type)
+            if read is None:
+                read = self._readers[kind] = self._reader_of(kind)
+            return read(message.data)
         except KeyError as error:
             raise _type_error(str(error).strip("'")) from None
         except Exception as error:  # of its reader there are several
-            raise UnreadableError(f"its bytes are no {message.type}: {error_text(error)}") from None
-        return content
+            raise UnreadableError(f"its bytes are no {kind}: {error_text(error)}") from None
+
+    def _reader_of(self, kind: str) -> Callable[[bytes], Any]:
+        return lambda data: self._types.deserialize_cdr(data, kind)
 
     def _add(self, kind: str, definition: str) -> None:
         """Add the definition of a type, and of those in it."""

@@ -28,15 +28,21 @@ class UnreadableError(ValueError):
     """A message, or the rest of a file, cannot be read; the text says why."""
 
 
-class BagMessage(NamedTuple):
-    """A message as it was written: when (ns), its bytes, on which topic, its type, encoding, and the definition."""
+class BagTopic(NamedTuple):
+    """A topic: its name, the type of its messages, their encoding, and the definition of the type."""
 
-    time_ns: int
-    data: bytes
-    topic: str
+    name: str
     type: str
     encoding: str
     definition: str
+
+
+class BagMessage(NamedTuple):
+    """A message as it was written: when (ns), its bytes, and on which topic."""
+
+    time_ns: int
+    data: bytes
+    topic: BagTopic
 
 
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -54,46 +60,49 @@ def read_mcap(file: Path) -> Iterator[BagMessage]:
 
     schemas: dict[int, tuple[str, str]] = {0: ("", "")}
     channels: dict[int, tuple[str, int, str]] = {}
-    topics: dict[int, tuple[str, str, str, str]] = {}
+    topics: dict[int, BagTopic] = {}
     left = MAX_UNPACKING * max(file.stat().st_size, 1_000_000)
-    message = int(Opcode.MESSAGE)
+    kinds = (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
     with file.open("rb") as stream:  # needs no index, which a file that was cut off has not
-        for outer, written in _outer_records(stream):
-            parts: Iterator[tuple[int, bytes]] = iter(((outer, written),))
+        for outer, data in _outer_records(stream):
+            parts: Iterator[tuple[int, int, int]] = iter(((outer, 0, len(data)),))
             if outer == Opcode.CHUNK:
-                data = _unpack(Chunk.read(ReadDataStream(BytesIO(written))))
+                data = _unpack(Chunk.read(ReadDataStream(BytesIO(data))))
                 left -= len(data)
                 if left < 0:
                     raise UnreadableError(f"unpacks to more than {MAX_UNPACKING:,} times its size")
                 parts = _records(data)
-            for kind, body in parts:
-                if kind == message:
-                    number, _, time_ns, _ = _MESSAGE_HEAD.unpack_from(body)
-                    yield BagMessage(
-                        time_ns, body[22:], *(topics.get(number) or _topic(number, topics, channels, schemas))
-                    )
-                elif kind == Opcode.SCHEMA:
-                    schema = Schema.read(ReadDataStream(BytesIO(body)))
-                    schemas[schema.id] = schema.name, schema.data.decode(errors="replace")
+            for kind, begin, end in parts:
+                if kind == _MESSAGE:
+                    number, _, time_ns, _ = _MESSAGE_HEAD.unpack_from(data, begin)
+                    topic = topics.get(number) or _topic(number, topics, channels, schemas)
+                    yield BagMessage(time_ns, data[begin + 22 : end], topic)
+                elif kind in kinds:
+                    record = ReadDataStream(BytesIO(data[begin:end]))
+                    if kind == Opcode.SCHEMA:
+                        schema = Schema.read(record)
+                        schemas[schema.id] = schema.name, schema.data.decode(errors="replace")
+                    else:
+                        channel = Channel.read(record)
+                        channels[channel.id] = channel.topic, channel.schema_id, channel.message_encoding
                     topics.clear()
-                elif kind == Opcode.CHANNEL:
-                    channel = Channel.read(ReadDataStream(BytesIO(body)))
-                    channels[channel.id] = channel.topic, channel.schema_id, channel.message_encoding
-                    topics.clear()
+
+
+_MESSAGE, _FOOTER, _END_OF_DATA = 0x05, 0x02, 0x0F
 
 
 def _topic(
     number: int,
-    topics: dict[int, tuple[str, str, str, str]],
+    topics: dict[int, BagTopic],
     channels: dict[int, tuple[str, int, str]],
     schemas: dict[int, tuple[str, str]],
-) -> tuple[str, str, str, str]:
-    """Of a channel: its topic, type, encoding and definition."""
+) -> BagTopic:
+    """Of a channel."""
     if number not in channels or channels[number][1] not in schemas:
         raise UnreadableError("not an MCAP file that can be read, or cut off: a message of no channel or schema")
     name, schema, encoding = channels[number]
     kind, definition = schemas[schema]
-    topics[number] = name, kind, encoding, definition
+    topics[number] = BagTopic(name, kind, encoding, definition)
     return topics[number]
 
 
@@ -112,9 +121,6 @@ def _outer_records(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
             return
         yield kind, data
     raise UnreadableError("not an MCAP file that can be read, or cut off: it has no end")
-
-
-_FOOTER, _END_OF_DATA = 0x02, 0x0F
 
 
 def _unpack(chunk: Any) -> bytes:
@@ -137,16 +143,17 @@ def _unpack(chunk: Any) -> bytes:
     return bytes(data)
 
 
-def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """The records of a chunk, one after the other: a list of them would take a hundred times their bytes."""
-    place, end = 0, len(data)
-    while place < end:
-        kind, length = _HEAD.unpack_from(data, place)
+def _records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """The records of a chunk, one after the other: kind, begin and end. A list would take a hundred times its bytes."""
+    place, last = 0, len(data)
+    unpack = _HEAD.unpack_from
+    while place < last:
+        kind, length = unpack(data, place)
         begin = place + 9
         place = begin + length
-        if place > end or kind == 0:
+        if place > last or kind == 0:
             raise UnreadableError("a chunk has a record that is none, or ends within one")
-        yield kind, data[begin:place]
+        yield kind, begin, place
 
 
 def read_sqlite(file: Path) -> Iterator[BagMessage]:
@@ -168,7 +175,7 @@ def read_sqlite(file: Path) -> Iterator[BagMessage]:
             definitions = {str(kind): str(text) for kind, text in database.execute(asked).fetchmany(MAX_TOPICS)}
         asked = "SELECT id, name, type, serialization_format FROM topics"
         topics = {
-            number: (str(name), str(kind), str(encoding), definitions.get(kind, ""))
+            number: BagTopic(str(name), str(kind), str(encoding), definitions.get(kind, ""))
             for number, name, kind, encoding in database.execute(asked).fetchmany(MAX_TOPICS)
         }
         for number, time_ns, data in database.execute("SELECT topic_id, timestamp, data FROM messages"):
@@ -176,7 +183,7 @@ def read_sqlite(file: Path) -> Iterator[BagMessage]:
                 raise UnreadableError("a row of its messages has no topic, time or data")
             if data.startswith(_ZSTD):
                 raise UnreadableError("its messages are compressed; write it anew with: ros2 bag convert")
-            yield BagMessage(time_ns, data, *topics[number])
+            yield BagMessage(time_ns, data, topics[number])
 
 
 _ZSTD = b"\x28\xb5\x2f\xfd"

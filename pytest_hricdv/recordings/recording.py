@@ -8,13 +8,14 @@ from __future__ import annotations
 import heapq
 import math
 import struct
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 from pytest_hricdv.recordings.bags import Decoder, Paths, Value, bag_files, read_messages
-from pytest_hricdv.recordings.containers import BagMessage, UnreadableError
+from pytest_hricdv.recordings.containers import UnreadableError
 
 CLOCK = "/clock"
 NS_PER_S = 1_000_000_000
@@ -124,6 +125,7 @@ class RecordingReader:
         problems: what kept the rest from being read.
         unreadable: topic -> how many messages have fields that cannot be read, and why.
         jumps: of the clock, a sentence each.
+        base_ns: times of messages count from then on (ns): since 1970, they would be known to a quarter of a us only.
     """
 
     def __init__(self, asked: Path, path: Path, file_of: Callable[[str], Path | None]) -> None:
@@ -138,6 +140,7 @@ class RecordingReader:
         self.problems: list[str] = []
         self.unreadable: dict[str, tuple[int, str]] = {}
         self.jumps: list[str] = []
+        self.base_ns = 0
         self._is_ros = self._has_clock = False
         self._kept = 0
 
@@ -166,6 +169,7 @@ class RecordingReader:
         stamp: Callable[[RecordedSample], float | None] | None = None,
         jitter_s: float = JITTER_S,
         jumps: bool = True,
+        from_zero: bool = False,
         most: float = math.inf,
     ) -> Iterator[tuple[int, RecordedSample]]:
         """The messages in the order of time, each with the number of its part (from 0): the clock jumps between parts.
@@ -175,73 +179,89 @@ class RecordingReader:
             stamp: when a message was, by itself (s); None: it is left out.
             jitter_s: how far messages may be out of order.
             jumps: whether the clock may jump.
+            from_zero: times are those of the recording, which begins at 0; otherwise they are since its first message.
             most: so many messages and values can be kept by the caller; what comes then is not read.
         """
         self._begin()
         order = _Order(self.name, jitter_s, jumps=jumps)
-        for sample in _of_clock(self._decoded(fields_of, most)):
+        add = order.add
+        for sample in _of_clock(self._decoded(fields_of, most, is_based=not from_zero)):
             if stamp is not None:
                 time_s = stamp(sample)
                 if time_s is None:
                     continue
                 sample = sample._replace(time_s=time_s)
             try:
-                yield from order.add(sample)
+                due = add(sample)
             except UnreadableError as error:
                 self.problems.append(self._cut_off(str(error)))
                 break
+            yield from due
         yield from order.rest()
         self.jumps = order.jumps()
 
-    def _decoded(self, fields_of: Callable[[str], Paths | None], most: float) -> Iterator[RecordedSample]:
+    def _decoded(
+        self, fields_of: Callable[[str], Paths | None], most: float, *, is_based: bool
+    ) -> Iterator[RecordedSample]:
         """The messages as they were written, as far as they can be read, with the times of the recorder."""
-        decoder, topics = Decoder(self._file_of), dict[str, Paths | None]()
+        decode, topics = Decoder(self._file_of).fields, dict[str, Paths | None]()
         try:
             for file in bag_files(self.path):
                 for message in read_messages(file):
-                    topic = message.topic
-                    if topic not in topics:
-                        topics[topic] = fields_of(topic)
-                        self.types[topic] = message.type
-                        self._is_ros |= message.encoding == "cdr"
-                    yield self._sample(message, decoder, topics[topic])
-                    if self._kept > most:
-                        raise UnreadableError(f"{file.name}: has more than {most:,} messages and values")
+                    time_ns, _, topic = message
+                    if is_based:
+                        self.base_ns, is_based = time_ns, False
+                    name, time_s = topic.name, (time_ns - self.base_ns) / NS_PER_S
+                    if name not in topics:
+                        topics[name] = fields_of(name)
+                        self.types[name] = topic.type
+                        self._is_ros |= topic.encoding == "cdr"
+                    if name == CLOCK and topic.encoding == "cdr" and len(message.data) >= 12:
+                        self._has_clock = True
+                        yield RecordedSample(time_s, _TICK, {"": _clock_s(message.data)})
+                        continue
+                    self.count += 1
+                    paths = topics[name]
+                    if paths is None:
+                        yield RecordedSample(time_s, name, NOTHING)
+                        if most < math.inf:
+                            self._keep(NOTHING, most, file)
+                        continue
+                    try:
+                        fields: Mapping[str, Value] = decode(message, paths or None)
+                    except UnreadableError as error:
+                        count, text = self.unreadable.get(name, (0, str(error)))
+                        self.unreadable[name] = (count + 1, text)
+                        fields = UNREAD
+                    yield RecordedSample(time_s, name, fields)
+                    if most < math.inf:
+                        self._keep(fields, most, file)
         except UnreadableError as error:
             self.problems.append(self._cut_off(str(error)))
         except OSError as error:
             self.problems.append(f"{self.path.absolute()}: cannot be read: {error.strerror}")
 
+    def _keep(self, fields: Mapping[str, Value], most: float, file: Path) -> None:
+        self._kept += 1 + sum(len(value) if isinstance(value, tuple) else 1 for value in fields.values())
+        if self._kept > most:
+            raise UnreadableError(f"{file.name}: has more than {most:,} messages and values")
+
     def _cut_off(self, text: str) -> str:
         return f"{text}; {f'its first {self.count} messages are used' if self.count else 'nothing of it is used'}"
 
-    def _sample(self, message: BagMessage, decoder: Decoder, paths: Paths | None) -> RecordedSample:
-        time_s = message.time_ns / NS_PER_S
-        if message.topic == CLOCK and message.encoding == "cdr" and len(message.data) >= 12:
-            seconds, nanoseconds = struct.unpack_from("<iI", message.data, 4)
-            self._has_clock = True
-            self._kept += 1
-            return RecordedSample(time_s, _TICK, {"": seconds + nanoseconds / NS_PER_S})
-        self.count += 1
-        fields: Mapping[str, Value] = {}
-        if paths is not None:
-            try:
-                fields = decoder.fields(message, paths or None)
-            except UnreadableError as error:
-                count, text = self.unreadable.get(message.topic, (0, str(error)))
-                self.unreadable[message.topic] = (count + 1, text)
-                return RecordedSample(time_s, message.topic, UNREAD)
-            if not paths:
-                self._kept += sum(len(value) if isinstance(value, tuple) else 1 for value in fields.values())
-        self._kept += 1
-        return RecordedSample(time_s, message.topic, fields)
 
-
+NOTHING: Mapping[str, Value] = {}
 UNREAD: Mapping[str, Value] = {}
 """The fields of a message that could not be read: this very object."""
 
 _TICK = ""
 """The topic of what `/clock` said."""
+
+
+def _clock_s(data: bytes) -> float:
+    seconds, nanoseconds = struct.unpack_from("<iI", data, 4)
+    return float(seconds + nanoseconds / NS_PER_S)
+
 
 MAX_HELD = 100_000
 """Messages that wait for the next one of `/clock`; and, at the beginning, for the first."""
@@ -290,31 +310,52 @@ class _Order:
         self._name, self._jitter_s, self._splits = name, jitter_s, jumps
         self._part = self._number = self._more = 0
         self._last_s = math.nan
-        self._waiting: list[tuple[float, int, RecordedSample]] = []
+        self._waiting: deque[RecordedSample] = deque()  # in order
+        self._late: list[tuple[float, int, RecordedSample]] = []  # a heap
         self._jumps: list[str] = []
 
-    def add(self, sample: RecordedSample) -> Iterator[tuple[int, RecordedSample]]:
-        """Add the next message; those that nothing precedes any more."""
+    def add(self, sample: RecordedSample) -> Iterable[tuple[int, RecordedSample]]:
+        """Add the next message; returns those that nothing precedes any more."""
         time_s, waiting = sample.time_s, self._waiting
         self._number += 1
-        if self._number == 1:
+        step_s = time_s - self._last_s
+        if step_s >= 0.0 and (step_s <= PAUSE_S or not self._splits):
             self._last_s = time_s
-        elif self._splits and not -self._jitter_s <= time_s - self._last_s <= PAUSE_S:
+            waiting.append(sample)
+            if waiting[0].time_s >= time_s - self._jitter_s and not self._late:
+                return () if len(waiting) < MAX_VALUES else self._overflow()
+            return self._due(time_s - self._jitter_s)
+        return self._add_late(sample)
+
+    def _add_late(self, sample: RecordedSample) -> Iterator[tuple[int, RecordedSample]]:
+        if self._number == 1:
+            self._last_s = sample.time_s
+            self._waiting.append(sample)
+        elif self._splits and not -self._jitter_s <= sample.time_s - self._last_s <= PAUSE_S:
             yield from self.rest()
             self._jump(sample)
-        elif time_s > self._last_s:
-            self._last_s = time_s
-        heapq.heappush(waiting, (time_s, self._number, sample))
-        due_s, part = self._last_s - self._jitter_s, self._part
-        while waiting[0][0] < due_s:
-            yield part, heapq.heappop(waiting)[2]
-        if len(waiting) > MAX_VALUES:
-            raise UnreadableError(f"{self._name}: has more than {MAX_VALUES:,} messages in {self._jitter_s:g} s")
+            self._waiting.append(sample)
+        else:
+            heapq.heappush(self._late, (sample.time_s, self._number, sample))
+            if len(self._late) > MAX_VALUES:
+                self._overflow()
+
+    def _overflow(self) -> NoReturn:
+        raise UnreadableError(f"{self._name}: has more than {MAX_VALUES:,} messages in {self._jitter_s:g} s")
+
+    def _due(self, before_s: float) -> Iterator[tuple[int, RecordedSample]]:
+        waiting, late, part = self._waiting, self._late, self._part
+        while waiting and waiting[0].time_s < before_s:
+            if late and late[0][0] < waiting[0].time_s:
+                yield part, heapq.heappop(late)[2]
+            else:
+                yield part, waiting.popleft()
+        while late and late[0][0] < before_s:
+            yield part, heapq.heappop(late)[2]
 
     def rest(self) -> Iterator[tuple[int, RecordedSample]]:
         """Those that still wait."""
-        while self._waiting:
-            yield self._part, heapq.heappop(self._waiting)[2]
+        yield from self._due(math.inf)
 
     def _jump(self, sample: RecordedSample) -> None:
         jump_s = sample.time_s - self._last_s

@@ -27,6 +27,7 @@ from pytest_hricdv.extra.campaign.__main__ import _number as number_of_campaign
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
+from pytest_hricdv.extra.logs.expression import parse_expression
 from pytest_hricdv.generate.abstract import AbstractTest, check_suite_name
 from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext
@@ -36,7 +37,7 @@ from pytest_hricdv.monitor.dsl import TruthValue
 from pytest_hricdv.monitor.patterns.temporal import existence
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.recordings.bags import Decoder, read_messages
-from pytest_hricdv.recordings.containers import BagMessage, _unpack
+from pytest_hricdv.recordings.containers import BagMessage, BagTopic, _unpack
 from pytest_hricdv.recordings.recording import read_recordings
 from pytest_hricdv.report.carrying import FileCarrier
 from pytest_hricdv.results import codec, journal
@@ -167,6 +168,18 @@ def recorded(number: int, folder: Path) -> None:
         raise ValueError(recording.problems[0])
 
 
+def jumping(number: int, folder: Path) -> None:
+    file = write_mcap(folder / "run.mcap", [(1000.0 * n, "/said", {}) for n in range(number)])
+    (recording,) = read_recordings([file], lambda topic: True, lambda kind: None)
+    if recording.is_cut:
+        raise ValueError(recording.problems[0])
+
+
+def computed(number: int, _: Path) -> None:
+    for problem in parse_expression("a".ljust(number, "a")).problems("level"):
+        raise ValueError(problem)
+
+
 def padded(number: int, folder: Path) -> None:
     file = write_mcap(folder / "run.mcap", [(0.0, "/said", b" " * 999_900)] * number, packed=True)
     assert len([*read_messages(file)]) == number
@@ -174,7 +187,9 @@ def padded(number: int, folder: Path) -> None:
 
 def defined(number: int, _: Path) -> None:
     text = "uint8 a  # ".ljust(number, "x")
-    Decoder(lambda kind: None).fields(BagMessage(0, "/a", "a_msgs/msg/A", "cdr", b"\x00\x01\x00\x00\x01", text))
+    Decoder(lambda kind: None).fields(
+        BagMessage(0, b"\x00\x01\x00\x00\x01", BagTopic("/a", "a_msgs/msg/A", "cdr", text))
+    )
 
 
 def carried(size: int, folder: Path) -> object:
@@ -301,6 +316,8 @@ LIMITS = (
         step=2**10,
     ),
     Limit("recordings.recording:MAX_VALUES", recorded, "run.mcap: has more than 9 messages", low=9),
+    Limit("recordings.recording:MAX_PARTS", jumping, "run.mcap: its clock jumps more than 9 times", low=9),
+    Limit("extra.logs.expression:MAX_CHARACTERS", computed, "level: expression 'a+.* has more than 1,000 characters"),
     Limit(
         "recordings.containers:MAX_MESSAGE_BYTES",
         lambda n, _: _unpack(SimpleNamespace(compression="zstd", data=zstandard.compress(bytes(n)))),

@@ -1,47 +1,33 @@
-"""Judges logs. If a log has no data for a requirement, the verdict is unknown, never passed."""
+"""Judges logs, message by message. If a log has no data for a requirement, the verdict is unknown, never passed."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import groupby
+from typing import Any
 
-from pytest_hricdv._base.message import InputError
-from pytest_hricdv.extra.logs.log_map import LogMap, SignalSource, TopicSource, field_sources, value_of
-from pytest_hricdv.monitor.analysis import names_read, topics_read
-from pytest_hricdv.monitor.log import Log, Series
-from pytest_hricdv.monitor.logged import evaluate
-from pytest_hricdv.monitor.monitor_set import MonitorError
+from msgspec.structs import replace
+
+from pytest_hricdv.extra.logs.log_map import ActionSource, CrossSource
+from pytest_hricdv.extra.logs.log_picture import LogPicture
+from pytest_hricdv.extra.logs.logged_actions import LoggedActions
+from pytest_hricdv.extra.logs.logged_run import LoggedRun, LogReader, Span, spans_between
+from pytest_hricdv.monitor.analysis import names_of, names_read, topics_of, topics_read
+from pytest_hricdv.monitor.antecedent import NearMissSearch
+from pytest_hricdv.monitor.evaluation_state import nanoseconds
+from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
+from pytest_hricdv.monitor.logged import masked, what_masks
+from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
+from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.monitor.verdict import Verdict
-from pytest_hricdv.monitor.vocabulary import Vocabulary
+from pytest_hricdv.monitor.verdict import NearMiss, RequirementResult, Verdict
 from pytest_hricdv.recordings.bags import Value
-from pytest_hricdv.recordings.recording import RecordedSample, Recording, is_periodic
 
-GAP_PERIODS = 5.0
-"""No message of a periodic topic for so many of its periods is a gap (chosen): recorders lose one or two."""
-
-Span = tuple[float, float]
-"""From when to when (s)."""
-
-
-@dataclass(frozen=True)
-class LoggedRun:
-    """A part of a log without jumps of its clock.
-
-    Args:
-        name: of the log, for people.
-        log: its messages and signals, with times since its beginning.
-        gaps: signal or message -> when there is no data of it.
-        missing: signals and messages that the log does not have at all.
-    """
-
-    name: str
-    log: Log
-    gaps: Mapping[str, tuple[Span, ...]] = field(default_factory=dict)
-    missing: frozenset[str] = frozenset()
+MAX_KEPT = 1000
+"""Violations of a requirement that are kept, and triggers; the others are counted."""
 
 
 @dataclass(frozen=True)
@@ -57,138 +43,297 @@ class LogVerdict:
         """Failed, where any stretch fails; unknown, where data is missing; otherwise that of the monitors."""
         if any(part.verdict == "Failed" for part in self.stretches):
             return "Failed"
-        return "unknown" if self.unknown else self.stretches[0].verdict
+        return "unknown" if self.unknown or not self.stretches else self.stretches[0].verdict
 
     @property
     def margin(self) -> float | None:
         """The least of all stretches."""
         return min((part.margin for part in self.stretches if part.margin is not None), default=None)
 
-
-def runs_of(recording: Recording, made: LogMap, vocabulary: Vocabulary) -> Iterator[LoggedRun]:
-    """The parts of a recording as runs.
-
-    Raises:
-        InputError: a message lacks a field that the map names, or it is of another type.
-    """
-    parts = recording.parts
-    if made.is_own:
-        parts = (tuple(sample for part in parts for sample in part),)
-    for number, part in enumerate(parts, 1):
-        name = recording.name if len(parts) == 1 else f"{recording.name}, part {number}"
-        if part:
-            yield _run_of(name, part, made, vocabulary)
-
-
-def _run_of(name: str, part: Sequence[RecordedSample], made: LogMap, vocabulary: Vocabulary) -> LoggedRun:
-    sources = dict(field_sources(made, vocabulary))
-    begin_s = 0.0 if made.is_own else min(time_of(sample, made.time) for sample in part)
-    messages: list[RecordedSample] = []
-    series: dict[str, tuple[list[float], list[Value]]] = {}
-    seen: dict[str, list[float]] = {}
-    by_topic: dict[str, list[tuple[str, TopicSource]]] = {}
-    for own, source in made.sources.items():
-        by_topic.setdefault(source.topic, []).append((own, source))
-    for sample in part:
-        for own, source in by_topic.get(sample.topic, ()):
-            time_s = time_of(sample, source.time or made.time) - begin_s
-            seen.setdefault(own, []).append(time_s)
-            if isinstance(source, SignalSource):
-                times, values = series.setdefault(own, ([], []))
-                times.append(time_s)
-                values.append(value_of(own, sources[own], sample.fields, vocabulary))
-                continue
-            names = {member: f"{own}.{member}" for member in vocabulary.messages[own]}
-            fields = {
-                member: value_of(path, sources[path], sample.fields, vocabulary) for member, path in names.items()
-            }
-            messages.append(RecordedSample(time_s, own, fields))
-    end_s = max(time_of(sample, made.time) for sample in part) - begin_s
-    end_s = max(end_s, *(times[-1] for times in seen.values()), 0.0) if seen else end_s
-    messages.sort(key=lambda message: message.time_s)
-    signals: dict[str, Series] = {own: _in_order(*values) for own, values in series.items()}
-    gaps: dict[str, tuple[Span, ...]] = {}
-    for own, times in seen.items():
-        limit_s = made.sources[own].gap_s
-        if spans := tuple(_gaps(sorted(times), end_s, made.gap_s if limit_s is None else limit_s)):
-            gaps[own] = spans
-    needed = {*vocabulary.signals, *(() if made.is_own else vocabulary.messages)}
-    return LoggedRun(name, Log(signals, messages, end_s), gaps, frozenset(needed - seen.keys()))
+    @property
+    def result(self) -> RequirementResult:
+        """As a report has it: an unknown one is not checked, whatever the stretches say."""
+        parts = self.stretches
+        if len(parts) == 1 and not self.unknown:
+            return parts[0].result
+        return RequirementResult(
+            verdict="Failed" if self.verdict == "Failed" else "NC",
+            triggers=sum(part.triggers for part in parts),
+            passes=sum(part.passes for part in parts),
+            failures=sum(part.failures for part in parts),
+            untriggered=int(not any(part.triggers for part in parts)),
+            pending=sum(part.pending for part in parts),
+            violations=tuple(violation for part in parts for violation in part.violations)[:MAX_KEPT],
+            margin=self.margin,
+            margin_time_s=next((part.margin_time_s for part in parts if part.margin == self.margin), None),
+            near_miss=None,
+        )
 
 
-def time_of(sample: RecordedSample, clock: str) -> float:
-    """When a message was recorded (s), or the stamp in its header. Raises InputError where it has none."""
-    if clock == "log":
-        return sample.time_s
-    stamp = (sample.fields.get("header.stamp.sec"), sample.fields.get("header.stamp.nanosec"))
-    if not (isinstance(stamp[0], float) and isinstance(stamp[1], float)):
-        raise InputError(f"{sample.topic}: its messages have no header.stamp, by which their times were to be")
-    return stamp[0] + stamp[1] / 1e9
+@dataclass
+class JudgedRun:
+    """A run with its verdicts, in the order of the requirements; hits of cross products; and what people did."""
+
+    run: LoggedRun
+    picture: LogPicture
+    verdicts: tuple[LogVerdict, ...] = ()
+    hits: dict[str, set[tuple[str, ...]]] = field(default_factory=dict)
+    commands: set[str] = field(default_factory=set)
 
 
-def _in_order(times: Sequence[float], values: Sequence[Value]) -> Series:
-    order = sorted(range(len(times)), key=times.__getitem__)
-    return [times[n] for n in order], [values[n] for n in order]  # type: ignore[return-value]
+def judge(
+    reader: LogReader,
+    requirements: Sequence[Requirement],
+    known_when: Mapping[str, PastFormula] | None = None,
+    actions: LoggedActions | None = None,
+    *,
+    draws: bool = False,
+) -> list[JudgedRun]:
+    """Judge the runs of a log.
 
-
-def _gaps(times: Sequence[float], end_s: float, limit_s: float | None) -> Iterator[Span]:
-    """When there is no data for longer than the limit; up to the first message, and from the last one on."""
-    waits = [after - before for before, after in pairwise(times)]
-    if limit_s is None:
-        limit_s = GAP_PERIODS * sorted(waits)[3 * len(waits) // 4] if waits and is_periodic(waits) else math.inf
-    for before, after in pairwise((0.0, *times, end_s)):
-        if after - before > limit_s:
-            yield before, after
-
-
-def judge(requirements: Sequence[Requirement], run: LoggedRun) -> list[LogVerdict]:
-    """The verdicts on a run, in the order of the requirements.
+    Args:
+        reader: of the log.
+        requirements: of the testbench.
+        known_when: requirement -> the condition under which its violation is known.
+        actions: what people can do; None where it is of no interest.
+        draws: whether runs are drawn, too.
 
     Raises:
         MonitorError: the log has a value that no requirement can be judged by.
+        InputError: a message lacks a field that the map names, or it is of another type.
     """
-    read = {requirement.id: _read(requirement) for requirement in requirements}
-    whole = [each for each in requirements if not (read[each.id] & (run.gaps.keys() | run.missing))]
-    verdicts = {
-        verdict.requirement: LogVerdict(verdict.requirement, (verdict,)) for verdict in evaluate(whole, run.log)
-    }
-    for requirement in requirements:
-        if requirement.id not in verdicts:
-            verdicts[requirement.id] = _judge_stretches(requirement, run, read[requirement.id])
-    return [verdicts[requirement.id] for requirement in requirements]
+    runs = reader.runs()
+    judged, judges = (
+        [JudgedRun(run, LogPicture(run.end_s)) for run in runs],
+        [_judges(reader, run, requirements, known_when) for run in runs],
+    )
+    if not any(judges) and not reader.made.cross and actions is None:
+        return [_with_verdicts(made, requirements, [], {}) for made in judged]
+    readers = [_by_name(each, reader) for each in judges]
+    for part, time_s, event, value in reader.events(runs):
+        for read in readers[part].get(event.name, ()) if event.is_judged else ():
+            read(time_s, event.name, value)
+        if draws and event.is_judged:
+            judged[part].picture.add(time_s, event.name, value)
+        if isinstance(event.source, CrossSource):
+            judged[part].hits.setdefault(event.name, set()).add(tuple(map(str, value.values())))  # type: ignore[union-attr]
+        elif isinstance(event.source, ActionSource) and actions is not None:
+            judged[part].commands.add(actions.command(runs[part].name, event.source, value))  # type: ignore[arg-type]
+    for each in (each for mine in judges for each in mine):
+        each.finish()
+    misses = _near_misses(reader, runs, judges)
+    return [
+        _with_verdicts(made, requirements, mine, misses.get(n, {}))
+        for n, (made, mine) in enumerate(zip(judged, judges, strict=True))
+    ]
 
 
-def _read(requirement: Requirement) -> frozenset[str]:
+def _by_name(judges: Sequence[_Judge], reader: LogReader) -> dict[str, list[Callable[[float, str, Any], None]]]:
+    """Signal or message -> what takes its values."""
+    by_name: dict[str, list[Callable[[float, str, Any], None]]] = {}
+    for each in judges:
+        for name in each.reads:
+            by_name.setdefault(name, []).append(each.signal if name in reader.made.signals else each.message)
+    return by_name
+
+
+def reads(requirement: Requirement) -> frozenset[str]:
+    """The signals and messages that a requirement reads."""
     signals = (name for name in names_read(requirement.formula) if "." not in name)
     return frozenset((*signals, *requirement.shows, *topics_read(requirement.formula)))
 
 
-def _judge_stretches(requirement: Requirement, run: LoggedRun, read: frozenset[str]) -> LogVerdict:
-    """The verdict on what lies between the gaps of what a requirement reads: what fails there fails."""
-    if absent := sorted(read & run.missing):
-        return LogVerdict(requirement.id, (), f"the log has no {' and no '.join(absent)}")
-    spans = sorted((*span, name) for name in read & run.gaps.keys() for span in run.gaps[name])
-    begin_s = 0.0
-    stretches: list[Verdict] = []
-    for from_s, to_s, _ in (*spans, (run.log.end_s, run.log.end_s, "")):
-        if from_s > begin_s:
-            with suppress(MonitorError):  # nothing of a signal in it
-                stretches += evaluate([requirement], _cut(run.log, begin_s, from_s))
-        begin_s = max(begin_s, to_s)
-    first, more = spans[0], len(spans) - 1
-    text = f"no data of {first[2]} from {first[0]:.3f} to {first[1]:.3f} s" + (
-        f", and {more} more gaps" if more else ""
+def _judges(
+    reader: LogReader, run: LoggedRun, requirements: Sequence[Requirement], known: Mapping[str, PastFormula] | None
+) -> list[_Judge]:
+    """One judge for all requirements that are judged over the same stretches."""
+    groups: dict[tuple[Span, ...], list[Requirement]] = {}
+    for requirement in requirements:
+        names = reads(requirement)
+        if names & run.missing:
+            continue
+        begin_s = 0.0 if reader.made.is_own else run.known_from_s(names, reader.made)
+        gaps = [span for name in names & run.gaps.keys() for span in run.gaps[name]]
+        groups.setdefault(spans_between(gaps, begin_s, run.end_s), []).append(requirement)
+    lacks = run.gaps.keys() | run.missing
+    conditions = {
+        name: None if _names_of(condition) & lacks else condition for name, condition in (known or {}).items()
+    }
+    return [_Judge(tuple(members), spans, conditions) for spans, members in groups.items()]
+
+
+def _names_of(condition: PastFormula) -> frozenset[str]:
+    return frozenset((*(name for name in names_of([condition]) if "." not in name), *topics_of([condition])))
+
+
+class _Judge:
+    """Judges requirements over the same stretches of a run: what lies between the gaps of what they read.
+
+    Signals have the values at the beginning of a stretch that they had before.
+    """
+
+    def __init__(
+        self, requirements: tuple[Requirement, ...], spans: Sequence[Span], known: Mapping[str, PastFormula | None]
+    ) -> None:
+        self.requirements = requirements
+        self._known = {requirement.id: known[requirement.id] for requirement in requirements if requirement.id in known}
+        conditions = (_names_of(condition) for condition in self._known.values() if condition is not None)
+        self.reads = frozenset().union(*map(reads, requirements), *conditions)
+        self.verdicts: list[tuple[Verdict, ...]] = []
+        self._spans, self._is_whole = deque(spans), len(spans) == 1
+        self._masks = {
+            requirement.id: what for requirement in requirements if (what := what_masks(requirement.formula))
+        }
+        self._masking = frozenset(topic for what in self._masks.values() for topic in what)
+        self._values: dict[str, bool | float | str] = {}
+        self._next()
+
+    def _next(self) -> None:
+        self._begin_s, self._end_s = self._spans.popleft() if self._spans else (float("inf"), float("inf"))
+        self._monitors: MonitorSet | None = None
+        self._conditions: dict[str, ConditionMonitor] = {}
+        self._instant: tuple[float, dict[str, list[Mapping[str, Value]]]] = (-1.0, {})
+        self._masked: dict[str, dict[str, int]] = {}
+
+    def signal(self, time_s: float, name: str, value: bool | float | str) -> None:
+        """A signal has a new value."""
+        while time_s > self._end_s:
+            self._close()
+        if time_s >= self._begin_s:
+            (self._monitors or self._open()).signal(time_s, name, value)
+        if self._spans or self._monitors is None:
+            self._values[name] = value
+
+    def message(self, time_s: float, name: str, fields: Mapping[str, Value]) -> None:
+        """A message came."""
+        while time_s > self._end_s:
+            self._close()
+        if time_s >= self._begin_s:
+            (self._monitors or self._open()).message(time_s, name, fields)
+            if name in self._masking:
+                self._note_message(time_s, name, fields)
+
+    def _open(self) -> MonitorSet:
+        monitors = self._monitors = MonitorSet(self.requirements, most=MAX_KEPT)
+        conditions = self._known.items()
+        self._conditions = {name: monitors.watch(when) for name, when in conditions if when is not None}
+        for name, value in self._values.items():
+            monitors.signal(self._begin_s, name, value)
+        monitors.advance(self._begin_s)
+        return monitors
+
+    def _note_message(self, time_s: float, name: str, fields: Mapping[str, Value]) -> None:
+        if time_s != self._instant[0]:
+            self._count_masked()
+            self._instant = (time_s, {})
+        self._instant[1].setdefault(name, []).append(fields)
+
+    def _count_masked(self) -> None:
+        for topic, messages in self._instant[1].items():
+            for requirement, what in self._masks.items() if len(messages) > 1 else ():
+                if topic in what and (count := masked(messages, *what[topic])):
+                    counts = self._masked.setdefault(requirement, {})
+                    counts[topic] = counts.get(topic, 0) + count
+
+    def _close(self) -> None:
+        """The verdicts on the present stretch; none where nothing of a signal is in it."""
+        with suppress(*(() if self._is_whole else (MonitorError,))):
+            monitors = self._monitors or self._open()
+            self._count_masked()
+            verdicts = monitors.finish(self._end_s)
+            self.verdicts.append(tuple(map(self._complete, verdicts)))
+        self._next()
+
+    def _complete(self, verdict: Verdict) -> Verdict:
+        """With what it did not see, and which violations are not the known ones."""
+        name = verdict.requirement
+        verdict = replace(verdict, masked_messages=self._masked.get(name, {}))
+        if name not in self._known:
+            return verdict
+        condition = self._conditions.get(name)  # none: nobody knows whether it held
+        outside = (condition is None or not condition.holds_at(v.time_s) for v in verdict.violations)
+        marked = (replace(v, outside=is_outside) for v, is_outside in zip(verdict.violations, outside, strict=True))
+        return replace(verdict, violations=tuple(marked))
+
+    def finish(self) -> None:
+        """The run has ended."""
+        while self._begin_s < float("inf"):
+            self._close()
+
+    @property
+    def untriggered(self) -> Iterator[Requirement]:
+        """Requirements that were never triggered in a run without gaps."""
+        if self._is_whole and self.verdicts:
+            for requirement, verdict in zip(self.requirements, self.verdicts[0], strict=True):
+                if verdict.untriggered:
+                    yield requirement
+
+
+def _near_misses(
+    reader: LogReader, runs: list[LoggedRun], judges: Sequence[Sequence[_Judge]]
+) -> dict[int, dict[str, NearMiss]]:
+    """Number of a run -> requirement that was never triggered -> when it was nearest to it; in one more pass."""
+    searches = {
+        number: {
+            requirement.id: NearMissSearch(requirement.formula.antecedent)
+            for each in mine
+            for requirement in each.untriggered
+        }
+        for number, mine in enumerate(judges)
+    }
+    if not any(searches.values()):
+        return {}
+    wanted = {
+        name for mine in searches.values() for search in mine.values() for name in (*search.signals, *search.topics)
+    }
+    ends_ns = [nanoseconds(run.end_s) for run in runs]
+    last_ns: list[float] = [-1] * len(runs)
+    instants = groupby(reader.events(runs), key=lambda entry: (entry[0], nanoseconds(entry[1])))
+    for (part, now_ns), entries in instants:
+        updates: list[tuple[str, Any]] = [(event.name, value) for _, _, event, value in entries if event.name in wanted]
+        for search in searches[part].values():
+            found = [update for update in updates if update[0] in search.topics or update[0] in search.signals]
+            if found or last_ns[part] < 0:
+                search.add(now_ns, found, last=now_ns == ends_ns[part])
+        last_ns[part] = now_ns
+    for part, of_run in searches.items():
+        for search in of_run.values():
+            if last_ns[part] < ends_ns[part]:
+                search.add(ends_ns[part], (), last=True)
+    return {part: {name: search.nearest() for name, search in mine.items()} for part, mine in searches.items()}
+
+
+def _with_verdicts(
+    made: JudgedRun, requirements: Iterable[Requirement], judges: Sequence[_Judge], misses: Mapping[str, NearMiss]
+) -> JudgedRun:
+    """The run with its verdicts."""
+    stretches: dict[str, list[Verdict]] = {}
+    for each in judges:
+        for verdicts in each.verdicts:
+            for verdict in verdicts:
+                stretches.setdefault(verdict.requirement, []).append(verdict)
+    made.verdicts = tuple(
+        _verdict(made.run, requirement, stretches.get(requirement.id, ()), misses) for requirement in requirements
     )
-    return LogVerdict(requirement.id, tuple(stretches), text)
+    return made
 
 
-def _cut(log: Log, begin_s: float, end_s: float) -> Log:
-    """A stretch of a log; signals have the values that they had when it began."""
-    signals: dict[str, Series] = {}
-    for name, (times, values) in log.signals.items():
-        kept = [n for n, time_s in enumerate(times) if begin_s <= time_s <= end_s]
-        before = [n for n, time_s in enumerate(times) if time_s < begin_s][-1:]
-        numbers = [*before, *kept] if before and not (kept and times[kept[0]] == begin_s) else kept
-        signals[name] = [max(times[n], begin_s) for n in numbers], [values[n] for n in numbers]  # type: ignore[assignment]
-    messages = [message for message in log.messages if begin_s <= message.time_s <= end_s]
-    return Log(signals, messages, end_s)
+def _verdict(
+    run: LoggedRun, requirement: Requirement, stretches: Sequence[Verdict], misses: Mapping[str, NearMiss]
+) -> LogVerdict:
+    miss = misses.get(requirement.id)
+    parts = tuple(replace(part, near_miss=miss) for part in stretches) if miss else tuple(stretches)
+    return LogVerdict(requirement.id, parts, _unknown(run, reads(requirement)) or ("" if parts else "no data"))
+
+
+def _unknown(run: LoggedRun, names: frozenset[str]) -> str:
+    """Why a requirement that reads these is unknown; empty if it is not."""
+    if absent := sorted(names & run.missing):
+        return f"the log has no {' and no '.join(absent)}"
+    if unread := sorted(names & run.unread.keys()):
+        return f"{run.unread[unread[0]]} messages of {unread[0]} cannot be read"
+    gaps = sorted((*span, name) for name in names & run.gaps.keys() for span in run.gaps[name])
+    if not gaps:
+        return ""
+    (from_s, to_s, name), more = gaps[0], len(gaps) - 1
+    return f"no data of {name} from {from_s:.3f} to {to_s:.3f} s" + (f", and {more} more gaps" if more else "")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -14,10 +15,14 @@ from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, check
 from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.extra.logs.expression import parse_expression
 from pytest_hricdv.monitor.units import unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.recordings.bags import Value
-from pytest_hricdv.recordings.recording import Recording
+
+PLACE = re.compile(r"\{([^{}]*)\}")
+"""A field in the command of an action."""
 
 Clock = Literal["log", "header"]
 """Whose times count: when a message was recorded, or the stamp in its header."""
@@ -28,12 +33,14 @@ class FieldSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=
 
     Attributes:
         path: of the field, with dots.
+        expression: instead of one: numbers of several fields, as `hypot(speed.x, speed.y)`.
         unit: that it has in the log; it becomes the declared one.
         scale: what it is multiplied by; with `offset` added.
         equals: of a truth: the value for which it is true.
     """
 
-    path: str
+    path: str = ""
+    expression: str = ""
     unit: str = ""
     scale: float = 1.0
     offset: float = 0.0
@@ -55,9 +62,26 @@ class MessageSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class SignalSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A signal of the testbench: a topic in the log, and which of its fields."""
+    """A signal of the testbench: a topic in the log, and which of its fields.
+
+    Attributes:
+        every_s: of the values within so much time (s), only the first one counts; None: all count.
+    """
 
     value: str | FieldSource
+    every_s: float | None = None
+
+
+class CrossSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Hits of a cross product: the topic whose messages are one each, with the bins of its coordinates.
+
+    Attributes:
+        coordinates: coordinate -> where its bin is, a text; those named after requirements are filled in from verdicts.
+        only: as of `ActionSource`.
+    """
+
+    coordinates: Mapping[str, str]
+    only: Mapping[str, str | float | bool] = {}
 
 
 class ActionSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -88,6 +112,7 @@ class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True)
         time: whose times count, where a message or signal does not say.
         gap_s: no data for longer (s) is a gap, likewise; None: five times the period of a periodic topic.
         actions: what people do, for tests of a log; their names are for people.
+        cross: cross product -> its hits.
     """
 
     time: Clock = "log"
@@ -95,6 +120,7 @@ class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True)
     messages: Mapping[str, MessageSource] = {}
     signals: Mapping[str, SignalSource] = {}
     actions: Mapping[str, ActionSource] = {}
+    cross: Mapping[str, CrossSource] = {}
 
     @property
     def is_own(self) -> bool:
@@ -107,8 +133,13 @@ class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True)
         return {**self.messages, **self.signals}
 
 
-def read_map(path: Path, vocabulary: Vocabulary) -> LogMap:
+def read_map(path: Path, vocabulary: Vocabulary, products: Mapping[str, CrossProduct] | None = None) -> LogMap:
     """The map of a file.
+
+    Args:
+        path: of the file.
+        vocabulary: of the testbench.
+        products: its cross products; None where they are of no interest.
 
     Raises:
         InputError: there is none, it is no map, or it names what the testbench does not declare.
@@ -123,7 +154,7 @@ def read_map(path: Path, vocabulary: Vocabulary) -> LogMap:
         raise InputError(f"{path}{error}") from None
     except ValidationError as error:
         raise InputError(f"{path}: {error}") from None
-    for problem in _problems(made, vocabulary):
+    for problem in (*_problems(made, vocabulary), *_problems_of_cross(made, products)):
         raise InputError(f"{path}: {problem}")
     return made
 
@@ -139,6 +170,10 @@ def _problems(made: LogMap, vocabulary: Vocabulary) -> Iterator[str]:
         if name not in vocabulary.signals:
             yield f"signals.{name}: the testbench has no such signal{nearest(name, vocabulary.signals)}"
     for name, source in field_sources(made, vocabulary):
+        if source.path and source.expression:
+            yield f"{name}: expected either a path or an expression"
+        elif source.expression:
+            yield from parse_expression(source.expression).problems(name)
         declared = vocabulary.unit(name)
         if source.unit and (declared is None or unit_of(source.unit).dimension != declared.dimension):
             yield f"{name}: its unit is {vocabulary.units.get(name) or 'not declared'}, which is none of {source.unit}"
@@ -157,27 +192,50 @@ def _source(value: str | FieldSource) -> FieldSource:
     return FieldSource(path=value) if isinstance(value, str) else value
 
 
-def value_of(name: str, source: FieldSource, fields: Mapping[str, Value], vocabulary: Vocabulary) -> Value:
-    """The value of a signal, or of a field as `message.field`, in a message of the log.
+def _problems_of_cross(made: LogMap, products: Mapping[str, CrossProduct] | None) -> Iterator[str]:
+    for name, source in made.cross.items() if products is not None else ():
+        if name not in (products or {}):
+            yield f"cross.{name}: the testbench has no such cross product{nearest(name, products or {})}"
+            continue
+        for coordinate in source.coordinates.keys() - (products or {})[name].coordinates.keys():
+            yield f"cross.{name}.coordinates.{coordinate}: it has no such coordinate"
 
-    Raises:
-        InputError: the message lacks it, or it is of another type.
+
+Reading = Callable[[Mapping[str, Value]], Value]
+"""Takes a value from the fields of a message."""
+
+
+def paths_of(source: FieldSource) -> tuple[str, ...]:
+    """The fields that it reads."""
+    return parse_expression(source.expression).names if source.expression else (source.path,)
+
+
+def reading_of(name: str, source: FieldSource, vocabulary: Vocabulary) -> Reading:
+    """What takes the value of a signal, or of a field as `message.field`, from messages of the log.
+
+    It raises InputError where a message lacks the value, or it is of another type.
     """
-    value, kind = fields.get(source.path), vocabulary.kind(name)
-    if value is None:
-        raise InputError(f"{name}: its messages have no field {source.path}{nearest(source.path, fields)}")
-    if source.equals is not None:
-        return value == source.equals
-    if kind is float and isinstance(value, float) and not isinstance(value, bool):
-        declared = vocabulary.unit(name)
-        factor = float(unit_of(source.unit).scale / declared.scale) if source.unit and declared else 1.0
-        return value * (factor * source.scale) + source.offset
-    if kind is bool and value in (0.0, 1.0):
-        return bool(value)
-    if kind is None or not isinstance(value, kind):
-        wanted = "nothing" if kind is None else kind.__name__
-        raise InputError(f"{name}: {source.path} is {quote(value)}; expected a {wanted}")
-    return value
+    kind, declared, path = vocabulary.kind(name), vocabulary.unit(name), source.path
+    factor = float(unit_of(source.unit).scale / declared.scale) if source.unit and declared else 1.0
+    factor, offset, equals = factor * source.scale, source.offset, source.equals
+    expression = parse_expression(source.expression) if source.expression else None
+
+    def read(fields: Mapping[str, Value]) -> Value:
+        value = fields.get(path) if expression is None else expression.value(name, fields)
+        if kind is float and type(value) is float and equals is None:
+            return value * factor + offset
+        if value is None:
+            raise InputError(f"{name}: its messages have no field {path}{nearest(path, fields)}")
+        if equals is not None:
+            return value == equals
+        if kind is bool and value in (0.0, 1.0):
+            return bool(value)
+        if kind is None or not isinstance(value, kind):
+            wanted = "nothing" if kind is None else kind.__name__
+            raise InputError(f"{name}: {path} is {quote(value)}; expected a {wanted}")
+        return value
+
+    return read
 
 
 def number_of(name: str, source: FieldSource, fields: Mapping[str, Value]) -> float:
@@ -190,9 +248,20 @@ def number_of(name: str, source: FieldSource, fields: Mapping[str, Value]) -> fl
     return value * source.scale + source.offset
 
 
-def of_own_trace(topics: Mapping[str, str], vocabulary: Vocabulary) -> LogMap:
+def of_own_trace(
+    topics: Mapping[str, str], vocabulary: Vocabulary, products: Mapping[str, CrossProduct] | None = None
+) -> LogMap:
     """The map of a file of `--hri-mcap`."""
+    crosses = {
+        name: CrossSource(
+            topic="/hricdv/cross",
+            only={"product": name},
+            coordinates={coordinate: f"bin.{coordinate}" for coordinate in product.coordinates},
+        )
+        for name, product in (products or {}).items()
+    }
     return LogMap(
+        cross=crosses,
         gap_s=math.inf,
         messages={name: MessageSource(topic=f"/{name}") for name in vocabulary.messages if f"/{name}" in topics},
         signals={name: SignalSource(topic=f"/signals/{name}", value="value") for name in vocabulary.signals
@@ -200,13 +269,13 @@ def of_own_trace(topics: Mapping[str, str], vocabulary: Vocabulary) -> LogMap:
     )  # fmt: skip
 
 
-def draft_map(recordings: Sequence[Recording], vocabulary: Vocabulary) -> Iterator[str]:
-    """The lines of a map: what has the same name is filled in, all else is listed."""
-    fields: dict[str, dict[str, Value]] = {}
-    for recording in recordings:
-        for part in recording.parts:
-            for sample in part:
-                fields.setdefault(sample.topic, {}).update(sample.fields)
+def draft_map(fields: Mapping[str, Mapping[str, Value]], vocabulary: Vocabulary) -> Iterator[str]:
+    """The lines of a map: what has the same name is filled in, all else is listed.
+
+    Args:
+        fields: topic -> the fields of its messages.
+        vocabulary: of the testbench.
+    """
     yield 'time = "log"  # or "header": the stamp in the header of each message'
     keys = {topic.strip("/").replace("/", "_"): topic for topic in fields}
     for name, kinds in vocabulary.messages.items():

@@ -7,20 +7,17 @@ closing loop and by concretizations like any other test.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.extra.logs.judging import time_of
-from pytest_hricdv.extra.logs.log_map import ActionSource, LogMap, number_of
+from pytest_hricdv.extra.logs.log_map import PLACE, ActionSource, LogMap, number_of
+from pytest_hricdv.extra.logs.logged_run import LogReader
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractDraft, canonical_command, target_of_commands
 from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.recordings.bags import Value
-from pytest_hricdv.recordings.recording import RecordedSample, Recording
-
-_PLACE = re.compile(r"\{([^{}]*)\}")
 
 
 @dataclass
@@ -37,26 +34,33 @@ class LoggedActions:
     drafts: list[AbstractDraft] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def add(self, recording: Recording) -> None:
+    def add(self, reader: LogReader) -> None:
         """Add a test for each part of a log in which the person does something.
 
         Raises:
             InputError: an action is no command that can be executed, or its message lacks a field that the map names.
         """
-        for part in recording.parts:
-            lines, values = self._read(recording.name, part)
+        runs = reader.runs()
+        made: list[list[tuple[float, ActionSource, Mapping[str, Value]]]] = [[] for _ in runs]
+        for part, time_s, event, fields in reader.events(runs):
+            if isinstance(event.source, ActionSource) and isinstance(fields, Mapping):
+                made[part].append((time_s, event.source, fields))
+        for run, actions in zip(runs, made, strict=True):
+            lines, values = self._read(run.name, actions)
             draft = AbstractDraft(target_of_commands(lines), (), tuple(lines), values=values)
             if lines and draft not in self.drafts:
                 self.drafts.append(draft)
             elif not lines:
-                self.notes.append(f"{recording.name}: nobody does anything that the map knows")
+                self.notes.append(f"{run.name}: nobody does anything that the map knows")
 
-    def _read(self, name: str, part: Sequence[RecordedSample]) -> tuple[list[str], dict[int, dict[str, float]]]:
+    def _read(
+        self, name: str, actions: Iterable[tuple[float, ActionSource, Mapping[str, Value]]]
+    ) -> tuple[list[str], dict[int, dict[str, float]]]:
         lines: list[str] = []
         values: dict[int, dict[str, float]] = {}
-        last_s = part[0].time_s if part and self.made.time == "log" else None  # stamps are of what is read only
-        for time_s, source, fields in sorted(self._actions(part), key=lambda action: action[0]):
-            line = self._command(name, source, fields)
+        last_s = 0.0 if self.made.time == "log" else None  # stamps are of what is read only
+        for time_s, source, fields in actions:
+            line = self.command(name, source, fields)
             lines.append(line)
             observed = {source.since: time_s - last_s} if source.since and last_s is not None else {}
             for parameter, place in source.parameter_sources.items():
@@ -66,20 +70,20 @@ class LoggedActions:
             last_s = time_s
         return lines, values
 
-    def _actions(self, part: Sequence[RecordedSample]) -> Iterator[tuple[float, ActionSource, Mapping[str, Value]]]:
-        for sample in part:
-            for source in self.made.actions.values():
-                if sample.topic == source.topic and all(sample.fields.get(k) == v for k, v in source.only.items()):
-                    yield time_of(sample, source.time or self.made.time), source, sample.fields
+    def command(self, name: str, source: ActionSource, fields: Mapping[str, Value]) -> str:
+        """The command that a message of a log is.
 
-    def _command(self, name: str, source: ActionSource, fields: Mapping[str, Value]) -> str:
+        Raises:
+            InputError: it is none that the testbench has, or the message lacks a field.
+        """
+
         def filled(match: re.Match[str]) -> str:
             value = fields.get(match[1])
             if not isinstance(value, str | float | bool):
                 raise InputError(f"{source.topic}: its messages have no field {match[1]}{nearest(match[1], fields)}")
             return f"{value:g}" if isinstance(value, float) and not isinstance(value, bool) else str(value)
 
-        text = _PLACE.sub(filled, source.command)
+        text = PLACE.sub(filled, source.command)
         try:
             command = canonical_command(text)
         except GenerateError as error:

@@ -89,7 +89,15 @@ class McapTrace:
 
     def events(self) -> list[TraceEvent]:
         """All of them in the order of time; those of one instant in the order of this module."""
-        parts = (self._scene(), self._signals(), self._messages(), self._acts(), self._violations(), self._end())
+        parts = (
+            self._scene(),
+            self._signals(),
+            self._messages(),
+            self._acts(),
+            self._violations(),
+            self._cross(),
+            self._end(),
+        )
         # A stable sort, so that those of one instant keep the order of the parts.
         return sorted(chain.from_iterable(parts), key=lambda event: event.time_ns)
 
@@ -137,6 +145,14 @@ class McapTrace:
             for violation in judged.violations:
                 yield TraceEvent(channel, ns(violation.time_s), {"requirement": name, **to_builtins(violation)})
                 yield _log(violation.time_s, schemas.ERROR, name, f"violated: {_words(violation.values)}".rstrip(": "))
+
+    def _cross(self) -> Iterator[TraceEvent]:
+        """The hits of cross products, which are known when the run has ended."""
+        for name, hits in (self.test.cross or {}).items():
+            coordinates = self.testbench.cross[name].coordinates
+            for hit in hits:
+                content = {"product": name, "bin": dict(zip(coordinates, hit, strict=True))}
+                yield TraceEvent(Channel("/hricdv/cross", schemas.CROSS), ns(self.test.sim_s), content)
 
     def _end(self) -> Iterator[TraceEvent]:
         verdicts = {name: judged.verdict for name, judged in self.test.requirements.items()}

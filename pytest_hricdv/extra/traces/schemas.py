@@ -111,6 +111,8 @@ VIOLATION: Schema = (
 
 DISTURBANCE: Schema = ("hricdv.Disturbance", _object({"event": _TEXT, "fields": {"type": "object"}}))
 
+CROSS: Schema = ("hricdv.CrossHit", _object({"product": _TEXT, "bin": {"type": "object"}}))
+
 END: Schema = (
     "hricdv.End",
     _object({"ended": _TEXT, "outcomes": _list(_TEXT), "verdicts": {"type": "object"}}),
