@@ -11,6 +11,7 @@ module:
   that is rebuilt from a journal, and `associate(report, is_of_all_runs=...)` for those of a campaign;
 - `view`: `VIEW`, what it shows in the terminal and on the page (`report.view.View`);
 - `commands`: `COMMANDS`, its commands of `hricdv report` (`report.view.ReportCommand`);
+- `live`: `look(path, scratch)`, how far a campaign is, as the fields of `extra.answers.live_state.LiveState`;
 - `command`: `INIT`, what `hricdv init` does with code, and `add_command(commands)` for a
   command of its own;
 - `remote`: `REMOTE`, workers on other machines (`session.remote.Remote`);
@@ -35,7 +36,7 @@ FEATURES = MappingProxyType(
         "engines": ("feature", "view"),
         "draft": ("feature", "command"),
         "closing": ("feature", "records", "view"),
-        "campaign": ("records", "view"),
+        "campaign": ("records", "view", "live"),
         "verification_plan": ("feature",),
         "cluster": ("feature",),
         "diagnosis": ("feature", "records", "merging", "view", "commands"),

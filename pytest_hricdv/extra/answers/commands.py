@@ -1,4 +1,4 @@
-"""Commands on reports: `hricdv report query` and `hricdv report mcp`."""
+"""Commands on reports: `hricdv report query`, `live` and `mcp`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,21 @@ def _mcp(options: argparse.Namespace) -> int:
     return OK
 
 
+def _add_live(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("path", type=Path, metavar="DIR", help="a report folder, or the file of a campaign")
+    add("--port", type=int, default=0, metavar="N", help="of 127.0.0.1 (default: any that is free)")
+
+
+def _live(options: argparse.Namespace) -> int:
+    from pytest_hricdv.extra.answers.live_server import serve_live
+
+    serve_live(options.path, options.port)
+    return OK
+
+
 COMMANDS = (
     ReportCommand("query", "answer one question about a report, as JSON", _add_query, _query),
+    ReportCommand("live", "show a session, a loop or a campaign while it runs, in a browser", _add_live, _live),
     ReportCommand("mcp", "serve reports to a program that speaks the Model Context Protocol", _add_mcp, _mcp),
 )

@@ -25,6 +25,7 @@ from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy
+from pytest_hricdv.extra.closing.live_loop import LiveLoop
 from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError, search_violations
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
 from pytest_hricdv.extra.closing.observation import RunObservation
@@ -112,7 +113,14 @@ class ClosureGenerator:
 
     def _close(self, runs: ClosingRuns, others: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
         archive, progress = Archive(self._targets), ClosingProgress(self._collection, self._options.runs)
-        seed = self._collection.options.seed
+        options, workers = self._collection.options, _processes(self._collection.config)
+        live = LiveLoop(options.report, self._options.runs, workers)
+
+        def show(archive: Archive) -> None:
+            progress.show(archive)
+            live.show(archive)
+
+        seed = options.seed
         self._collection.say(
             f"hricdv: closing {list_open(archive)}, at most {self._options.runs} runs (seed {seed}) ..."
         )
@@ -123,11 +131,12 @@ class ClosureGenerator:
         if ended is None:
             budget = Budget(self._options.runs, self._options.seconds)
             strategies, let_through = self._used_strategies(), self._signals.let_through
-            loop = Loop(
-                archive, strategies, runs.run, seed, budget, progress.show, FallbackStrategy(self._pool), self._searcher
-            )
+            loop = Loop(archive, strategies, runs.run, seed, budget, show, FallbackStrategy(self._pool), self._searcher)
             loop.let_through, loop.faults = let_through, faults
-            ended = search_violations(loop, loop.run(), self._options.search)
+            try:
+                ended = search_violations(loop, loop.run(), self._options.search)
+            finally:
+                live.end()
         suite, result = self._suite(archive, ended, runs, faults)
         self._signals.interrupted |= result.end_reason == "interrupted"
         progress.end(archive, result.end_reason, faults, len(suite.tests), goes_on=not self._signals.terminated)

@@ -1,0 +1,57 @@
+"""What a loop tells those who look while it runs: a small file in the report folder, written after each generation."""
+
+from __future__ import annotations
+
+import datetime
+from collections import Counter
+from pathlib import Path
+
+from pytest_hricdv.extra.closing.archive import GIVEN, Archive, ArchivedRun
+from pytest_hricdv.extra.closing.targets import by_kind
+from pytest_hricdv.report.formatting import natural
+from pytest_hricdv.results import loop_progress
+from pytest_hricdv.results.loop_progress import LoopProgress
+
+
+class LiveLoop:
+    """Counts verdicts and violations of runs as they come.
+
+    Args:
+        folder: of the report.
+        runs: so many runs the loop may do.
+        workers: processes that run tests.
+    """
+
+    def __init__(self, folder: Path, runs: int, workers: int) -> None:
+        self._folder, self._runs, self._workers = folder, runs, workers
+        self._began = datetime.datetime.now(datetime.UTC)
+        self._seen = 0
+        self._verdicts: dict[str, Counter[str]] = {}
+        self._violated: dict[str, ArchivedRun] = {}
+
+    def show(self, archive: Archive) -> None:
+        """After a generation."""
+        for entry in archive.entries[self._seen :]:
+            for kind, *rest in entry.observation.points:
+                if kind == "verdict":
+                    self._verdicts.setdefault(rest[0], Counter())[rest[1]] += 1
+            for name in entry.observation.failed:
+                shortest = self._violated.setdefault(name, entry)
+                self._violated[name] = min(shortest, entry, key=lambda run: len(run.test.lines))
+        self._seen = len(archive.entries)
+        progress = LoopProgress(
+            began=self._began.isoformat(timespec="seconds"),
+            done=sum(entry.strategy != GIVEN for entry in archive.entries),
+            most=self._runs,
+            workers=self._workers,
+            wall_s=round((datetime.datetime.now(datetime.UTC) - self._began).total_seconds(), 3),
+            sim_s=round(archive.sim_s, 3),
+            verdicts={name: dict(self._verdicts[name]) for name in sorted(self._verdicts, key=natural)},
+            violated={name: entry.test.lines for name, entry in self._violated.items()},
+            open=by_kind(archive.open),
+        )
+        loop_progress.tell(self._folder, progress)
+
+    def end(self) -> None:
+        """The loop has ended."""
+        loop_progress.forget(self._folder)
