@@ -121,3 +121,5 @@ RACES = (
         is_held_out=True,
     ),
 )
+
+ANCHORS: tuple[Race, ...] = ()

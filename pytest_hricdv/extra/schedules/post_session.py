@@ -52,7 +52,7 @@ def search_schedules(
         ]
     session.say(f"hricdv: running tests with {plural(runs, 'schedule')} ...")
     with closing(ScheduleWorker(session.rerunner)) as worker:
-        return _Hunt(session, worker.run, runs).hunt(results)
+        return RaceHunt(session, worker.run, runs).hunt(results)
 
 
 def measure_session_budgets(session: FeatureSession, results: Sequence[TestResult], tests: int) -> list[BudgetRecord]:
@@ -97,7 +97,7 @@ def _candidates(
 
 
 @dataclass
-class _Hunt:
+class RaceHunt:
     session: FeatureSession
     run: RunTest
     budget: int
@@ -150,7 +150,7 @@ class _Hunt:
             new = sorted(ran.fails - candidate.usual.fails)
             for requirement in new[:1] if "" in new else new:
                 if not self._is_known(requirement, ran.involves):
-                    self._keep(search, candidate, requirement, test, ran, is_declared=is_declared)
+                    self.keep(search, candidate, requirement, test, ran, is_declared=is_declared)
         return "nothing to order"
 
     def _is_known(self, requirement: str, places: frozenset[str]) -> bool:
@@ -159,7 +159,7 @@ class _Hunt:
             race.requirement == requirement and (before & places or before == places) for before, race in self.races
         )
 
-    def _keep(
+    def keep(
         self,
         search: ScheduleSearch,
         candidate: ScheduleCandidate,
