@@ -12,6 +12,15 @@ from pathlib import Path
 from types import CodeType, ModuleType
 
 
+def loaded_text(path: Path) -> str:
+    """What a file is loaded as: its text, or the one with a fault."""
+    for finder in sys.meta_path:
+        text = finder.text(path) if isinstance(finder, FaultyImport) else None
+        if text is not None:
+            return text
+    return path.read_text(encoding="utf-8")
+
+
 @dataclass(frozen=True)
 class SeededFault:
     """A fault that can be put into the code under test.
@@ -39,6 +48,11 @@ class FaultyImport(MetaPathFinder):
 
     def __init__(self, texts: Mapping[Path, str | ast.Module]) -> None:
         self._texts = {path.resolve(): text for path, text in texts.items()}
+
+    def text(self, path: Path) -> str | None:
+        """What a file is loaded as; None where that is not a text of this finder."""
+        text = self._texts.get(path.resolve())
+        return text if isinstance(text, str) else None
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None

@@ -25,6 +25,27 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.signals import Signals
 
 
+@dataclass(frozen=True)
+class DecidingRun:
+    """A run of a test that was made from one of the session's.
+
+    Args:
+        test: of the session, its id.
+        concrete: what was run.
+        places: `file:line` of the statements whose order it is about.
+        record_sha256: of its record.
+        ended: how it ended.
+        outcomes: of its run.
+    """
+
+    test: str
+    concrete: ConcreteTest
+    places: frozenset[str]
+    record_sha256: str
+    ended: str
+    outcomes: tuple[str, ...]
+
+
 @dataclass
 class FeatureSession:
     """The session, as features see it in the process that collects all results.
@@ -40,6 +61,7 @@ class FeatureSession:
         warnings: what is said without failing it, a sentence each.
         sections: key -> value, of the report that is being made.
         done: names of the features whose follow-up is done.
+        deciding_runs: runs of tests with schedules, which pass and may fail with a fault in the code.
     """
 
     context: RunContext
@@ -52,6 +74,7 @@ class FeatureSession:
     warnings: list[str] = field(default_factory=list)
     sections: dict[str, Any] = field(default_factory=dict)
     done: set[str] = field(default_factory=set)
+    deciding_runs: list[DecidingRun] = field(default_factory=list)
 
     @property
     def options(self) -> Options:

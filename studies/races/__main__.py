@@ -1,6 +1,6 @@
 """Search the schedules of the robots and of their twins; print at how many seeds each race is found, and its words.
 
-    python -m studies.races [--seeds 20] [--runs 100] [--twin-runs 300] [--twin-seeds 20] [--plain-seeds 20] [--robots NAME,...] [--results FILE]
+    python -m studies.races [--seeds N] [--twin-seeds N] [--plain-seeds N] [--robots NAME,...] [--results FILE]
 
 A search ends with the first race that fails its session. It is repeated with plain pseudorandom schedules: holds at any
 statement that a test executes. What is in the file of results already is not run again.
@@ -64,11 +64,12 @@ def row(race: Race, options: argparse.Namespace) -> str:
     middle, plain_middle = (f"{median(each):g}" if each else "" for each in (firsts, plain_firsts))
     last = str(firsts[-1]) if firsts else ""
     words = dict.fromkeys(f"\n    {race['kind']}: {race['words']}" for races in (*found, *twins) for race in races)
-    return (
+    counts = (
         f"{race.name + ' (held out)' * race.is_held_out:<30}{f'{len(firsts)}{of}':>10}{middle:>8}{last:>6}"
-        f"{f'{late}{of}':>11}{f'{len(plain_firsts)} of {options.plain_seeds}':>10}{plain_middle:>8}{f'{failing} of {options.twin_seeds}':>9}"
-        + "".join([*words][:3])
+        f"{f'{late}{of}':>11}{f'{len(plain_firsts)} of {options.plain_seeds}':>10}{plain_middle:>8}"
+        f"{f'{failing} of {options.twin_seeds}':>9}"
     )
+    return counts + "".join([*words][:3])
 
 
 def fails(races: Races) -> bool:

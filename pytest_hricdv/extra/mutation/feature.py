@@ -87,8 +87,15 @@ class MutationFeature(Feature[MutationOptions]):
 
         aggregation = session.aggregation
         processes = aggregation.workers if aggregation.is_distributed else os.cpu_count() or 1
+        measured = {result.id for result in session.results if result.code is not None}
         mutating = MutationRun(
-            session.context, settings, aggregation.chosen, processes, session.say, session.signals.let_through
+            session.context,
+            settings,
+            aggregation.chosen,
+            processes,
+            session.say,
+            session.signals.let_through,
+            [run for run in session.deciding_runs if run.test in measured],
         )
         try:
             result = mutating.mutate(session.results)

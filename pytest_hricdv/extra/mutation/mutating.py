@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -35,6 +36,7 @@ from pytest_hricdv.results.behaviour import Behaviour
 from pytest_hricdv.results.behaviour_diff import change_of
 from pytest_hricdv.results.derivation import coverage_of
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.feature import DecidingRun
 from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import arguments_of
@@ -61,6 +63,7 @@ class MutationRun:
         processes: at the same time.
         say: receives progress messages.
         let_through: while mutants are made and tried, a signal may raise.
+        deciding: runs with schedules, of tests that take part.
     """
 
     context: RunContext
@@ -69,6 +72,7 @@ class MutationRun:
     processes: int
     say: Callable[[str], None]
     let_through: LetThrough = nullcontext
+    deciding: Sequence[DecidingRun] = ()
 
     def mutate(self, results: Sequence[TestResult]) -> MutationResult:
         """Try the mutants. At Ctrl-C it stops, and keeps what was found until then.
@@ -87,7 +91,7 @@ class MutationRun:
         with self.let_through():
             every = all_mutants(self.context.code)
             drawn = sample(every, self.context.options.seed, options.mutants)
-            order = TrialOrder(candidates_of(self.context, [*tests.values()]), options.tests)
+            order = TrialOrder(candidates_of(self.context, [*tests.values()]), options.tests, self.deciding)
             trials = _Trials(drawn, order, tests, self.say)
             job = self._job(trials.plan(self.context), tests)
         self.say(f"hricdv: trying {len(drawn)} mutants on {len(tests)} tests, {self.processes} at a time ...")
@@ -109,10 +113,11 @@ class MutationRun:
         options = self.options
         slowest_s = max(result.wall_s or 0.0 for result in tests.values())
         one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
+        scheduled = {run.concrete.id: _scheduled_test(run, tests[run.test]) for run in self.deciding}
         return MutationJob(
             arguments=arguments_of(self.context.collection.config),
-            tests={name: self._trial_test(result) for name, result in tests.items()},
-            control=MutantTrial("", tuple(one_of_each.values())),
+            tests={name: self._trial_test(result) for name, result in tests.items()} | scheduled,
+            control=MutantTrial("", (*one_of_each.values(), *[*scheduled][:1])),
             trials=tuple(trials),
             processes=self.processes,
             run_s=max(LEAST_RUN_S, FACTOR * slowest_s),
@@ -123,6 +128,10 @@ class MutationRun:
     def _trial_test(self, result: TestResult) -> TrialTest:
         concrete = self.chosen[result.nodeid].concrete
         return TrialTest(result.suite, concrete, result.record_sha256, result.end_reason, result.outcomes)
+
+
+def _scheduled_test(run: DecidingRun, result: TestResult) -> TrialTest:
+    return TrialTest(result.suite, run.concrete, run.record_sha256, run.ended, run.outcomes)
 
 
 class _Trials:
@@ -147,7 +156,9 @@ class _Trials:
     def plan(self, context: RunContext) -> list[MutantTrial]:
         """What is to be tried: not the mutants whose statement no test executes."""
         paths = {file.name: str(file.path) for file in context.code.files}
-        plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
+        plans = [
+            (mutant, (*self._order.tests(mutant.statement), *self._order.schedules(mutant))) for mutant in self._mutants
+        ]
         return [MutantTrial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
 
     def follow(self, job: MutationJob, directory: Path, let_through: LetThrough) -> MutationEnd:
@@ -267,16 +278,25 @@ class TrialOrder:
     Args:
         tests: of all suites.
         most: so many tests of each suite at most; None: all that execute the mutant's statement.
+        deciding: runs of tests with schedules.
     """
 
-    def __init__(self, tests: Sequence[TrialCandidate], most: int | None) -> None:
+    def __init__(self, tests: Sequence[TrialCandidate], most: int | None, deciding: Sequence[DecidingRun] = ()) -> None:
         self._tests = tests
+        self._deciding = deciding
         self._most = most
         self._orders: dict[int, tuple[str, ...]] = {}
 
     def suites_of(self, statement: int) -> dict[str, int]:
         """Suite -> how many of its tests execute a statement, given by its number."""
         return dict(Counter(test.suite for test in self._tests if test.statements >> statement & 1))
+
+    def schedules(self, mutant: Mutant) -> tuple[str, ...]:
+        """The ids of runs with schedules, those that decide nearest to a mutant first."""
+        executing = {test.id for test in self._tests if test.statements >> mutant.statement & 1}
+        runs = [run for run in self._deciding if run.test in executing]
+        runs.sort(key=lambda run: (_distance(run.places, mutant), len(run.concrete.schedule)))
+        return tuple(run.concrete.id for run in runs)[: self._most]
 
     def tests(self, statement: int) -> tuple[str, ...]:
         """The ids of the tests to try, in order, suite after suite."""
@@ -287,6 +307,14 @@ class TrialOrder:
                 order += _order_tests([test for test in executing if test.suite == suite])[: self._most]
             self._orders[statement] = tuple(order)
         return self._orders[statement]
+
+
+def _distance(places: Iterable[str], mutant: Mutant) -> float:
+    """In lines, of the nearest; of other files infinite."""
+    lines = (place.rpartition(":") for place in places)
+    return min(
+        (abs(int(line) - mutant.line) for file, _, line in lines if mutant.file.endswith(file)), default=math.inf
+    )
 
 
 def _order_tests(tests: Sequence[TrialCandidate]) -> list[str]:

@@ -204,7 +204,7 @@ class _Trier:
         outcome = result.outcome
         now = (result.record.sha256, outcome.ended, tuple(outcome.outcomes))
         changed = now != (test.record_sha256, test.ended, test.outcomes)
-        first = changed and not oracles and not any(run.changed for run in self._runs)
+        first = changed and not oracles and not test.concrete.schedule and not any(run.changed for run in self._runs)
         behaviour = _behaviour(test, result, context) if first else None
         self._tell(name, oracles, "; ".join(result.errors), changed=changed, behaviour=behaviour)
 

@@ -23,6 +23,7 @@ Changes = Callable[[cst.CSTNode, Source, Names], Iterator[Change]]
 _MESSAGE = frozenset({"publish", "send", "emit", "broadcast", "notify", "say", "tell"})
 _WAIT = frozenset({"sleep", "wait", "pause", "delay"})
 _RESET = frozenset({"clear", "reset", "flush", "forget"})
+_LOCKS = frozenset({"lock", "rlock", "mutex", "semaphore", "condition", "guard"})
 _SCALES = ("0.1", "10")
 _CONSTRUCTORS = frozenset({"__init__", "__post_init__", "__new__"})
 _LEAVING = (cst.Return, cst.Raise, cst.Break, cst.Continue)
@@ -108,6 +109,12 @@ def assignment_forgotten(node: cst.CSTNode, source: Source, names: Names) -> Ite
         kept = isinstance(node, cst.Assign) and isinstance(node.targets[0].target, cst.Attribute | cst.Subscript)
         if kept or isinstance(node, cst.AugAssign):
             yield node, cst.Pass()
+
+
+def lock_removed(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
+    """Others may come in between: a block does not take its lock."""
+    if isinstance(node, cst.WithItem) and not {*last_name(node.item).lower().split("_")}.isdisjoint(_LOCKS):
+        yield node.item, cst.parse_expression('__import__("contextlib").nullcontext()')
 
 
 def condition_negated(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
@@ -286,6 +293,7 @@ ROBOT: Mapping[str, Changes] = {
     "call repeated": call_repeated,
     "order exchanged": order_exchanged,
     "command reversed": command_reversed,
+    "lock removed": lock_removed,
     "condition negated": condition_negated,
     "off by one": off_by_one,
     "loop left early": loop_left_early,

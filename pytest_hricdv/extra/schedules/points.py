@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pytest_hricdv.coverage.source_files import ModuleFile, module_files
+from pytest_hricdv.execution.faulty_import import loaded_text
 from pytest_hricdv.execution.instrumented_code import Change
 
 HOOK, BETWEEN = "__hricdv_point__", "__hricdv_between__"
@@ -90,7 +91,7 @@ class CodePoints:
 def points_of(packages: Sequence[str]) -> tuple[CodePoints, list[tuple[Path, str, Change]]]:
     """The points of code, and of each file its path, its text, and what inserts them."""
     files = [
-        (file.path, file.path.read_text(encoding="utf-8"), _name_of(file))
+        (file.path, loaded_text(file.path), _name_of(file))
         for file in module_files(packages, Path())
         if not file.problem
     ]

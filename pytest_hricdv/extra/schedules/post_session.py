@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.extra.schedules.budgets import measure_budgets
-from pytest_hricdv.extra.schedules.points import points_of
+from pytest_hricdv.extra.schedules.points import WRITES, points_of
 from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
 from pytest_hricdv.extra.schedules.records import (
     NO_FORK,
@@ -25,7 +25,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
-from pytest_hricdv.session.feature import FeatureSession
+from pytest_hricdv.session.feature import DecidingRun, FeatureSession
 from pytest_hricdv.session.replaying import name_test
 
 SLOWEST_S = 0.05
@@ -52,7 +52,10 @@ def search_schedules(
         ]
     session.say(f"hricdv: running tests with {plural(runs, 'schedule')} ...")
     with closing(ScheduleWorker(session.rerunner)) as worker:
-        return RaceHunt(session, worker.run, runs).hunt(results)
+        hunt = RaceHunt(session, worker.run, runs)
+        found = hunt.hunt(results)
+    session.deciding_runs += hunt.passing.values()
+    return found
 
 
 def measure_session_budgets(session: FeatureSession, results: Sequence[TestResult], tests: int) -> list[BudgetRecord]:
@@ -104,6 +107,7 @@ class RaceHunt:
     races: list[tuple[frozenset[str], RaceRecord]] = field(default_factory=list)
     """With the places that each involves."""
     lost: int = 0
+    passing: dict[tuple[str, ...], DecidingRun] = field(default_factory=dict)
 
     def hunt(self, results: Sequence[TestResult]) -> tuple[ScheduleResult, list[str]]:
         declared_s = self.session.rerunner.settings.testbench.timing.slowest_s
@@ -148,10 +152,22 @@ class RaceHunt:
             search.note(ran, candidate, test)
             # What a run violates that has a fault, as a deadlock, follows from that.
             new = sorted(ran.fails - candidate.usual.fails)
+            if not new and ran.held:
+                self._note_passing(candidate, test, ran)
             for requirement in new[:1] if "" in new else new:
                 if not self._is_known(requirement, ran.involves):
                     self.keep(search, candidate, requirement, test, ran, is_declared=is_declared)
         return "nothing to order"
+
+    def _note_passing(self, candidate: ScheduleCandidate, test: ConcreteTest, ran: ScheduleRun) -> None:
+        """Of runs that hold nodes up at the same places, the first: it fails where a fault lets others come between."""
+        places = tuple(sorted({decision.place for decision in test.schedule}))
+        if places not in self.passing:
+            others = {conflict.second for conflict in candidate.usual.conflicts if conflict.first in places}
+            about = frozenset(place.rstrip(WRITES) for place in {*places, *others} if ":" in place)
+            self.passing[places] = DecidingRun(
+                candidate.test.id, name_test(test, "schedule"), about, ran.record, ran.ended, ran.outcomes
+            )
 
     def _is_known(self, requirement: str, places: frozenset[str]) -> bool:
         """Whether a race with this requirement at one of these places, or at none, was found already."""

@@ -57,6 +57,8 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         steps: thread and point of what was executed, one after the other, as `pack_steps` packs the first ones.
         waits: of nodes that waited without end when it was over, a sentence each.
         record: SHA-256 of the record.
+        ended: how it ended.
+        outcomes: of the run.
     """
 
     violated: Names = ()
@@ -72,6 +74,8 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     steps: bytes = b""
     waits: Names = ()
     record: str = ""
+    ended: str = ""
+    outcomes: Names = ()
 
     @property
     def fails(self) -> frozenset[str]:
@@ -171,6 +175,8 @@ class ScheduleWorker:
             faults=result.errors,
             actions=tuple(zip(result.action_times_s, result.begun, strict=True)),
             record=result.record.sha256,
+            ended=result.outcome.ended,
+            outcomes=tuple(result.outcome.outcomes),
         )
 
 

@@ -39,6 +39,10 @@ EXAMPLES = {
         "def f(hand, queue):\n    hand.open()\n    hand.close()\n    queue.close()",
         {"hand.close()", "hand.open()"},
     ),
+    "lock removed": (
+        "def f(self, file):\n    with self.state_lock, file:\n        return 1",
+        {'with __import__("contextlib").nullcontext(), file:'},
+    ),
     "condition negated": ("def f(x):\n    if x:\n        return 1", {"if not (x):"}),
     "off by one": (
         "def f(n):\n    for i in range(n):\n        g(7)",

@@ -155,3 +155,13 @@ def test_without_the_option_the_report_says_that_one_order_was_tested(pytester: 
     result.stdout.fnmatch_lines(["schedules     one order of threads was tested; --hri-schedules=100 tries others"])
     assert "schedules" not in written(folder)
     assert {test["threads"] for test in written(folder)["tests"]} == {2}
+
+
+@pytest.mark.slow
+def test_a_fault_that_removes_a_lock_is_noticed_under_a_schedule(pytester: pytest.Pytester) -> None:
+    folder = project(pytester, is_safe=True)
+    (folder / "arm.py").write_text(ARM.replace(" if is_safe else threading.Semaphore(99)", ""), encoding="utf-8")
+    pytester.runpytest_subprocess(*OPTIONS, "--hri-schedules=40", "--hri-mutate")
+    mutants = written(folder)["mutation"]["mutants"]
+    removed = {mutant["line"]: mutant["status"] for mutant in mutants if mutant["operator"] == "lock removed"}
+    assert removed == {15: "killed", 22: "killed"}
