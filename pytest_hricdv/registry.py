@@ -48,7 +48,7 @@ FEATURES = MappingProxyType(
         "trend": ("feature",),
         "film": ("feature", "records"),
         "traces": ("feature", "records"),
-        "evidence": ("commands",),
+        "evidence": ("command",),
         "logs": ("feature", "command"),
         "answers": ("commands",),
         "qualification": ("command",),

@@ -38,8 +38,7 @@ ELSEWHERE = {
     "hricdv init hri --from my_package --recording monday.mcap": "../extra/draft/test_recorded.py",
     "python $(which colcon)": "../extra/ros2/test_workspace.py",
     "hricdv report rebuild": "../plugin/test_journal.py",
-    "hricdv report evidence": "../extra/evidence/test_evidence.py",
-    "hricdv report verify": "../extra/evidence/test_evidence.py",
+    "hricdv evidence": "../extra/evidence/test_evidence.py",
 }
 """Commands that need more than a project -> the tests that run them, or what they do, with the real thing."""
 

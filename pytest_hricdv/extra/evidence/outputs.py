@@ -176,7 +176,10 @@ _COLUMNS = ("ReqIF.ForeignID", "ReqIF.Name", "ReqIF.Text", "Status", "Evidence")
 
 
 def reqif(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
-    """As ReqIF 1.2: an object for each requirement, with its id, title, text, status and what was counted."""
+    """As ReqIF: an object for each requirement, with its id, title, text, status and what was counted.
+
+    Its header has the version 1.0, which is the only one in the schema of ReqIF 1.2, too.
+    """
     when = facts.began if facts.began else "1970-01-01T00:00:00Z"
     stamp = f'LAST-CHANGE="{when}"'
     definitions = "".join(
@@ -194,7 +197,7 @@ def reqif(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <REQ-IF xmlns="http://www.omg.org/spec/ReqIF/20110401/reqif.xsd">
 <THE-HEADER><REQ-IF-HEADER IDENTIFIER="header"><CREATION-TIME>{when}</CREATION-TIME><REQ-IF-TOOL-ID>pytest-hricdv\
-</REQ-IF-TOOL-ID><REQ-IF-VERSION>1.2</REQ-IF-VERSION><SOURCE-TOOL-ID>pytest-hricdv</SOURCE-TOOL-ID><TITLE>{title}\
+</REQ-IF-TOOL-ID><REQ-IF-VERSION>1.0</REQ-IF-VERSION><SOURCE-TOOL-ID>pytest-hricdv</SOURCE-TOOL-ID><TITLE>{title}\
 </TITLE></REQ-IF-HEADER></THE-HEADER>
 <CORE-CONTENT><REQ-IF-CONTENT>
 <DATATYPES><DATATYPE-DEFINITION-STRING IDENTIFIER="text" {stamp} LONG-NAME="text" MAX-LENGTH="1000000"/></DATATYPES>

@@ -5,13 +5,15 @@ from __future__ import annotations
 import csv
 import io
 import re
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 from msgspec import Struct
 
-from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
+from pytest_hricdv._base.input_file import MAX_BYTES, MalformedError, from_json, read_bytes, read_text
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv.results.codec import ReportError
 
@@ -29,7 +31,7 @@ def read_requirements(path: Path) -> tuple[ListedRequirement, ...]:
     """The requirements of a file, in its order.
 
     Args:
-        path: `.reqif` (needs the library `reqif`), `.csv` with a column `id`, or `.json` of sphinx-needs.
+        path: `.reqif` or `.reqifz` (need the library `reqif`), `.csv` with a column `id`, or `.json` of sphinx-needs.
 
     Raises:
         ReportError: with the file and the place, where it is none of these, or two requirements have one id.
@@ -38,7 +40,7 @@ def read_requirements(path: Path) -> tuple[ListedRequirement, ...]:
     if reader is None:
         raise ReportError(f"{path}: not a list of requirements: expected {', '.join(_READERS)}")
     try:
-        made = tuple(reader(read_text(path)))
+        made = tuple(reader(path))
     except FileNotFoundError:
         raise ReportError(f"{path}: no such file") from None
     except MalformedError as error:
@@ -51,9 +53,9 @@ def read_requirements(path: Path) -> tuple[ListedRequirement, ...]:
     return made
 
 
-def _read_csv(text: str) -> Iterator[ListedRequirement]:
+def _read_csv(path: Path) -> Iterator[ListedRequirement]:
     try:
-        reader = csv.DictReader(io.StringIO(text), strict=True)
+        reader = csv.DictReader(io.StringIO(read_text(path)), strict=True)
         columns = {(name or "").strip().lower(): name for name in reader.fieldnames or ()}
         if "id" not in columns:
             raise MalformedError(f":1: no column `id`; found {', '.join(columns) or 'nothing'}")
@@ -81,8 +83,8 @@ class _NeedsFile(Struct):
     versions: dict[str, _NeedsVersion]
 
 
-def _read_needs(text: str) -> Iterator[ListedRequirement]:
-    file = from_json(text, _NeedsFile)
+def _read_needs(path: Path) -> Iterator[ListedRequirement]:
+    file = from_json(read_text(path), _NeedsFile)
     if file.current_version not in file.versions:
         raise MalformedError(f": has no version {file.current_version!r}, which it says is the current one")
     for name, need in file.versions[file.current_version].needs.items():
@@ -97,7 +99,32 @@ _ID, _NAME, _TEXT = (
 """Attributes by their usual names: of the ReqIF implementation guide (prostep ivip), and of StrictDoc."""
 
 
-def _read_reqif(text: str) -> Iterator[ListedRequirement]:
+_NO_REQUIREMENTS = ("SECTION", "TEXT")
+"""Types of StrictDoc for what stands between requirements."""
+
+
+def _read_archive(path: Path) -> Iterator[ListedRequirement]:
+    """All ReqIF files of an archive; pictures and documents beside them are not looked at."""
+    try:
+        with ZipFile(io.BytesIO(read_bytes(path))) as archive:
+            names = sorted(name for name in archive.namelist() if name.lower().endswith(".reqif"))
+            for name in names:
+                with archive.open(name) as file:
+                    data = file.read(MAX_BYTES + 1)
+                if len(data) > MAX_BYTES:
+                    raise MalformedError(f": {name[:100]} in it is too large")
+                yield from _parse_reqif(data.decode("utf-8"))
+    except (BadZipFile, UnicodeDecodeError, NotImplementedError, RuntimeError, zlib.error) as error:
+        raise MalformedError(f": not an archive of ReqIF: {error}") from None
+    if not names:
+        raise MalformedError(": no file *.reqif is in this archive")
+
+
+def _read_reqif(path: Path) -> Iterator[ListedRequirement]:
+    return _parse_reqif(read_text(path))
+
+
+def _parse_reqif(text: str) -> Iterator[ListedRequirement]:
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise MalformedError(": has a document type or entities, which no ReqIF file needs")
     try:
@@ -110,7 +137,12 @@ def _read_reqif(text: str) -> Iterator[ListedRequirement]:
         raise MalformedError(f": not ReqIF: {error or type(error).__name__}") from None
     content = bundle.core_content.req_if_content if bundle.core_content is not None else None
     things = list(getattr(content, "spec_objects", None) or ())
+    written = len(re.findall(r"<(?:\w+:)?SPEC-OBJECT[\s>]", re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)))
+    if len(things) != written:
+        raise MalformedError(f": {written} SPEC-OBJECT are in it, {len(things)} of them where ReqIF has them")
     types = {kind.identifier: kind for kind in getattr(content, "spec_types", None) or ()}
+    names = {name: getattr(kind, "long_name", None) for name, kind in types.items()}
+    things = [thing for thing in things if names.get(thing.spec_object_type) not in _NO_REQUIREMENTS]
     values = [_attributes(thing, types.get(thing.spec_object_type)) for thing in things]
     ids = [_first(entry, _ID) or thing.identifier for entry, thing in zip(values, things, strict=True)]
     if len({*ids}) < len(ids):  # ids for people may be filled in badly; those of ReqIF are unique
@@ -135,8 +167,9 @@ def _first(values: Mapping[str, str], wanted: tuple[str, ...]) -> str:
     return next((values[name] for name in wanted if values.get(name)), "")
 
 
-_READERS: Mapping[str, Callable[[str], Iterator[ListedRequirement]]] = {
+_READERS: Mapping[str, Callable[[Path], Iterator[ListedRequirement]]] = {
     ".csv": _read_csv,
     ".json": _read_needs,
     ".reqif": _read_reqif,
+    ".reqifz": _read_archive,
 }

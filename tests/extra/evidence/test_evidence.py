@@ -5,20 +5,23 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.evidence import outputs
 from pytest_hricdv.extra.evidence.folder import verify_evidence, write_evidence
 from pytest_hricdv.extra.evidence.requirement_lists import ListedRequirement, read_requirements
 from pytest_hricdv.extra.evidence.rows import EvidenceRow, gather_evidence, names
-from pytest_hricdv.report.__main__ import main
 from pytest_hricdv.report.files import write
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
@@ -192,14 +195,74 @@ def test_verify_finds_what_was_changed(
 ) -> None:
     write(made(requirement_results()), tmp_path / "report")
     assert main(["evidence", str(tmp_path / "report"), "-o", str(tmp_path / "evidence")]) == 0
-    assert main(["verify", str(tmp_path / "evidence"), "--rerun=0"]) == 0
+    assert main(["evidence", "verify", str(tmp_path / "evidence"), "--rerun=0"]) == 0
     change(tmp_path / "evidence")
     capsys.readouterr()
-    assert main(["verify", str(tmp_path / "evidence"), "--rerun=0"]) == 1
+    assert main(["evidence", "verify", str(tmp_path / "evidence"), "--rerun=0"]) == 1
     assert f"FAILED {says}" in capsys.readouterr().out
 
 
 # Lists of other tools
+
+
+def test_an_export_of_strictdoc_keeps_its_ids_and_is_no_list_of_headings(tmp_path: Path) -> None:
+    """And what is written from it is ReqIF by the schema of the library."""
+    pytest.importorskip("reqif")
+    listed = read_requirements(Path(__file__).with_name("strictdoc.reqif"))
+    assert [(entry.id, entry.title) for entry in listed] == [
+        ("SR-1", "Stop for a person"),
+        ("SR-2", "Release only into a hand"),
+        ("REQUIREMENT-c0cfe499-0d66-4687-9186-772a39f8b04d", "No id"),
+    ]
+    assert listed[0].text == 'The arm shall stop within 0.5 s when a person is near & stays < 0.3 m "near".'
+    report = made(requirement_results())
+    file = tmp_path / "requirements.reqif"
+    file.write_text(outputs.reqif(gather_evidence(report, listed), outputs.facts_of(report)), encoding="utf-8")
+    assert [entry.id for entry in read_requirements(file)][:3] == [entry.id for entry in listed]
+    command = [sys.executable, "-m", "reqif.cli.main", "validate", "--use-reqif-schema", str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert "Validation complete with 0 errors, 0 schema issues found, 0 semantic issues found." in done.stdout
+
+
+def archive(folder: Path, files: dict[str, str]) -> Path:
+    with ZipFile(folder / "list.reqifz", "w") as made_archive:
+        for name, text in files.items():
+            made_archive.writestr(name, text)
+    return folder / "list.reqifz"
+
+
+def test_an_archive_of_reqif_is_all_of_its_files(tmp_path: Path) -> None:
+    pytest.importorskip("reqif")
+    text = Path(__file__).with_name("strictdoc.reqif").read_text(encoding="utf-8")
+    other = text.replace("SR-1", "SR-7").replace("SR-2", "SR-8").replace("c0cfe499", "d1")
+    found = read_requirements(archive(tmp_path, {"b/other.reqif": other, "a.reqif": text, "picture.png": "x"}))
+    assert [entry.id[:4] for entry in found] == ["SR-1", "SR-2", "REQU", "SR-7", "SR-8", "REQU"]
+    with pytest.raises(ReportError, match="no file"):
+        read_requirements(archive(tmp_path, {"picture.png": "x"}))
+    (tmp_path / "list.reqifz").write_bytes(b"PK")
+    with pytest.raises(ReportError, match="not an archive of ReqIF"):
+        read_requirements(tmp_path / "list.reqifz")
+
+
+def test_requirements_where_reqif_has_none_are_said(tmp_path: Path) -> None:
+    pytest.importorskip("reqif")
+    text = Path(__file__).with_name("strictdoc.reqif").read_text(encoding="utf-8")
+    (tmp_path / "a.reqif").write_text(text.replace("SPEC-OBJECTS>", "OBJECTS>"), encoding="utf-8")
+    with pytest.raises(ReportError, match="SPEC-OBJECT are in it, 0 of them where ReqIF has them"):
+        read_requirements(tmp_path / "a.reqif")
+
+
+@pytest.mark.slow
+def test_sphinx_needs_imports_all_ids(tmp_path: Path) -> None:
+    pytest.importorskip("sphinx_needs")
+    report = made(requirement_results("R3", unchecked=("R4",)))
+    (tmp_path / "in.json").write_text(outputs.needs_json(gather_evidence(report), outputs.facts_of(report)))
+    (tmp_path / "conf.py").write_text('extensions = ["sphinx_needs"]\n')
+    (tmp_path / "index.rst").write_text("Evidence\n========\n\n.. needimport:: in.json\n")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "needs", str(tmp_path), str(tmp_path / "out")]
+    subprocess.run(command, check=True, capture_output=True)
+    found = read_requirements(tmp_path / "out" / "needs.json")
+    assert {entry.id for entry in found} == CHECKED
 
 
 @pytest.mark.parametrize(
@@ -215,7 +278,7 @@ def test_verify_finds_what_was_changed(
         ("a.json", "{", "not JSON"),
         ("a.reqif", '<!DOCTYPE x [<!ENTITY a "b">]><REQ-IF/>', "has a document type"),
         ("a.reqif", "<a>", "not ReqIF"),
-        ("a.doc", "", "expected .csv, .json, .reqif"),
+        ("a.doc", "", "expected .csv, .json, .reqif, .reqifz"),
     ],
 )
 def test_a_list_that_is_none_gets_a_located_sentence(name: str, text: str, says: str, tmp_path: Path) -> None:
