@@ -26,6 +26,9 @@ MAX_ELEMENTS = 1000
 
 SUFFIXES = (".mcap", ".db3")
 
+EMPTY_BYTES = 8
+"""Of a message without fields, whose definition is an empty text: its head, and a byte in place of fields."""
+
 MAX_EXACT = 2**53
 """Integers below it are floats, too."""
 
@@ -132,6 +135,8 @@ class Decoder:
             named = encoding or "of no format that it names"
             raise UnreadableError(f"its messages are {named}; expected cdr or json")
         read = self._readers.get(kind)
+        if read is None and not definition and len(message.data) <= EMPTY_BYTES and self._file_of(kind) is None:
+            return {}
         if read is None:
             self._add(kind, definition)
         try:

@@ -27,6 +27,7 @@ from pytest_hricdv.monitor.patterns import (
     hand_guiding,
     power_and_force,
     precedence,
+    protective_separation,
     protective_stop,
     response,
     speed_and_separation,
@@ -226,6 +227,9 @@ CASES: dict[str, Callable[[TruthValue, TruthValue], Formula]] = {
     "universality": lambda condition, other: universality(condition, after=other, for_s=2),
     "existence": lambda condition, other: existence(condition, at_most=2, after=other),
     "speed_and_separation": lambda condition, other: speed_and_separation(x, y, stop_distance_m=1),
+    "protective_separation": lambda condition, other: protective_separation(
+        x, y, v_h=1.5, t_r=0.5, t_s=0.5, v_r=x, s_s=y, z_d=0.25
+    ),
     "power_and_force": lambda condition, other: power_and_force(x, limit_n=1),
     "contact_pressure": lambda condition, other: contact_pressure(x, limit_n_cm2=1),
     "protective_stop": lambda condition, other: protective_stop(condition, x, within_s=1, until=other),

@@ -25,6 +25,7 @@ from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import NearMiss, RequirementResult, Verdict
 from pytest_hricdv.recordings.bags import Value
+from pytest_hricdv.report.formatting import plural
 
 MAX_KEPT = 1000
 """Violations of a requirement that are kept, and triggers; the others are counted."""
@@ -331,7 +332,7 @@ def _unknown(run: LoggedRun, names: frozenset[str]) -> str:
     if absent := sorted(names & run.missing):
         return f"the log has no {' and no '.join(absent)}"
     if unread := sorted(names & run.unread.keys()):
-        return f"{run.unread[unread[0]]} messages of {unread[0]} cannot be read"
+        return f"{plural(run.unread[unread[0]], 'message')} of {unread[0]} cannot be read"
     gaps = sorted((*span, name) for name in names & run.gaps.keys() for span in run.gaps[name])
     if not gaps:
         return ""

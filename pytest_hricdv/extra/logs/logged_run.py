@@ -192,7 +192,9 @@ class LogReader:
             if clock == "header":
                 self._clocks[source.topic] = clock
                 self._paths[source.topic].update(_STAMP)
-        self._paths.update({key: {} for key in whole})
+        self._wanted: dict[str, Paths | None] = {topic: paths or None for topic, paths in self._paths.items()}
+        for topic in whole:
+            self._wanted[topic] = {}  # all
 
     def runs(self) -> list[LoggedRun]:
         """Its parts, after one pass through its times.
@@ -235,8 +237,10 @@ class LogReader:
             InputError: a message lacks a field that the map names, or it is of another type.
         """
         due_s: dict[tuple[int, str], float] = {}
+        for run in runs:
+            run.unread.clear()
         events_of, begins_s = self._events, [run.begin_s for run in runs]
-        for part, (sampled_s, topic, fields) in self._samples(self._paths.get):
+        for part, (sampled_s, topic, fields) in self._samples(self._wanted.get):
             events = events_of.get(topic)
             if events is None:
                 continue

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
-Traced = Literal["", "failing", "all"]
-"""The tests whose runs are written; empty for none."""
+Traced = Literal["", "bags", "failing", "all"]
+"""The tests whose runs are written; bags: of those that fail, the messages of ROS 2 only; empty for none."""
 
 _WRITER: pytest.StashKey[TraceWriter] = pytest.StashKey()
 
 
 class TracesFeature(Feature[Traced]):
-    """Writes runs as MCAP files, into the folder of the report."""
+    """Writes runs as MCAP files, into the folder of the report; of failing runs of ROS 2 the bag unasked."""
 
     name = "traces"
     group = "files"
@@ -42,7 +42,11 @@ class TracesFeature(Feature[Traced]):
 
     def read(self, reader: OptionReader) -> Traced:
         """Whose runs are written."""
-        return "all" if reader.flag("mcap_all") else "failing" if reader.flag("mcap") else ""
+        if reader.flag("mcap_all"):
+            return "all"
+        if reader.flag("mcap"):
+            return "failing"
+        return "" if reader.command_line_value("mcap") is False else "bags"  # False: see `switched_off`
 
     def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
         """A result names its files."""
@@ -50,7 +54,7 @@ class TracesFeature(Feature[Traced]):
 
     def check(self, context: RunContext) -> None:
         """Whether the files can be written."""
-        if self.settings(context.options) and find_spec("mcap") is None:
+        if self.settings(context.options) in ("failing", "all") and find_spec("mcap") is None:
             raise usage_error('--hri-mcap: mcap is not installed: pip install "pytest-hricdv[traces]"')
 
     def after_test(
@@ -60,9 +64,14 @@ class TracesFeature(Feature[Traced]):
         traced = self.settings(context.options)
         if case.result is None or not (traced == "all" or (traced and result.leaves_evidence)):
             return result
+        if traced == "bags" and (context.collection.testbench.ros2 is None or find_spec("mcap") is None):
+            return result
         from pytest_hricdv.extra.traces.trace_writer import TraceWriter
 
         writer = context.stash.setdefault(_WRITER, TraceWriter(context.run_settings, context.options.report))
+        if traced == "bags":
+            bag = writer.bag(case.result, result)
+            return result if bag is None else TRACE.put(result, bag)
         return TRACE.put(result, writer.trace(case.result, result))
 
 
@@ -82,7 +91,10 @@ class TracesView(View):
         traces = [trace for test in report.tests if (trace := TRACE.of(test)) is not None]
         if not traces:
             return
-        written = sum(trace.file is not None for trace in traces)
+        written = sum((trace.file or trace.bag) is not None for trace in traces)
+        if not any(trace.file for trace in traces) and written:
+            yield Line(f"bags of ROS 2: of {plural(written, 'test')} that failed, beside the report")
+            return
         text = f"traces: {written} of {plural(len(traces), 'test')}, beside the report"
         yield Line(text, "ok" if written else "warn")
         yield from count_notes((trace.note for trace in traces), columns)

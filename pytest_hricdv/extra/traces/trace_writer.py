@@ -62,6 +62,10 @@ class ObservedWorld:
         self._last, self._next_us = now, time_us + self._period_us
 
 
+def _stem(test: TestResult) -> str:
+    return f"{FOLDER}/{re.sub(r'[^A-Za-z0-9._-]', '_', test.id)}"
+
+
 class TraceWriter:
     """Writes the traces of one process.
 
@@ -82,16 +86,28 @@ class TraceWriter:
         """
         from pytest_hricdv.extra.traces import mcap_trace  # its library is not needed by all
 
-        stem = f"{FOLDER}/{re.sub(r'[^A-Za-z0-9._-]', '_', test.id)}"
-        name, bag = f"{stem}.mcap", f"{stem}.ros2.mcap"
+        name = f"{_stem(test)}.mcap"
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 scene, note = self._scene(run)
             mcap_trace.write(inside(self._folder, name), mcap_trace.McapTrace(test, run.record, self._testbench, scene))
-            has_bag = any(write(inside(self._folder, bag), run.record) for write in offers("bag_writer", "write_bag"))
+            bag = self._write_bag(run, test)
         except Exception as error:
             return TraceResult(file=None, note=f"not written: {type(error).__name__}: {text_of(error)}")
-        return TraceResult(file=name, note=note, bag=bag if has_bag else None)
+        return TraceResult(file=name, note=note, bag=bag)
+
+    def bag(self, run: CaseResult, test: TestResult) -> TraceResult | None:
+        """Write the messages of ROS 2 of a run, if there are any; errors as from `trace`."""
+        try:
+            bag = self._write_bag(run, test)
+        except Exception as error:
+            return TraceResult(file=None, note=f"no bag was written: {type(error).__name__}: {text_of(error)}")
+        return None if bag is None else TraceResult(file=None, bag=bag)
+
+    def _write_bag(self, run: CaseResult, test: TestResult) -> str | None:
+        name = f"{_stem(test)}.ros2.mcap"
+        written = any(write(inside(self._folder, name), run.record) for write in offers("bag_writer", "write_bag"))
+        return name if written else None
 
     def _scene(self, run: CaseResult) -> tuple[Sequence[SceneChange], str]:
         """How the shapes of the world moved, from a replay; nothing where the testbench cannot tell."""

@@ -8,7 +8,8 @@ always(on(request) -> eventually[0:30](on(leg_ready)))
 
 In a file of requirements, the key `pattern` has the same call as text, with formulas of the language as arguments.
 
-Modules: `pattern` (what a pattern is), `temporal` (order and time), `collaboration` (work with people).
+Modules: `pattern` (what a pattern is), `temporal` (order and time), `collaboration` (work with people),
+`contact_limits` (limits of contact by region of the body, from a file).
 """
 
 from collections.abc import Callable, Mapping
@@ -18,9 +19,11 @@ from pytest_hricdv.monitor.patterns.collaboration import (
     contact_pressure,
     hand_guiding,
     power_and_force,
+    protective_separation,
     protective_stop,
     speed_and_separation,
 )
+from pytest_hricdv.monitor.patterns.contact_limits import contact_limits, contact_limits_template
 from pytest_hricdv.monitor.patterns.pattern import PatternError
 from pytest_hricdv.monitor.patterns.temporal import absence, existence, precedence, response, universality
 
@@ -28,11 +31,14 @@ __all__ = [
     "PATTERNS",
     "PatternError",
     "absence",
+    "contact_limits",
+    "contact_limits_template",
     "contact_pressure",
     "existence",
     "hand_guiding",
     "power_and_force",
     "precedence",
+    "protective_separation",
     "protective_stop",
     "response",
     "speed_and_separation",
@@ -48,6 +54,7 @@ PATTERNS: Mapping[str, Callable[..., Formula]] = {
         universality,
         existence,
         speed_and_separation,
+        protective_separation,
         power_and_force,
         contact_pressure,
         protective_stop,

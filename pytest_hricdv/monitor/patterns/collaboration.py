@@ -66,6 +66,58 @@ def speed_and_separation(
 
 
 @pattern
+def protective_separation(
+    speed: NumberValue,
+    distance: NumberValue,
+    *,
+    v_h: NumberValue | float,
+    t_r: float,
+    t_s: float,
+    v_r: NumberValue | float,
+    s_s: NumberValue | float,
+    c: NumberValue | float = 0.0,
+    z_d: NumberValue | float = 0.0,
+    z_r: NumberValue | float = 0.0,
+    standstill: float = 0.0,
+) -> Formula:
+    """While the robot moves, the person is at least the protective separation distance away.
+
+    The distance is `S_p = S_h + S_r + S_s + C + Z_d + Z_r`, with `S_h = v_h * (T_r + T_s)`, how far the person comes
+    until the robot stands still, and `S_r = v_r * T_r`, how far the robot moves until it brakes.
+
+    Formula: `always(speed > standstill -> distance >= v_h * (t_r + t_s) + v_r * t_r + s_s + c + z_d + z_r)`.
+    Scope: while the robot moves. Source: speed and separation monitoring, ISO 10218-2:2025; ISO/TS 15066:2016,
+    5.5.4.2.3, with constant speeds.
+
+    Args:
+        speed: of the robot, not negative.
+        distance: between robot and person (m).
+        v_h: speed of the person towards the robot (m/s).
+        t_r: reaction time of the robot, sensors and control included (s).
+        t_s: stopping time of the robot (s).
+        v_r: speed of the robot towards the person (m/s).
+        s_s: stopping distance of the robot (m).
+        c: intrusion distance, how far a part of the body reaches into the field before it is sensed (m).
+        z_d: uncertainty of the person's position (m).
+        z_r: uncertainty of the robot's position (m).
+
+    Raises:
+        PatternError: an argument of a wrong type.
+
+    >>> from pytest_hricdv.monitor.build import signal
+    >>> speed, distance = signal("arm_speed"), signal("person_distance")
+    >>> print(protective_separation(speed, distance, v_h=2.0, t_r=0.25, t_s=0.5, v_r=speed, s_s=0.125, z_d=0.125))
+    always(arm_speed > 0 -> person_distance >= 1.5 + arm_speed * 0.25 + 0.25)
+    """
+    terms = (v_h * (t_r + t_s), v_r * t_r, s_s, c, z_d, z_r)
+    constant = sum(term for term in terms[2:] if not isinstance(term, NumberValue))
+    needed: NumberValue | float = terms[0]
+    for term in (terms[1], *(term for term in terms[2:] if isinstance(term, NumberValue)), constant):
+        needed = needed + term
+    return always((speed > standstill) >> (distance >= needed))
+
+
+@pattern
 def power_and_force(
     force: NumberValue,
     *,

@@ -276,7 +276,7 @@ def test_a_topic_with_thousands_of_gaps_is_unknown_as_a_whole(tmp_path: Path) ->
 def test_messages_that_cannot_be_read_make_what_reads_them_unknown(tmp_path: Path) -> None:
     made = [*entries([0.1 * n for n in range(30)]), (2.95, "/cell/state", b"{")]
     ((_, verdicts),) = judged(tmp_path, made)
-    assert (verdicts["R1"].verdict, verdicts["R2"].unknown) == ("Passed", "1 messages of level cannot be read")
+    assert (verdicts["R1"].verdict, verdicts["R2"].unknown) == ("Passed", "1 message of level cannot be read")
 
 
 def test_what_was_never_triggered_has_its_nearest_miss(tmp_path: Path) -> None:

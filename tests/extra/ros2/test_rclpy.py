@@ -8,6 +8,7 @@ import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -70,6 +71,49 @@ def test_a_run_is_the_same_in_each_repeat_worker_process_and_hash_seed(cell: Pat
         found.append(_hashes(cell))
     assert len(found[0]) == 6
     assert found[0] == found[1] == found[2]
+
+
+def _report(folder: Path) -> list[Any]:
+    tests: list[Any] = json.loads((folder / "hri-report" / "report.json").read_text(encoding="utf-8"))["tests"]
+    return tests
+
+
+MAP = """
+[messages.request]
+topic = "/request"
+
+[messages.done]
+topic = "/done"
+
+[signals.arm_moves]
+topic = "/arm/moving"
+value = "data"
+
+[signals.person_near]
+topic = "/somebody_near"
+value = "data"
+"""
+
+
+def test_a_failing_run_leaves_its_bag_and_bags_are_judged_as_their_runs_were(cell: Path) -> None:
+    """By what topics say: R1 is about them. R2 is about the world, whose signals no topic has in time."""
+    _edit(cell / "conftest.py", ('{"period_s": 0.1}', '{"period_s": 0.4}'))
+    assert "bags of ROS 2: of 2 tests that failed, beside the report" in run("pytest", cell)[1]
+    tests = _report(cell)
+    assert {test["id"]: test["outcome"] == "failed" for test in tests} == {
+        test["id"]: test.get("trace", {}).get("bag") is not None for test in tests
+    }
+    assert [test["trace"]["file"] for test in tests if "trace" in test] == [None, None]
+    run("pytest --hri-mcap-all", cell)
+    (cell / "map.toml").write_text(MAP)
+    bags = {Path(test["trace"]["bag"]).name: test["requirements"]["R1"] for test in _report(cell)}
+    _, printed = run(f"hricdv check {' '.join(f'hri-report/traces/{bag}' for bag in bags)} --map map.toml --json", cell)
+    logs = (json.loads(line) for line in printed.splitlines() if line.startswith("{"))  # between notes
+    judged = {log["log"]: log["requirements"]["R1"] for log in logs}
+    assert {name: (made["verdict"], made["margin"]) for name, made in judged.items()} == {
+        name: (made["verdict"], pytest.approx(made["margin"])) for name, made in bags.items()
+    }
+    assert len(judged) == 6
 
 
 def test_a_node_that_uses_simulated_time_needs_no_clock_topic(cell: Path) -> None:
