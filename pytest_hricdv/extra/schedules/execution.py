@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.execution.execution_feature import ExecutionFeature
@@ -17,12 +20,19 @@ if TYPE_CHECKING:
     from pytest_hricdv.testbench import Testbench
 
 
+_HERE = Path(__file__).parent
+
+
 @dataclass
 class Instrumentation:
     """Of this process, if all of its runs are noted: the points of the code, and what scheduled the last run."""
 
     points: CodePoints | None = None
     last: Scheduler | None = None
+    is_debugged: bool = False
+    """Whether a debugger stops where a node is about to be held up."""
+    quit: BaseException | None = None
+    """What a person who quits the debugger raises: not where it stops, as it would be taken for a fault of the code."""
 
 
 INSTRUMENTATION = Instrumentation()
@@ -44,8 +54,27 @@ def _schedule(run: Run, code: CodeUnderTest, testbench: Testbench) -> Iterator[N
 
     with ExitStack() as stack:
         points = INSTRUMENTATION.points or stack.enter_context(instrument_points(testbench.code))
-        INSTRUMENTATION.last = stack.enter_context(schedule_run(run, code, points))
+        stop = _stop if INSTRUMENTATION.is_debugged and INSTRUMENTATION.points is None else None
+        INSTRUMENTATION.last = stack.enter_context(schedule_run(run, code, points, stop))
         yield
+
+
+def _stop(header: str) -> None:
+    """Give the statement that waits to pdb: the frame that called the hook."""
+    import pytest
+    from _pytest.debugging import pytestPDB
+
+    if INSTRUMENTATION.quit is not None:
+        return
+    frame: FrameType | None = sys._getframe()
+    while frame is not None and Path(frame.f_code.co_filename).parent == _HERE:
+        frame = frame.f_back
+    try:
+        pdb = pytestPDB._init_pdb("hri-schedules", header=f"{header}; c goes on")  # type: ignore[no-untyped-call]
+        pdb.reset()
+        pdb.interaction(frame, None)
+    except pytest.exit.Exception as error:
+        INSTRUMENTATION.quit = error
 
 
 EXECUTION = ScheduleExecution()

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from pytest_hricdv.extra.schedules.records import BUDGETS, SCHEDULES, THREADS
+from pytest_hricdv.extra.schedules.execution import INSTRUMENTATION
+from pytest_hricdv.extra.schedules.records import BUDGETS, LANES, SCHEDULES, THREADS
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult
+    from pytest_hricdv.generate.concrete import ConcreteTest
     from pytest_hricdv.results.model import TestResult
     from pytest_hricdv.session.run_context import RunContext
 
@@ -44,8 +46,22 @@ class SchedulesFeature(Feature[ScheduleOptions]):
         """How many runs and tests."""
         return ScheduleOptions(reader.integer("schedules", 0, minimum=0), reader.integer("budgets", 0, minimum=0))
 
+    def check(self, context: RunContext) -> None:
+        """With `--pdb`, a test with a schedule stops where it holds a node up."""
+        INSTRUMENTATION.is_debugged = bool(getattr(context.collection.config.option, "usepdb", False))
+
+    def after_run(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
+        """Ends the session if the debugger was told to."""
+        if INSTRUMENTATION.quit is not None:
+            raise INSTRUMENTATION.quit
+        return run
+
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
-        """Add the number of threads that took turns."""
+        """Add the number of threads that took turns; with a schedule, when they did."""
+        if run.test.schedule and INSTRUMENTATION.last is not None:
+            from pytest_hricdv.extra.schedules.lanes import lanes
+
+            result = LANES.put(result, lanes(INSTRUMENTATION.last))
         return THREADS.put(result, run.threads) if run.threads > 1 else result
 
     def follow_up(self, context: RunContext) -> str:

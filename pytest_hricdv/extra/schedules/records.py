@@ -47,6 +47,20 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
     replay: ReplayName | None = None
 
 
+class NodeLane(PlainRecord, frozen=True, kw_only=True):
+    """When a thread of the code went on around the decisions of a schedule.
+
+    Args:
+        node: its name.
+        switches: when another thread stopped and it went on (s of simulated time), and the statement there.
+        held: from when to when it was held up (s), and before which statement.
+    """
+
+    node: str
+    switches: tuple[tuple[NotNegative, str], ...] = ()
+    held: tuple[tuple[NotNegative, NotNegative, str], ...] = ()
+
+
 class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
     """How slow a function or the body of a loop may be, each time, until a requirement breaks first.
 
@@ -109,4 +123,7 @@ BUDGETS: Section[tuple[BudgetRecord, ...]] = Section("budgets", tuple[BudgetReco
 THREADS: TestSection[int] = TestSection("threads", int, 0)
 """Of a test in whose run the code had more than one thread, or node of ROS 2: how many."""
 
-SECTIONS, TEST_SECTIONS = (SCHEDULES, BUDGETS), (THREADS,)
+LANES: TestSection[tuple[NodeLane, ...]] = TestSection("lanes", tuple[NodeLane, ...], ())
+"""Of a test with a schedule."""
+
+SECTIONS, TEST_SECTIONS = (SCHEDULES, BUDGETS), (THREADS, LANES)

@@ -70,15 +70,19 @@ class Scheduler:
         code: whose nodes are scheduled.
         decisions: of the schedule.
         points: of the instrumented code.
+        stop: called where a node is about to be held up.
     """
 
     kernel: Kernel
     code: CodeUnderTest
     decisions: Sequence[ScheduleDecision]
     points: CodePoints
+    stop: Callable[[str], None] | None = None
     steps: list[PointStep] = field(default_factory=list)
     nodes: list[int] = field(default_factory=list)
     """Of each thread, the number of its node, or of the call of a pool's node; tasks of one loop are in one."""
+    names: list[str] = field(default_factory=list)
+    """Of each thread, the name of its node."""
     choices: list[int] = field(default_factory=list)
     """How many nodes, callbacks or waiters were ready, each time that one of several had to go first."""
     messages: list[tuple[int, str]] = field(default_factory=list)
@@ -104,7 +108,12 @@ class Scheduler:
     def hooks(self) -> dict[str, Callable[..., object]]:
         """What instrumented code calls: before a statement, and with the value that it is about to write."""
         kernel, code, steps, places, nodes = self.kernel, self.code, self.steps, self._places, self.nodes
-        add, running_loop, current_task = steps.append, asyncio._get_running_loop, asyncio.current_task
+        names, add, running_loop, current_task = (
+            self.names,
+            steps.append,
+            asyncio._get_running_loop,
+            asyncio.current_task,
+        )
         decided = {place for place, _ in self._at}
         special = frozenset(number for number, place in enumerate(places) if place in decided)
         threads: dict[tuple[Node | None, object, object], int] = {}
@@ -119,6 +128,7 @@ class Scheduler:
                 number = threads[thread] = len(nodes) if code.has(kernel.own_node()) else -1
                 if number >= 0:
                     nodes.append(numbers.setdefault(thread[:2], len(numbers)))
+                    names.append(node.name if node else "")
             if number < 0 or node is None:
                 return
             if point in special:
@@ -141,6 +151,8 @@ class Scheduler:
         number = self._counts[place] = self._counts.get(place, 0) + 1
         decision = self._at.get((place, number)) or self._at.get((place, EACH_TIME))
         if decision is not None:
+            if self.stop is not None:
+                self.stop(f"{node.name} waits before {place} ({decision.kind})")
             self._hold(node, decision)
 
     def _hold(self, node: Node, decision: ScheduleDecision) -> None:
@@ -233,15 +245,18 @@ def _ignore(_: int, value: object = None, *others: object) -> object:
 
 
 @contextmanager
-def schedule_run(run: Run, code: CodeUnderTest, points: CodePoints) -> Iterator[Scheduler]:
+def schedule_run(
+    run: Run, code: CodeUnderTest, points: CodePoints, stop: Callable[[str], None] | None = None
+) -> Iterator[Scheduler]:
     """Carry out the schedule of a run's test while it runs.
 
     Args:
         run: of the test.
         code: its nodes of the code under test.
         points: of the code, which is instrumented.
+        stop: see `Scheduler`.
     """
-    scheduler = Scheduler(run.kernel, code, run.test.schedule, points)
+    scheduler = Scheduler(run.kernel, code, run.test.schedule, points, stop)
     run.kernel.pick, run.kernel.notice_return = scheduler.pick, scheduler.end_holds
     run.bus.transport = scheduler.carry
     before_end = run.before_end or (lambda: None)

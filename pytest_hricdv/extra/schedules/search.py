@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 from random import Random
 
 from pytest_hricdv.extra.schedules.pairs import DataConflict
@@ -72,11 +73,14 @@ class ScheduleSearch:
     seen: set[PlacePair] = field(default_factory=set)
     """Pairs in the order in which some run executed them."""
     near: set[PlacePair] = field(default_factory=set)
-    """Those that some run executed so fast that a hold reverses them."""
+    """Those that a usual run executed so fast that a hold reverses them."""
+    followed: set[tuple[PlacePair, tuple[str, ...]]] = field(default_factory=set)
+    """Pairs of runs with schedules that led to further decisions, with the places held there: in another context than
+    the first one it may matter."""
     tried: Counter[PlacePair] = field(default_factory=Counter)
     """Pairs whose first node was held up."""
     runs: int = 0
-    further: list[tuple[ScheduleCandidate, ConcreteTest]] = field(default_factory=list)
+    further: list[tuple[int, ScheduleCandidate, ConcreteTest]] = field(default_factory=list)
     """Schedules with one more decision, about a pair that only a run with the others has."""
     repeats: int = 0
     """Draws since the last new one."""
@@ -93,10 +97,12 @@ class ScheduleSearch:
             candidate: that the test was made of, if it has a schedule.
             test: with this schedule.
         """
-        if candidate is not None and test is not None and len(test.schedule) < MOST_DECISIONS:
-            self.further += [(candidate, further) for further in self._further(test, run)]
+        if candidate is None or test is None:
+            self.near.update(conflict.pair for conflict in run.conflicts if self._is_near(conflict))
+        elif len(test.schedule) < MOST_DECISIONS:
+            self.further += [(place, candidate, further) for place, further in self._further(test, run)]
+            self.further.sort(key=itemgetter(0))
         self.seen.update(conflict.pair for conflict in run.conflicts)
-        self.near.update(conflict.pair for conflict in run.conflicts if self._is_near(conflict))
 
     def open_pairs(self) -> list[PlacePair]:
         """Pairs that came in one order only."""
@@ -111,7 +117,7 @@ class ScheduleSearch:
             number += 1
             made = None
             if rng.random() >= AT_RANDOM:
-                made = self.further.pop(0) if self.further and number % 2 else self._pair(rng, able)
+                made = self.further.pop(0)[1:] if self.further and number % 2 else self._pair(rng, able)
             made = made or self._at_random(rng, able)
             if self._is_new(made[1]):
                 yield made
@@ -148,18 +154,24 @@ class ScheduleSearch:
             decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
         return candidate, replace(test, schedule=_sort_decisions(decisions))
 
-    def _further(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[ConcreteTest]:
-        """The test with one more decision, about each pair that is new or nearer: first those soon after a hold."""
+    def _further(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[tuple[int, ConcreteTest]]:
+        """The test with one more decision, about each pair that is new or nearer: first those soon after a hold.
+
+        With the place of the hold in `_holds`.
+        """
         begin_s = min((held.time_s for held in run.held), default=0.0)
+        context = tuple(sorted({decision.place for decision in test.schedule}))
         later: dict[PlacePair, DataConflict] = {}
         for conflict in sorted(run.conflicts, key=lambda conflict: abs(conflict.time_s - begin_s)):
-            if conflict.pair not in (self.near if self._is_near(conflict) else self.seen):
+            is_new = conflict.pair not in (self.near if self._is_near(conflict) else self.seen)
+            if is_new and (conflict.pair, context) not in self.followed:
                 later.setdefault(conflict.pair, conflict)
+        self.followed.update((pair, context) for pair in later)
         for place in range(HOLDS):
             for conflict in later.values():
                 if (held := _holds(conflict)[place]) is not None:
                     decision = ScheduleDecision("hold", *held, self.slowest_s)
-                    yield replace(test, schedule=_sort_decisions([*test.schedule, decision]))
+                    yield place, replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
     def _reverse(self, conflict: DataConflict) -> list[ScheduleDecision]:
         """What lets the second one come before the first one; at the next times right after it, or earlier still."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from msgspec import to_builtins
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.schedules.records import (
     BUDGETS,
+    LANES,
     NO_FORK,
     OTHERWISE,
     SCHEDULES,
@@ -18,7 +22,7 @@ from pytest_hricdv.extra.schedules.records import (
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.formatting import Line, plural
 from pytest_hricdv.report.view import PageSection, View
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.model import Report, TestResult
 
 MAX_BUDGETS = 12
 """Number of smallest budgets shown in the terminal: half a screen."""
@@ -28,6 +32,11 @@ class SchedulesView(View):
     """Races with their commands, and the pairs that were tried."""
 
     name = "schedules"
+    scripts = ("schedule_lanes",)
+
+    def of_test(self, report: Report, test: TestResult) -> Mapping[str, Any]:
+        """When its nodes went on, where it has a schedule."""
+        return {"nodes": [to_builtins(lane) for lane in lanes]} if (lanes := LANES.of(test)) else {}
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
         """Where the code has threads and nobody searched for schedules, that one order was tested."""

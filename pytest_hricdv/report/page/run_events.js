@@ -36,7 +36,7 @@ function mattering(found) {
 
 /** Whether a lane is open at first: those of what failed and what it reads, and of who acts. */
 function opensFirst(lane, kind, names) {
-  return !names || names.has(lane) || ["state", "actor", "disturbance"].includes(kind);
+  return !names || names.has(lane) || ["state", "actor", "disturbance", "node"].includes(kind);
 }
 
 /** Limits [{text, value}] that requirements compare a signal with: of what failed, or else all that are in sight. */

@@ -163,8 +163,12 @@ class Lanes {
   }
 }
 
+// What adds lanes of optional features: (found, lanes) => nothing.
+const RUN_LANES = [];
+
 /** The lanes of a run, from top to bottom: its state, who acts, messages, texts, switches, requirements. `labelled`: see `Lanes`. */
-function lanes({ timeline, acted, abstract, seen = [] }, labelled = {}) {
+function lanes(found, labelled = {}) {
+  const { timeline, acted, abstract, seen = [] } = found;
   const messages = parsedMessages(timeline), end = timeline.end_s, made = new Lanes(labelled);
   const states = DATA.state ? stateSpans(messages, end) : [];
   const stateTopic = states.length ? DATA.state.split(".")[0] : null;
@@ -186,5 +190,6 @@ function lanes({ timeline, acted, abstract, seen = [] }, labelled = {}) {
     if (isSwitch(name, points)) made.addSwitch(name, points);
   }
   for (const [name, text] of Object.entries(timeline.triggers).sort(([a], [b]) => natural(a, b))) made.addTriggers(name, text);
+  RUN_LANES.forEach((add) => add(found, made));
   return made;
 }

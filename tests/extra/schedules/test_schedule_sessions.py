@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -165,3 +166,19 @@ def test_a_fault_that_removes_a_lock_is_noticed_under_a_schedule(pytester: pytes
     mutants = written(folder)["mutation"]["mutants"]
     removed = {mutant["line"]: mutant["status"] for mutant in mutants if mutant["operator"] == "lock removed"}
     assert removed == {15: "killed", 22: "killed"}
+
+
+@pytest.mark.slow
+def test_a_replay_shows_switches_and_stops_at_the_statement_that_waits(pytester: pytest.Pytester) -> None:
+    folder = project(pytester, is_safe=False)
+    pytester.runpytest_subprocess(*OPTIONS, "--hri-schedules=20")
+    replay = f"--hri-replay={written(folder)['schedules']['races'][0]['replay']}"
+    pytester.runpytest_subprocess(replay, "--hri-report=again", "-p", "no:cacheprovider")
+    (test,) = written(folder, "again")["tests"]
+    arm, watch = test["lanes"]
+    assert (arm["node"], watch["node"]) == ("arm", "arm: Thread-1 (watch)")
+    assert [place for *_, place in arm["held"]] == ["arm.py:17"]
+    assert "arm.py:22" in [place for _, place in watch["switches"]]
+    command = (sys.executable, "-m", "pytest", replay, "--pdb", "--hri-report=third", "-p", "no:cacheprovider")
+    stopped = pytester.run(*command, stdin=b"p self.stopped\nc\nq\n")
+    stopped.stdout.fnmatch_lines(["*arm waits before arm.py:17 (hold)*", "*self.motor.move(True)", "*False"])
