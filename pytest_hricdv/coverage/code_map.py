@@ -27,7 +27,7 @@ __all__ = ["Arc", "Bits", "CodeMap", "CoverageError", "SourceFile", "map_code", 
 
 Arc = tuple[int, int]
 
-WAIVER = re.compile(r"#\s*unreachable\b:?\s*(?P<reason>.*)")
+WAIVER = re.compile(r"#\s*unreachable:\s*(?P<reason>.*)")
 
 
 @dataclass(frozen=True)
@@ -297,5 +297,8 @@ def _waivers(name: str, text: str, statements: frozenset[int], reporter: FileRep
         if not match["reason"].strip():
             raise CoverageError(f"{name}:{token.start[0]}: a waiver needs its reason: write '# unreachable: <reason>'")
         if line not in statements:
-            raise CoverageError(f"{name}:{token.start[0]}: no statement is on the line of this waiver; move it")
+            raise CoverageError(
+                f"{name}:{token.start[0]}: no statement is on the line of this waiver; move it, or set hri_no_waivers "
+                "where it is none"
+            )
         yield WaiverRecord(file=name, line=line, reason=match["reason"].strip())

@@ -47,7 +47,7 @@ def test_the_hash_changes_with_the_code_only(tmp_path: Path, monkeypatch: pytest
 @pytest.mark.parametrize(
     ("source", "message"),
     [
-        ("x = 1  # unreachable\n", "waived/__init__.py:1: a waiver needs its reason"),
+        ("x = 1  # unreachable:\n", "waived/__init__.py:1: a waiver needs its reason"),
         ("x = 1  # unreachable:  \n", "waived/__init__.py:1: a waiver needs its reason"),
         ("x = 1\n# unreachable: stands alone\n", "waived/__init__.py:2: no statement is on the line of this waiver"),
         ("def f(:\n", "code under test"),
@@ -60,6 +60,13 @@ def test_what_cannot_be_mapped_is_refused_with_its_place(
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(CoverageError, match=message):
         map_code(["waived"], tmp_path)
+
+
+def test_prose_that_begins_with_the_word_is_no_waiver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Comments of code that was written for something else."""
+    write_package(tmp_path, "prose", "# where it is\n# unreachable, keep it\nx = 1  # unreachable in summer\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert map_code(["prose"], tmp_path).files[0].waivers == ()
 
 
 def test_a_package_that_is_not_there_is_named(tmp_path: Path) -> None:

@@ -118,7 +118,7 @@ def test_options(lamps: pytest.Pytester, options: list[str], told: str) -> None:
             "                             ^^^^^^^^^^",
         ),
         ("by_hand.toml", '"d*"', '"x*"', "by_hand.toml:7:29: pattern matches no belief: 'x*'"),
-        ("lamps/guide.py", '"by hand"', '"by hand"  # unreachable', "lamps/guide.py:44: a waiver needs its reason"),
+        ("lamps/guide.py", '"by hand"', '"by hand"  # unreachable:', "lamps/guide.py:44: a waiver needs its reason"),
         (
             "pytest.ini",
             "R2: the hall has no dimmer",

@@ -277,7 +277,8 @@ class Question:
 class Problem:
     """What keeps code from running as it is; the rest is drafted.
 
-    `kind` is "syntax", "missing module", "terminal", "launch", "recording", "side effect", "raised", "unrepeatable".
+    `kind` is "syntax", "missing module", "missing messages", "terminal", "launch", "recording", "side effect",
+    "raised", "unrepeatable".
     """
 
     kind: str

@@ -109,11 +109,30 @@ def _prepare_package(package: str, options: DraftOptions) -> FirstDraft:
         both = merge_observations(part for part in (seen, more) if part is not None)
         return reader.model(both, faulty)
 
-    model, observed = _with_recordings(reader.model(seen), bags, {})
+    model = reader.model(seen)
+    if model.ros.nodes and not model.inputs:
+        return _prepare_only_nodes(model, options)
+    model, observed = _with_recordings(model, bags, {})
     name = options.robot or robot_name(model)
     made = Draft(model, name, options.person, options.folder.resolve(), observed=observed)
     has_nodes = bool(model.ros.nodes or model.ros.endpoints)
     return FirstDraft(made, (NO_NODES,) if has_nodes else (), reread)
+
+
+def _prepare_only_nodes(model: CodeModel, options: DraftOptions) -> FirstDraft:
+    """The draft of code that is a node of ROS 2; raises DraftError where it has several."""
+    root, cwd = Path(model.root), Path.cwd().resolve()
+    files = sorted({location.file for _, location in model.ros.nodes})
+    paths = [
+        str((root / file).relative_to(cwd)) if (root / file).is_relative_to(cwd) else str(root / file) for file in files
+    ]
+    if len(paths) > 1:
+        ways = ", ".join(f"--ros2 {path}" for path in paths)
+        raise DraftError(
+            f"--from={model.package}: {len(paths)} nodes of ROS 2; draft one: {ways}, or --launch FILE for several"
+        )
+    made = _prepare_node(paths[0], options)
+    return replace(made, lines=(f"{files[0]} is a node of ROS 2: drafted as with --ros2 {paths[0]}", *made.lines))
 
 
 def _prepare_node(node: str, options: DraftOptions) -> FirstDraft:
@@ -143,7 +162,7 @@ def _of_nodes(
     def reread(seen: Observations | None, _: frozenset[str]) -> CodeModel:
         return with_state_topic(model, seen)
 
-    is_runnable = all(problem.kind != "missing module" for problem in model.problems)
+    is_runnable = all(problem.kind != "missing messages" for problem in model.problems)
     return FirstDraft(made, lines, reread, is_runnable)
 
 

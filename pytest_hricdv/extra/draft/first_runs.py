@@ -40,8 +40,13 @@ POLL_S = 0.5
 ENDING_S = 15.0
 """Time that a terminated session gets to write its report."""
 
-_WAIVED = re.compile(r"(\S+\.py:\d+): ran, though it is waived")
-"""The message for a wrong waiver in the code."""
+_WAIVED = re.compile(
+    r"(\S+\.py:\d+): (?:ran, though it is waived|no statement is on the line of this waiver|a waiver needs)"
+)
+"""The messages for a wrong waiver in the code."""
+
+_EXCEPTION = re.compile(r"[A-Za-z_][\w.]*(?::|$)")
+"""A line that names an exception, at the end of a traceback."""
 
 _ALLOW = re.compile(r'allowed_endings=\("(\w+)",\)')
 """The ending that the testbench would have to allow, in the message of a failure."""
@@ -149,11 +154,12 @@ def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> F
     options += [] if tests is None else [f"--hri-tests={tests}", "--hri-audit=off"]
     session = _session(draft, options, limit_s)
     is_ended = session.status is None
+    waived = _WAIVED.search(session.text)
+    waiver = waived.group(1) if waived else ""
     if session.report is None:
         return FirstRuns(0, 0, (), (), session.error, session.raised_at, used_s=session.used_s, seen=session.seen,
-                         libraries=_libraries(session.text), is_ended=is_ended)  # fmt: skip
-    waived = _WAIVED.search(session.text)
-    trial = replace(_read(session.report), raised_at=session.raised_at, no_waivers=waived.group(1) if waived else "",
+                         libraries=_libraries(session.text), is_ended=is_ended, no_waivers=waiver)  # fmt: skip
+    trial = replace(_read(session.report), raised_at=session.raised_at, no_waivers=waiver,
                     used_s=session.used_s, seen=session.seen)  # fmt: skip
     if is_ended:
         return replace(trial, is_ended=True, problems=(), error=trial.error or ("" if trial.tests else TOO_LONG))
@@ -234,7 +240,7 @@ def _read(report: dict[str, Any]) -> FirstRuns:
     passed = sum(test["outcome"] == "passed" for test in tests)
     others = [test["unrepeatable"] for test in tests if test.get("unrepeatable")]
     return FirstRuns(
-        len(tests), passed, tuple(failed), tuple(rare), _sentence(errors[0]) if errors else "",
+        len(tests), passed, tuple(failed), tuple(rare), sentence_of(errors[0]) if errors else "",
         unrepeatable=f"{others[0]['cause']}: {others[0]['detail']}" if others else "",
         leaks=any(other.get("left_by") for other in others), raised=len(errors),
         ends=tuple(dict.fromkeys(end for test in tests for end in _ALLOW.findall(test["failure"] or ""))),
@@ -310,11 +316,14 @@ def _line_of(error: str, root: Path) -> CodeLine | None:
     return None
 
 
-def _sentence(failure: str) -> str:
+def sentence_of(failure: str) -> str:
     """What was raised, without the way to it; the last one where it was raised while another was handled."""
     last = re.split(r"^(?:The above exception was|During handling of the above)", failure, flags=re.MULTILINE)[-1]
-    raised = [line[1:].strip() for line in last.splitlines() if line.startswith("E ")]
-    return (raised[0] if raised else failure.strip().splitlines()[0])[:600]
+    lines = last.strip().splitlines()
+    raised = [line[1:].strip() for line in lines if line.startswith("E ")]
+    # Of a plain traceback, what was raised is the last line that is not indented, as long as it names an exception.
+    plain = [line for line in lines if _EXCEPTION.match(line)]
+    return (raised[0] if raised else plain[-1] if plain else failure.strip().splitlines()[0])[:600]
 
 
 def _is_of_requirements(test: dict[str, Any]) -> bool:

@@ -102,7 +102,7 @@ def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Pr
     needed = {dotted.partition(".")[0]: location for dotted, location in reversed(executable.sources.outside)
               if len(dotted.split(".")) > 1 and dotted.split(".")[1] in FOLDERS}  # fmt: skip
     provided = [name for name in sorted(needed) if not is_installed(name) and name in executable.packages]
-    problems = [_without_stand_in(p) for p in model.problems
+    problems = [p for p in model.problems
                 if p.kind != "missing module" or p.text.split("`")[1] not in {*provided, *needed, OWN}]  # fmt: skip
     unavailable = {name for name in needed if not (is_installed(name) or name in provided)}
     absent = unavailable - guarded
@@ -111,28 +111,19 @@ def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Pr
             f"the messages of `{name}` are neither installed here nor in the workspace: the node cannot start, and "
             "their fields are not drafted; install them, or put their packages into the workspace, and draft again"
         )
-        problems.append(Problem("missing module", text, needed[name]))
+        problems.append(Problem("missing messages", text, needed[name]))
     if not is_installed(OWN):
         location = next(
             (location for name, location in executable.sources.outside if name.partition(".")[0] == OWN), None
         )
         text = "`rclpy` is not installed here, so that the draft was not run: docs/ros2.md says how to get it"
-        problems.append(Problem("missing module", text, location))
+        problems.append(Problem("missing messages", text, location))
     declared = tuple(
         endpoint for endpoint in model.ros.endpoints
         if endpoint.is_complete and endpoint.type.partition("/")[0] not in unavailable & guarded
     )  # fmt: skip
     folders = tuple(str(executable.packages[name]) for name in provided)
     return RosStart(executable.asked, executable.entry, declared, folders), tuple(problems)
-
-
-def _without_stand_in(problem: Problem) -> Problem:
-    if problem.kind != "missing module":
-        return problem
-    subject = problem.text.partition(":")[0]
-    return replace(
-        problem, text=f"{subject}: the node cannot start as it is; install it, or put a module of this name on the path"
-    )
 
 
 def _messages(executable: Executable, start: RosStart) -> list[Message]:

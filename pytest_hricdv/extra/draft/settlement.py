@@ -136,11 +136,17 @@ class Settlement:
         return False
 
     def _run_in_root(self, trial: FirstRuns) -> bool:
-        """Run the code in the folder that it is in, where it opens a file of it by a relative path."""
-        found = re.search(r"FileNotFoundError: .*?'([^'/][^']*)'", trial.error)
-        if self.draft.runs_in_root or found is None or not (Path(self.draft.code.root) / found.group(1)).exists():
+        """Run the code in its folder, or the one above, where an error names a file there by a relative path.
+
+        What is not Python's own says so in words of its own, as `Error opening file 'scenes/room.xml'`.
+        """
+        root = Path(self.draft.code.root)
+        names = re.findall(r"['\"]([^'\"/\s][^'\"\n]*)['\"]", trial.error)
+        files = [name for name in names if "/" in name or "." in name]
+        folder = next((each for each in (root, root.parent) for name in files if (each / name).is_file()), None)
+        if self.draft.working_folder or folder is None:
             return False
-        self.draft = replace(self.draft, runs_in_root=True)
+        self.draft = replace(self.draft, working_folder=str(folder))
         return True
 
     def _take_time(self, trial: FirstRuns) -> bool:

@@ -7,6 +7,7 @@ import pytest
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import CodeModel, StateMachine
+from pytest_hricdv.extra.draft.first_runs import sentence_of
 from tests.extra.draft import robots
 
 ROOT = Path(__file__).parents[3]
@@ -231,3 +232,42 @@ def test_values_of_the_home_care_robot_are_found() -> None:
     assert {message.name for message in model.outputs} == {
         "State", "Accepted", "Refused", "Completed", "Idle", "Docked", "Food",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("has_init", [True, False])
+def test_scripts_that_import_each_other_by_their_bare_names_are_one_code(tmp_path: Path, has_init: bool) -> None:
+    folder = tmp_path / "rover"
+    (folder / "auto").mkdir(parents=True)
+    if has_init:
+        (folder / "__init__.py").write_text("", encoding="utf-8")
+    (folder / "messages.py").write_text(robots.MATCH, encoding="utf-8")
+    (folder / "auto" / "steps.py").write_text("FAST = 1\n", encoding="utf-8")
+    (folder / "main.py").write_text("from auto.steps import FAST\nfrom messages import Fetcher\n", encoding="utf-8")
+    model = analyse("rover/", tmp_path)
+    assert (Path(model.root), model.problems) == (folder, ())
+    assert set(model.modules) == {"main", "messages", "auto"}
+
+
+def test_a_package_whose_module_has_the_name_of_a_library_stays_a_package(tmp_path: Path) -> None:
+    folder = tmp_path / "rover"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("", encoding="utf-8")
+    (folder / "logging.py").write_text("FAST = 1\n", encoding="utf-8")
+    (folder / "main.py").write_text("import logging\n\nlogging.info('here')\n", encoding="utf-8")
+    assert Path(analyse("rover", tmp_path).root) == tmp_path
+
+
+@pytest.mark.parametrize(
+    ("failure", "said"),
+    [
+        (">   raise ValueError(1)\nE   ValueError: 1\n\nrobot.py:3: ValueError", "ValueError: 1"),
+        (
+            'Traceback (most recent call last):\n  File "a.py", line 1, in f\nKeyError: 2\n\n'
+            "During handling of the above exception, another exception occurred:\n\n"
+            'Traceback (most recent call last):\n  File "a.py", line 3, in f\nOSError: no camera\n',
+            "OSError: no camera",
+        ),
+    ],
+)
+def test_what_was_raised_is_the_last_exception(failure: str, said: str) -> None:
+    assert sentence_of(failure) == said

@@ -343,3 +343,23 @@ def test_a_topic_that_has_only_states_of_an_attribute_is_the_state(tmp_path: Pat
     work = Settlement(made, None)
     assert work._drop_state(FirstRuns(1, 0, (), (), "ValueError: no state 'ajar'"))
     assert (work.draft.code.state, work.draft.states) == ("", made.states)  # declared, and not looked at
+
+
+def test_a_package_that_is_one_node_is_drafted_as_a_node(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "door.py").write_text(ros_robots.DOOR, encoding="utf-8")
+    (tmp_path / "arm.py").write_text(ros_robots.ARM, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "hri", "--from", "door.py", "--no-run"]) == 0
+    assert "door.py is a node of ROS 2: drafted as with --ros2 door.py" in capsys.readouterr().out
+    assert "RosNode(" in (tmp_path / "hri" / "conftest.py").read_text(encoding="utf-8")
+
+
+def test_a_node_gets_stand_ins_for_libraries_that_are_not_installed(tmp_path: Path) -> None:
+    source = "from wheel_driver_not_there import Wheels\n" + ros_robots.DOOR
+    (tmp_path / "door.py").write_text(source, encoding="utf-8")
+    draft, texts = drafted(tmp_path, "door.py")
+    assert [problem.kind for problem in draft.code.problems] == ["missing module"]
+    assert 'replace_modules("wheel_driver_not_there")  # not installed here' in texts["conftest.py"]
+    compile(texts["conftest.py"], "conftest.py", "exec")

@@ -64,7 +64,7 @@ def test_code_without_rclpy_has_no_nodes(tmp_path: Path) -> None:
     assert read(tmp_path, source).ros.endpoints == ()
 
 
-def test_the_terminal_says_what_nodes_say_and_hear_and_what_is_not_drafted(
+def test_the_terminal_says_what_nodes_say_and_hear(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "node_code.py").write_text(ros_robots.ARM, encoding="utf-8")
@@ -74,7 +74,7 @@ def test_the_terminal_says_what_nodes_say_and_hear_and_what_is_not_drafted(
     assert "nodes of ROS 2: 1 (arm)" in said
     assert "node_code.py:16: subscribes: /request (std_msgs/msg/Empty) -> self.on_request" in said
     assert "node_code.py:11: parameter: period_s, default 0.1" in said
-    assert "use --ros2" in said
+    assert "node_code.py is a node of ROS 2: drafted as with --ros2 node_code.py" in said
     assert "/arm/done (std_msgs/msg/Empty)" in (tmp_path / "draft" / "README.md").read_text(encoding="utf-8")
 
 
@@ -84,9 +84,11 @@ def test_without_the_feature_ros2_plain_code_is_drafted_and_nodes_say_what_they_
     monkeypatch.setattr("pytest_hricdv.extra.draft.ros.tools.offers", lambda role, name: ())
     (tmp_path / "node_code.py").write_text(ros_robots.ARM, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert main(["init", "draft", "--from", "node_code", "--no-run"]) == 0
-    assert main(["init", "node", "--ros2", "node_code.py"]) == 2
-    assert "nodes of ROS 2 need the feature `ros2`" in capsys.readouterr().err
+    for way in ("--from=node_code", "--ros2=node_code.py"):
+        assert main(["init", "draft", way, "--no-run"]) == 2
+        assert "nodes of ROS 2 need the feature `ros2`" in capsys.readouterr().err
+    (tmp_path / "plain_code.py").write_text(robots.MATCH, encoding="utf-8")
+    assert main(["init", "draft", "--from", "plain_code", "--no-run"]) == 0
 
 
 def test_without_the_feature_draft_code_is_not_drafted(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -29,21 +30,52 @@ def find(package: str, start: Path) -> Sources:
     Raises:
         DraftError: there is no such package, or it has no Python source.
     """
-    root, name, file = locate(package, start)
-    files = [(name, file)]
+    root, _, file = locate(package, start)
+    paths = [file]
     if file.is_dir() or file.name == "__init__.py":
         folder = file if file.is_dir() else file.parent
         paths = sorted(path for path in folder.rglob("*.py") if not _is_skipped(path.relative_to(folder).parts))
         if not paths:
             raise DraftError(f"{folder}: expected a package of Python; it has no file *.py that is not a test")
-        files = [(_module_name(path, root), path) for path in paths]
+    sources = _read(package, root, paths)
+    scripts = _script_folder(sources)
+    if scripts is None:
+        return sources
+    return _read(package, scripts, [path for path in paths if path != scripts / "__init__.py"])
+
+
+def _read(package: str, root: Path, paths: Sequence[Path]) -> Sources:
+    """Parse files, and the neighbouring modules that they import from a folder on Python's path."""
     problems: list[Problem] = []
+    files = [(_module_name(path, root), path) for path in paths]
     modules = {module.name: module for module in _parse(files, root, problems)}
     outside = _follow(modules, root, problems)
     if not modules:
         reasons = "; ".join(f"{problem.location}: {problem.text}" for problem in problems[:3])
         raise DraftError(f"{package}: no module could be read{f': {reasons}' if reasons else ''}")
     return Sources(package, root, tuple(modules.values()), tuple(problems), outside)
+
+
+def _script_folder(sources: Sources) -> Path | None:
+    """The folder whose modules import each other by their bare names, as the scripts of a folder do; None: no such one.
+
+    Where they are run, Python has their own folder on its path, whether it has an `__init__.py` or not.
+    """
+    folders: Counter[Path] = Counter()
+    for dotted, location in sources.outside:
+        folder = (sources.root / location.file).parent
+        top = dotted.partition(".")[0]
+        is_elsewhere = top in sys.stdlib_module_names or PathFinder.find_spec(top) is not None
+        if folder != sources.root and not is_elsewhere and _path_of(dotted, folder) is not None:
+            folders[folder] += 1
+    if not folders:
+        return None
+    found = folders.most_common(1)[0][0]
+    inside = [module for module in sources.modules if (sources.root / module.file).is_relative_to(found)]
+    is_package = any(
+        isinstance(node, ast.ImportFrom) and node.level for module in inside for node in ast.walk(module.tree)
+    )
+    return None if is_package or len(inside) < len(sources.modules) else found
 
 
 def locate(package: str, start: Path) -> tuple[Path, str, Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -94,7 +95,7 @@ class Draft:
         no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
         allowed_endings: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
-        runs_in_root: whether the code runs in the folder that it is in, of which it reads files.
+        working_folder: where the code runs, as it reads files there; empty: in that of the draft.
         taken_out: what first runs did without because it failed: "state", which is not looked at; "calls"; "entry", the
             code is only imported; "import", nor that; and names of messages that the testbench refuses.
         left_out: commands at which first runs raised an error.
@@ -117,7 +118,7 @@ class Draft:
     no_waivers: str = ""
     isolates: bool = False
     allowed_endings: tuple[str, ...] = ENDS
-    runs_in_root: bool = False
+    working_folder: str = ""
     taken_out: frozenset[str] = frozenset()
     left_out: tuple[str, ...] = ()
     audits: bool = True
@@ -265,6 +266,12 @@ class Draft:
     def is_async(self) -> bool:
         """Whether the robot is a coroutine."""
         return self.entry is not None and self.entry.is_async
+
+    @property
+    def replacement_lines(self) -> list[str]:
+        """The statement of a testbench that gives them their stand-ins; none where all is installed."""
+        names = dict.fromkeys(name.partition(".")[0] for name in self.absent_modules)
+        return [f"    replace_modules({', '.join(map(json.dumps, names))})  # not installed here", ""] if names else []
 
     @property
     def absent_modules(self) -> tuple[str, ...]:

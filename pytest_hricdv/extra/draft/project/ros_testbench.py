@@ -120,6 +120,7 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
         "from pathlib import Path",
         "from typing import Any",
         "",
+        *(["from pytest_hricdv.draft import replace_modules"] if draft.absent_modules else []),
         "from pytest_hricdv.testbench import (",
         *(f"    {name}," for name in names if f"{name}(" in body or name == "Run"),
         ")",
@@ -210,6 +211,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
     lines = [
         "", "", "def pytest_hricdv_testbench(config: object) -> Testbench:",
         '    """What the plugin asks for."""',
+        *draft.replacement_lines,
         *model_lines(draft),
     ]  # fmt: skip
     lines += command_table_lines(draft, "SAYS", "numbers", "numbers")

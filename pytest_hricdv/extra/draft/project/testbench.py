@@ -43,7 +43,7 @@ def conftest(draft: Draft) -> str:
         "",
         "def pytest_hricdv_testbench(config: object) -> Testbench:",
         '    """What the plugin asks for."""',
-        *_replace_lines(draft),
+        *draft.replacement_lines,
         *table.lines(),
         "",
         *function,
@@ -98,11 +98,6 @@ def _constants(draft: Draft) -> list[str]:
         states = draft.code.machine.states
         lines += ["", "STATES = (", *(f"    {json.dumps(s.name)},  # {s.location}" for s in states), ")"]
     return lines
-
-
-def _replace_lines(draft: Draft) -> list[str]:
-    names = dict.fromkeys(name.partition(".")[0] for name in draft.absent_modules)
-    return [f"    replace_modules({', '.join(map(json.dumps, names))})  # not installed here", ""] if names else []
 
 
 # --- the testbench
