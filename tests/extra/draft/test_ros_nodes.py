@@ -7,7 +7,7 @@ import pytest
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.code_model import CodeModel
-from tests.extra.draft import ros_robots
+from tests.extra.draft import robots, ros_robots
 
 
 def read(tmp_path: Path, source: str) -> CodeModel:
