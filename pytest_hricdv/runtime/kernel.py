@@ -39,6 +39,9 @@ BUSY_READS, READS_A_MS = 1_000, 100
 """A loop that reads a clock so often at one instant waits for it. From then on a read takes 10 us, as a step of a loop
 in Python does on a small computer of a robot, and the loop ends to a millisecond when it should."""
 
+READS_A_LOOK = 100
+"""Reads of a clock that take as long as a look at all that `rclpy` waits for, which finds nothing: about 1 ms there."""
+
 MAX_STEPS = 5_000
 """Steps of a node, from one wait to the next, in 0.02 s of simulated time: a loop of 250 kHz, 25 times as fast as that
 of the fastest controllers."""
@@ -197,6 +200,26 @@ class Kernel:
             self.sleep(1e-3)
             self._read_until_us = self.now_us
         self.count_poll()
+
+    def count_look(self) -> None:
+        """Count a look for work that found none: a loop that looks until a time, and reads a clock, lets time pass.
+
+        Raises:
+            KernelError: as `count_poll`, for loops that do not end with a time.
+        """
+        if self._reads:
+            self._reads += READS_A_LOOK
+        self.count_poll()
+
+    def count_work(self) -> None:
+        """Count a look for work that found some. One that always finds some lets others have their turn now and then.
+
+        Raises:
+            KernelError: as `count_poll`.
+        """
+        self.count_poll()
+        if self._polls % BUSY_READS == 0:
+            self.sleep(0.0)
 
     def spawn(self, name: str, body: Callable[[], None]) -> Node:
         """Start `body` as a node at the present simulated instant."""

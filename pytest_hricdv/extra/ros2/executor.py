@@ -178,8 +178,10 @@ class Entities:
             woken = [guard.take_readiness() for guard in self._guards]
             now_ns = kernel.now_us * 1000
             is_over = end_ns is not None and end_ns <= now_ns
-            if ready or is_over:  # a guard condition that triggers itself is always ready
-                kernel.count_poll()
+            if ready:  # a guard condition that triggers itself is always ready
+                kernel.count_work()
+            elif is_over:
+                kernel.count_look()
             if ready or any(woken) or is_over:
                 return ready, is_over
             awaited = [handle for _, _, _, handle in self._plain] + self._waitables.wait_set.entities + self._guards
