@@ -122,4 +122,21 @@ RACES = (
     ),
 )
 
-ANCHORS: tuple[Race, ...] = ()
+_NOTHING_LOST = "always(on(go) -> eventually[0.1:0.4](lost == 0))"
+_ALWAYS = "always(on(go) -> always[0:0.4](lost == 0))"
+
+ANCHORS = (
+    Race("two_purses", "No coin is lost", _NOTHING_LOST, (0.5, 1.5)),
+    Race("lazy_camera", "One camera at most is open", "always(on(go) -> always[0:0.4](active <= 1))", (0.5, 1.5)),
+    Race("shared_address", "Each letter has its address", _ALWAYS, (0.5, 1.5)),
+    Race("guest_rooms", "Both guests are listed", _NOTHING_LOST, (0.5, 1.5)),
+    Race("one_ticket", "A ticket is taken once", _ALWAYS, (0.5, 1.5)),
+    Race("torn_pose", "A pose is read whole", _ALWAYS, (0.5, 1.5)),
+    Race(
+        "three_tools",
+        "Each order is served",
+        "always(on(go) -> eventually[0:0.45](count(on(done)) == 3 * count(on(go))))",
+        (0.5, 1.5),
+    ),
+)
+"""Re-made small: kinds of races that explorers for Python publish (frontrun, https://pypi.org/project/frontrun/)."""

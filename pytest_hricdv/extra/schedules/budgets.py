@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from itertools import combinations
+
+from msgspec.structs import replace
 
 from pytest_hricdv.extra.schedules.records import BudgetRecord
 from pytest_hricdv.extra.schedules.schedule_run import RunTest
@@ -17,46 +20,57 @@ PRECISION_S = 0.001
 """A budget is known to a millisecond, which is as fine as the clocks of robots' middleware tick."""
 
 
+PAIRED = 3
+"""Of so many of the smallest budgets, the pairs are measured: a table that still fits on a screen."""
+
+
 def measure_budgets(
     run: RunTest, candidates: Sequence[ScheduleCandidate], starts: Mapping[str, str]
 ) -> Iterator[BudgetRecord]:
-    """The budget of each function and loop that a test executes.
+    """The budget of each function and loop that a test executes; of pairs of the smallest, how slow both may be.
 
     Args:
         run: runs tests.
         candidates: tests that pass, with their usual runs.
         starts: place of the first statement of each function and loop -> its name.
     """
+    made: list[BudgetRecord] = []
     for place in sorted(starts):
-        executing = [candidate for candidate in candidates if place in candidate.usual.executed]
-        if executing:
-            yield _budget(run, executing, place, starts[place])
+        if executing := [candidate for candidate in candidates if place in candidate.usual.executed]:
+            made.append(
+                _budget(run, executing, BudgetRecord(place=place, name=starts[place], budget_s=LONGEST_S), [place])
+            )
+            yield made[-1]
+    broken = sorted((budget for budget in made if budget.test is not None), key=lambda budget: budget.budget_s)
+    for first, second in combinations(broken[:PAIRED], 2):
+        both = [candidate for candidate in candidates if {first.place, second.place} <= {*candidate.usual.executed}]
+        if both:
+            yield _budget(run, both, replace(first, other=f"{second.place} {second.name}"), [first.place, second.place])
 
 
-def _budget(run: RunTest, candidates: Sequence[ScheduleCandidate], place: str, name: str) -> BudgetRecord:
-    record = BudgetRecord(place=place, name=name, budget_s=LONGEST_S)
+def _budget(
+    run: RunTest, candidates: Sequence[ScheduleCandidate], record: BudgetRecord, places: Sequence[str]
+) -> BudgetRecord:
     for candidate in candidates:
         # Most tests do not decide: one run with the budget so far shows it.
-        if (broken := _breaks(run, candidate, place, record.budget_s)) is None:
+        if (broken := _breaks(run, candidate, places, record.budget_s)) is None:
             continue
         passes_s, fails_s = 0.0, record.budget_s
         while fails_s - passes_s > PRECISION_S:
             middle_s = (passes_s + fails_s) / 2
-            again = _breaks(run, candidate, place, middle_s)
+            again = _breaks(run, candidate, places, middle_s)
             if again is None:
                 passes_s = middle_s
             else:
                 fails_s, broken = middle_s, again
-        record = BudgetRecord(
-            place=place, name=name, budget_s=round(passes_s, 6), requirement=broken, test=candidate.test.id
-        )
+        record = replace(record, budget_s=round(passes_s, 6), requirement=broken, test=candidate.test.id)
     return record
 
 
-def _breaks(run: RunTest, candidate: ScheduleCandidate, place: str, delay_s: float) -> str | None:
-    """The requirement that a delay breaks, or an empty text for a fault; None where all pass."""
-    decision = ScheduleDecision("delay", place, EACH_TIME, delay_s)
-    ran = run(replace(candidate.test, schedule=(decision,)))
+def _breaks(run: RunTest, candidate: ScheduleCandidate, places: Sequence[str], delay_s: float) -> str | None:
+    """The requirement that a delay at each place breaks, or an empty text for a fault; None where all pass."""
+    decisions = tuple(ScheduleDecision("delay", place, EACH_TIME, delay_s) for place in places)
+    ran = run(dataclasses.replace(candidate.test, schedule=decisions))
     if ran is None:
         return ""
     new = ran.fails - candidate.usual.fails

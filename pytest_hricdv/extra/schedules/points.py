@@ -18,6 +18,9 @@ from pytest_hricdv.execution.instrumented_code import Change
 HOOK, BETWEEN = "__hricdv_point__", "__hricdv_between__"
 """What instrumented code calls: before a statement; and with the value that a statement is about to write."""
 
+LOCAL_LOCK = "a lock"
+"""Data that stands for all locks in local variables: which one it is, only a run knows."""
+
 WRITES = "="
 """Ends the place of a point between reading and writing, `robot.py:31=`."""
 
@@ -54,8 +57,8 @@ class CodePoints:
     """The points of files, by their numbers in the order in which they were instrumented.
 
     Args:
-        written: data that some statement of the code writes; a statement that accesses none of it and calls no method
-            has no point, unless a function or loop starts with it. None: all statements have one.
+        written: data that some statement of the code writes; a statement that accesses none of it, calls no method and
+            takes no lock has no point, unless a function or loop starts with it. None: all statements have one.
     """
 
     written: frozenset[str] | None = None
@@ -82,7 +85,8 @@ class CodePoints:
 
     def matters(self, statement: ast.stmt, place: str, access: DataAccess) -> bool:
         """Whether another order can make a difference before a statement."""
-        if self.written is None or place in self.starts or access.writes or access.reads & self.written:
+        takes_lock = isinstance(statement, ast.With | ast.AsyncWith)
+        if self.written is None or takes_lock or place in self.starts or access.writes or access.reads & self.written:
             return True
         parts = (part for node in _header(statement) for part in ast.walk(node))
         return any(isinstance(part, ast.Call) and isinstance(part.func, ast.Attribute) for part in parts)
@@ -279,7 +283,8 @@ def access_of(statement: ast.stmt, own: frozenset[str]) -> DataAccess:
         reads.update(_name(statement.target, own))
     if isinstance(statement, ast.With | ast.AsyncWith):
         for item in statement.items:
-            writes.update(_name(item.context_expr, own))
+            names = {*_name(item.context_expr, own)}
+            writes.update(names or ({LOCAL_LOCK} if isinstance(item.context_expr, ast.Name) else ()))
     return DataAccess(frozenset(reads), frozenset(writes))
 
 

@@ -70,6 +70,7 @@ class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
         budget_s: with this delay all tests pass (s); with a millisecond more, one fails.
         requirement: that it violates then; empty for a fault, or where none fails.
         test: that violates it; None where none does up to `budget_s`.
+        other: place and name of another one that is as slow at the same time.
     """
 
     place: str
@@ -77,6 +78,7 @@ class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
     budget_s: NotNegative
     requirement: str = ""
     test: TestId | None = None
+    other: str = ""
 
 
 class ScheduleResult(PlainRecord, frozen=True, kw_only=True):

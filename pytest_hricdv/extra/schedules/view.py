@@ -83,7 +83,8 @@ def _budget_lines(budgets: Sequence[BudgetRecord]) -> Iterator[Line]:
         yield Line(f"time budgets of {plural(len(budgets), 'function')} and loops until a requirement breaks:")
     for budget in broken[:MAX_BUDGETS]:
         what = budget.requirement or "a fault"
-        yield Line(visible(f"  {budget.budget_s:9.3f} s  {what:8} {budget.place} {budget.name} ({budget.test})"))
+        both = f"{budget.name}, and {budget.other}" if budget.other else budget.name
+        yield Line(visible(f"  {budget.budget_s:9.3f} s  {what:8} {budget.place} {both} ({budget.test})"))
     if left := len(budgets) - min(len(broken), MAX_BUDGETS):
         yield Line(f"  {left} more: see the report")
 

@@ -28,6 +28,7 @@ from pytest_hricdv.extra.schedules.scheduler import _OPERATIONS
         ("if self.free: pass", ".free", ""),
         ("while not stop.is_set(): pass", ".is_set stop", "stop"),
         ("with self.lock: self.count = 1", ".lock", ".lock"),
+        ("with x: self.count = 1", "", "a-lock"),
         ("for x in self.items: self.seen = x", ".items", ""),
         ("return self.free", ".free", ""),
     ],
@@ -35,7 +36,7 @@ from pytest_hricdv.extra.schedules.scheduler import _OPERATIONS
 def test_a_statement_reads_and_writes_shared_data(text: str, reads: str, writes: str) -> None:
     (statement,) = ast.parse(text).body
     assert access_of(statement, frozenset({"self", "x"})) == DataAccess(
-        frozenset(reads.split()), frozenset(writes.split())
+        frozenset(reads.split()), frozenset(name.replace("-", " ") for name in writes.split())
     )
 
 

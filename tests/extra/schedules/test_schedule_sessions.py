@@ -182,3 +182,51 @@ def test_a_replay_shows_switches_and_stops_at_the_statement_that_waits(pytester:
     command = (sys.executable, "-m", "pytest", replay, "--pdb", "--hri-report=third", "-p", "no:cacheprovider")
     stopped = pytester.run(*command, stdin=b"p self.stopped\nc\nq\n")
     stopped.stdout.fnmatch_lines(["*arm waits before arm.py:17 (hold)*", "*self.motor.move(True)", "*False"])
+
+
+BRAKES = """
+import time
+
+
+class Arm:
+    def __init__(self, motor, stops, is_safe):
+        self.motor, self.stops = motor, stops
+
+    def work(self):
+        self.motor.move(True)
+        self.stops.wait(100.0)
+BODY
+"""
+BUDGETS = {
+    "halt": ("        self.halt()\n", "    def halt(self):\n        self.motor.move(False)\n", 0.4),
+    "brake": (
+        "        for _ in range(3):\n            self.brake()\n        self.motor.move(False)\n",
+        "    def brake(self):\n        time.sleep(0.05)\n",
+        (0.4 - 0.15) / 3,
+    ),
+    "look": (
+        "        self.look()\n        time.sleep(0.1)\n        self.look()\n        self.motor.move(False)\n",
+        "    def look(self):\n        self.seen = True\n",
+        (0.4 - 0.1) / 2,
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BUDGETS)
+def test_a_budget_is_exact_to_a_millisecond(pytester: pytest.Pytester, name: str) -> None:
+    work, function, expected_s = BUDGETS[name]
+    folder = project(pytester, is_safe=True)
+    (folder / "arm.py").write_text(BRAKES.replace("BODY", f"{work}\n{function}"), encoding="utf-8")
+    requirement = '[R1]\ntitle = "It stops"\nformula = "always(on(stop) -> always[0.4:1.5](not moving))"\n'
+    (folder / "requirements.toml").write_text(requirement, encoding="utf-8")
+    (folder / "conftest.py").write_text(
+        (folder / "conftest.py")
+        .read_text(encoding="utf-8")
+        .replace("VirtualTime(", 'VirtualTime(allowed_endings=("early",), '),
+        encoding="utf-8",
+    )
+    pytester.runpytest_subprocess(*OPTIONS, "--hri-budgets=2")
+    budgets = {budget["name"]: budget for budget in written(folder)["budgets"] if "other" not in budget}
+    budget = budgets[f"Arm.{name}"]
+    assert (budget["requirement"], abs(budget["budget_s"] - expected_s) <= 0.001) == ("R1", True), budgets
