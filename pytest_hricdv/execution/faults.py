@@ -71,8 +71,8 @@ class CodeUnderTest:
 
     @property
     def threads(self) -> int:
-        """How many nodes it has had, each of them a thread or a node of ROS 2."""
-        return len(self._nodes)
+        """How many nodes it has had, threads and nodes of ROS 2, and tasks of asyncio beside the first."""
+        return len(self._nodes) + sum(node.tasks for node in self._nodes)
 
     def is_running(self) -> bool:
         """Whether the caller is one of its nodes."""

@@ -77,6 +77,8 @@ class Node:
         """Wraps the body of a thread that it starts, for instance so that it is measured."""
         self.own: dict[str, object] = {}
         """What stand-ins of Python's modules keep for it, as its threads and its event loop."""
+        self.tasks = 0
+        """How many tasks of asyncio its first one has started, and those."""
         self.greenlet = _NodeGreenlet(body)
         self.greenlet.node = self
         self.wait = 0  # number of the current wait; heap entries of earlier waits are stale

@@ -143,6 +143,8 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         """As of asyncio's loops."""
         task: asyncio.Task[Any] = super().create_task(*arguments, **options)
         task.add_done_callback(self._keep_failed)
+        if (node := current_node()) is not None and self.is_running():
+            node.tasks += 1
         return task
 
     def default_exception_handler(self, context: dict[str, Any]) -> None:

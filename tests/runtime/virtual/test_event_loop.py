@@ -413,3 +413,17 @@ class TestErrorsThatNobodyTakes:
             assert said[0].startswith(f"a call in a ThreadPoolExecutor raised ValueError: 1 at {__file__}:")
         else:
             assert not any(said)
+
+
+def test_tasks_are_counted_with_their_node() -> None:
+    counted: list[int] = []
+
+    async def main() -> None:
+        await asyncio.gather(asyncio.sleep(0.1), *(asyncio.create_task(asyncio.sleep(0.2)) for _ in range(2)))
+
+    def body(kernel: Kernel) -> None:
+        VIRTUAL.run(main())
+        counted.append(kernel.current().tasks)
+
+    run(body)
+    assert counted == [3]
