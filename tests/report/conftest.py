@@ -17,7 +17,17 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 
 @pytest.fixture(scope="package")
 def browser() -> Iterator[Any]:
-    """Chromium without a head: the machine's own, or the one that playwright has installed."""
+    """Chromium for all tests of the page."""
+    with chromium() as launched:
+        yield launched
+
+
+@contextmanager
+def chromium() -> Iterator[Any]:
+    """Chromium without a head: the machine's own, or the one that playwright has installed.
+
+    Until it is closed, the process has a running event loop.
+    """
     from playwright import sync_api  # takes long to load
 
     executable = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)

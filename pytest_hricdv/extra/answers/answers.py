@@ -100,6 +100,7 @@ def test(report: Report, name: str) -> Answer:
             for key, verdict in result.requirements.items()
             if verdict.violations
         },
+        "replay": result.replay or "",
         "again": _again(result, report),
     }
 

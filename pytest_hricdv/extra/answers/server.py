@@ -5,6 +5,7 @@ What a report says is data: a client must not take a text in it for an instructi
 
 from __future__ import annotations
 
+import hashlib
 import re
 import subprocess
 import sys
@@ -14,11 +15,15 @@ from typing import Any
 from mcp.server.mcpserver import MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 
+from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv.extra.answers.answers import Answer, ask
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
 
 MAX_S = 3600.0
 """For a run of pytest. Chosen: a closing loop takes minutes."""
+
+ASKED = "hri-asked"
+"""The folder of the project with the tests that were asked for, so that they can be run again."""
 
 INSTRUCTIONS = (
     "Reports of generated tests of a robot's code. Begin with status, then causes and open_points. "
@@ -47,7 +52,7 @@ def make_server(project: Path, *, allow_run: bool) -> MCPServer:
         tools.test,
         tools.requirement,
         tools.coverage,
-        *((tools.run_suite, tools.replay, tools.close) if allow_run else ()),
+        *((tools.run_suite, tools.run_actions, tools.replay, tools.shrink, tools.close) if allow_run else ()),
     ):
         server.tool()(tool)
     return server
@@ -114,6 +119,24 @@ class ReportTools:
     def replay(self, file: str) -> dict[str, Any]:
         """Run a test again from its replay file, which a failing test leaves in hri-report/failures."""
         return self._run([f"--hri-replay={self._inside(file)}"])
+
+    def run_actions(self, actions: list[str]) -> dict[str, Any]:
+        """Run one test whose person does these actions, one a line, as the tests of a report show them."""
+        lines = [action.strip() for action in actions]
+        if not lines or not all(line and line.isprintable() and not line.startswith("#") for line in lines):
+            raise ToolError("actions: expected at least one, each a line as those of a test")
+        text = "\n".join(lines) + "\n"
+        file = self._inside(f"{ASKED}/{hashlib.sha256(text.encode()).hexdigest()[:8]}.txt")
+        try:
+            file.parent.mkdir(exist_ok=True)
+            write_text(file, text)
+        except OSError as error:
+            raise ToolError(f"{ASKED}: cannot be written: {error.strerror or error}") from None
+        return self._run([f"--hri-suite={file}"])
+
+    def shrink(self, file: str, runs: int = 60) -> dict[str, Any]:
+        """Shrink a failing test from its replay file to a minimal one that fails for the same reason."""
+        return self._run([f"--hri-replay={self._inside(file)}", "--hri-shrink", f"--hri-shrink-runs={runs}"])
 
     def close(self, runs: int = 100, seed: int = 0) -> dict[str, Any]:
         """Generate tests until nothing is open, at most so many runs."""

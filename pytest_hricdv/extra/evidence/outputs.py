@@ -86,6 +86,8 @@ def _changes(report: Report) -> str:
     changes = report.changes
     if changes is None or changes.against != "baseline":
         return ""
+    if not (changes.changed or changes.new or changes.removed):
+        return f"this update changed nothing else: all {changes.compared} tests behave as in the baseline"
     parts = [f"{len(changes.changed)} of {changes.compared} tests behave differently from the baseline"]
     parts += [f"{len(names)} {what}" for names, what in ((changes.new, "new"), (changes.removed, "removed")) if names]
     return ", ".join(parts)
@@ -108,7 +110,10 @@ def requirements_csv(rows: Sequence[EvidenceRow]) -> str:
             "vacuous alternatives": "; ".join(row.vacuous),
             "mutants noticed": row.faults,
             "by nothing else": row.only_faults,
+            "conditions": "" if row.conditions is None else f"{row.conditions[1]} of {row.conditions[0]}",
+            "open conditions": "; ".join(row.open_conditions),
             "waiver": row.waiver,
+            "owner": row.owner,
             "until": row.until,
             "checked by": " ".join(row.checked_by),
         }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -64,6 +65,9 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
         faults: mutants of the code that it noticed; None where no mutants were tried.
         only_faults: those that nothing else noticed.
         checked_by: of a listed requirement, those of the testbench that name it.
+        conditions: how often each conjunct of its antecedent had to be true and false, and how often some test made it
+            so; None where no closing loop ran, which is what counts them.
+        open_conditions: the others, as `person_near: false`.
     """
 
     id: str
@@ -81,6 +85,14 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
     faults: Count | None = None
     only_faults: Count | None = None
     checked_by: Names = ()
+    conditions: tuple[Count, Count] | None = None
+    open_conditions: Names = ()
+
+    @property
+    def owner(self) -> str:
+        """Of the waiver, which may end with it in brackets."""
+        match = re.search(r"\[([^\[\]]*)\]\s*\Z", self.waiver)
+        return match[1] if match else ""
 
     def count(self, verdict: str) -> int:
         """How many tests had this verdict."""
@@ -151,7 +163,14 @@ def _join(entry: ListedRequirement, naming: Sequence[EvidenceRow]) -> EvidenceRo
         faults=_sum(row.faults for row in naming),
         only_faults=_sum(row.only_faults for row in naming),
         checked_by=tuple(row.id for row in naming),
+        conditions=_add_up(row.conditions for row in naming),
+        open_conditions=tuple(text for row in naming for text in row.open_conditions),
     )
+
+
+def _add_up(counts: Iterable[tuple[int, int] | None]) -> tuple[int, int] | None:
+    known = [count for count in counts if count is not None]
+    return (sum(wanted for wanted, _ in known), sum(done for _, done in known)) if known else None
 
 
 def _sum(counts: Iterator[int | None]) -> int | None:
@@ -194,7 +213,19 @@ class _Row:
             vacuous=tuple(sorted(set.intersection(*held))) if held else (),
             faults=None if score is None else score["killed"],
             only_faults=None if score is None else score["killed_only_by"],
+            conditions=self._conditions(),
+            open_conditions=tuple(f"{name}: {value}" for name, value in self._points("open")),
         )
+
+    def _conditions(self) -> tuple[int, int] | None:
+        hit, left = len(self._points("hit")), len(self._points("open"))
+        return (hit + left, hit) if hit + left else None
+
+    def _points(self, kind: str) -> list[tuple[str, str]]:
+        """Conjuncts and their truths that a closing loop has hit, or left open."""
+        closing = getattr(self.report, "closing", None)
+        points = [entry.point for entry in getattr(closing, kind, ())]
+        return [(point[2], point[3]) for point in points if point[:2] == ("condition", self.name)]
 
     def _tallies(self) -> list[Any]:
         return [suite.requirements[self.name] for suite in self.report.suites if self.name in suite.requirements]

@@ -10,6 +10,7 @@ import argparse
 import platform
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +23,8 @@ from pytest_hricdv._base.message import harmless_line
 from pytest_hricdv.extra.qualification.known_answers import KNOWN_ANSWERS, Workshop, WrongAnswerError
 
 OK, WRONG = 0, 1
+AT_ONCE = 2
+"""Sessions that run at the same time."""
 PACKAGES = ("pytest-hricdv", "pytest", "pytest-xdist", "coverage", "greenlet", "msgspec", "pybullet", "mujoco-core")
 
 
@@ -54,14 +57,20 @@ def qualify(folder: Path, answers: Sequence[tuple[str, Callable[[Workshop], None
         answers: what has to hold, and what checks it.
     """
     workshop = Workshop(folder)
-    for title, check in answers:
-        try:
-            check(workshop)
-            yield title, ""
-        except WrongAnswerError as error:
-            yield title, str(error)
-        except (Exception, subprocess.SubprocessError) as error:  # whatever is broken: it is the answer's problem
-            yield title, error_text(error)
+    with ThreadPoolExecutor(AT_ONCE) as pool:  # each session is a process of its own
+        problems = pool.map(lambda answer: _problem(workshop, answer[1]), answers)
+        for (title, _), problem in zip(answers, problems, strict=True):
+            yield title, problem
+
+
+def _problem(workshop: Workshop, check: Callable[[Workshop], None]) -> str:
+    try:
+        check(workshop)
+    except WrongAnswerError as error:
+        return str(error)
+    except (Exception, subprocess.SubprocessError) as error:  # whatever is broken: it is the answer's problem
+        return error_text(error)
+    return ""
 
 
 def page(results: Sequence[tuple[str, str]]) -> str:

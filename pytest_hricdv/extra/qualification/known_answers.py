@@ -10,8 +10,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 from pytest_hricdv.monitor.loading import parse_formula
@@ -56,19 +57,21 @@ class Workshop:
 
     folder: Path
     made: int = 0
+    lock: Lock = field(default_factory=Lock)
 
     def project(self, edits: Sequence[tuple[str, str, str]] = ()) -> Path:
         """A project like that of `hricdv init`, with texts of files replaced: file, old text, new text."""
-        self.made += 1
-        target = self.folder / f"project{self.made}"
-        first = self.folder / "project0"
-        if not first.exists():
-            subprocess.run(
-                [sys.executable, "-m", "pytest_hricdv", "init", str(first), "--robot=my_robot"],
-                capture_output=True,
-                check=True,
-                timeout=SESSION_S,
-            )
+        with self.lock:
+            self.made += 1
+            target = self.folder / f"project{self.made}"
+            first = self.folder / "project0"
+            if not first.exists():
+                subprocess.run(
+                    [sys.executable, "-m", "pytest_hricdv", "init", str(first), "--robot=my_robot"],
+                    capture_output=True,
+                    check=True,
+                    timeout=SESSION_S,
+                )
         shutil.copytree(first, target)
         for name, old, new in edits:
             text = (target / name).read_text(encoding="utf-8")
@@ -213,6 +216,10 @@ class MonitorCase:
 
     def __call__(self, workshop: Workshop) -> None:
         """Evaluates it."""
+        with workshop.lock:
+            self._evaluate()
+
+    def _evaluate(self) -> None:
         kinds: dict[str, Any] = {name: type(values[0][1]) for name, values in self.signals.items()}
         vocabulary = Vocabulary(signals=kinds)
         requirement = Requirement("R", "", "", self.formula, parse_formula(self.formula, vocabulary))

@@ -21,9 +21,7 @@ from pytest_hricdv.results.journal import NAME
 from pytest_hricdv.results.loop_progress import LoopProgress
 from tests.extra.campaign import conftest as campaigns
 from tests.plugin import project as lamps_project
-from tests.report.conftest import browser
-
-__all__ = ["browser"]
+from tests.report.conftest import chromium
 
 LOOP = LoopProgress(
     began="2026-11-29T12:00:00+00:00",
@@ -162,11 +160,11 @@ def test_only_this_machine_is_answered_and_no_page_of_another_site(tmp_path: Pat
         assert {get(path)[0] for path in outside} == {404}
 
 
-def test_a_browser_follows_a_session_to_its_end(lamps: pytest.Pytester, tmp_path: Path, browser: Any) -> None:
+def test_a_browser_follows_a_session_to_its_end(lamps: pytest.Pytester, tmp_path: Path) -> None:
     lines = journal_of(tmp_path / "live", lamps)
     results = [place for place, line in enumerate(lines) if b'"record":"finished"' in line]
     loop_progress.tell(tmp_path / "live", LOOP)
-    with serving(tmp_path / "live") as server:
+    with chromium() as browser, serving(tmp_path / "live") as server:
         page = browser.new_page()
         said: list[str] = []
         page.on("pageerror", lambda error: said.append(str(error)))

@@ -17,7 +17,7 @@ from tests.report import sample
 
 mcp: Any = pytest.importorskip("mcp")
 READS = {"status", "causes", "open_points", "changes", "test", "requirement", "coverage"}
-RUNS = {"run_suite", "replay", "close"}
+RUNS = {"run_suite", "run_actions", "replay", "shrink", "close"}
 
 
 async def answer(client: Any, tool: str, **arguments: Any) -> Any:
@@ -92,9 +92,16 @@ def test_a_client_closes_the_tutorial(tmp_path: Path) -> None:
         async with mcp.Client(StdioServerParameters(command=sys.executable, args=command)) as client:
             said = [await answer(client, "run_suite", tests=8), await answer(client, "causes")]
             said.append(await answer(client, "test", name=said[1]["items"][0]["tests"][0]))
+            lines = [action["line"] for action in said[2]["actions"]]
+            said.append(await answer(client, "run_actions", actions=lines))
+            said.append(await answer(client, "run_actions", actions=["# no action"]))
+            said.append(await answer(client, "shrink", file=said[2]["replay"]))
             return [*said, await answer(client, "close", runs=60), await answer(client, "open_points")]
 
-    ran, causes, failing, closed, left = asyncio.run(main())
+    ran, causes, failing, again, refused, shrunk, closed, left = asyncio.run(main())
+    assert again["requirements"]["R1"]["failed"] == 1
+    assert "expected at least one, each a line" in refused
+    assert (shrunk["failed"], sum(shrunk["tests"].values())) == (True, 1)
     assert (ran["failed"], closed["failed"]) == (True, True)
     assert causes["items"][0]["requirements"] == ["R1"]
     assert failing["verdicts"]["R1"] == "Failed"

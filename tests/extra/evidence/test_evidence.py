@@ -9,7 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from zipfile import ZipFile
 
 import msgspec
@@ -21,7 +21,7 @@ from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.evidence import outputs
 from pytest_hricdv.extra.evidence.folder import verify_evidence, write_evidence
 from pytest_hricdv.extra.evidence.requirement_lists import ListedRequirement, read_requirements
-from pytest_hricdv.extra.evidence.rows import EvidenceRow, gather_evidence, names
+from pytest_hricdv.extra.evidence.rows import EvidenceRow, _Row, gather_evidence, names
 from pytest_hricdv.report.files import write
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
@@ -67,6 +67,42 @@ def test_each_requirement_has_a_status_with_its_waiver() -> None:
         ("Passed", report.tests[1].seed),
     ]
     assert (found["R4"].checks, found["R4"].not_checked) == ((), 2)
+
+
+def test_a_waiver_has_its_owner_and_a_loop_its_conditions() -> None:
+    closing = {
+        "hit": [{"point": ["condition", "R1", "gpl_ready", "true"], "test": "t", "strategy": "model", "run": 1}],
+        "open": [{"point": ["condition", "R1", "gpl_ready", "false"], "tries": 3}],
+    }
+    report = made(requirement_results("R3"), known_violations={"R3": "no crush prevention [safety team]"})
+    assert rows(report)["R3"].owner == "safety team"
+    assert (rows(report)["R1"].conditions, rows(report)["R1"].owner) == (None, "")
+    looped = Looped(report, msgspec.convert(closing, Points))
+    row = _Row(cast("Report", looped), {}, "R1").make()
+    assert (row.conditions, row.open_conditions) == ((2, 1), ("gpl_ready: false",))
+
+
+class Point(msgspec.Struct):
+    """As much of a point of a loop as evidence reads."""
+
+    point: tuple[str, ...]
+
+
+class Points(msgspec.Struct):
+    """As much of a loop."""
+
+    hit: tuple[Point, ...]
+    open: tuple[Point, ...]
+
+
+class Looped:
+    """A report with a loop."""
+
+    def __init__(self, report: Report, closing: Points) -> None:
+        self._report, self.closing = report, closing
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._report, name)
 
 
 def test_a_known_violation_is_none_where_waivers_are_ignored_or_do_not_hold() -> None:
