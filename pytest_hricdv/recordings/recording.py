@@ -8,7 +8,7 @@ from __future__ import annotations
 import heapq
 import math
 import struct
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -84,7 +84,12 @@ def read_recordings(
 
 def recording_readers(paths: Sequence[Path], file_of: Callable[[str], Path | None]) -> list[RecordingReader]:
     """A reader of each recording; see `read_recordings`."""
-    return [RecordingReader(path, part, file_of) for path in paths for part in _separate(path)]
+    readers = [RecordingReader(path, part, file_of) for path in paths for part in _separate(path)]
+    count = Counter(reader.name for reader in readers)
+    for reader in readers:
+        if count[reader.name] > 1:  # runs of a fleet have the same name in different folders
+            reader.name = str(reader.path)
+    return readers
 
 
 def _separate(path: Path) -> list[Path]:
@@ -247,7 +252,8 @@ class RecordingReader:
             raise UnreadableError(f"{file.name}: has more than {most:,} messages and values")
 
     def _cut_off(self, text: str) -> str:
-        return f"{text}; {f'its first {self.count} messages are used' if self.count else 'nothing of it is used'}"
+        first = "first message is" if self.count == 1 else f"first {self.count} messages are"
+        return f"{text}; {f'its {first} used' if self.count else 'nothing of it is used'}"
 
 
 NOTHING: Mapping[str, Value] = {}

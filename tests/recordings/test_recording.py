@@ -120,6 +120,15 @@ def test_files_of_a_folder_begin_anew_each(tmp_path: Path) -> None:
     assert (gaps.count, gaps.high, gaps.source) == (3, 3.0, "3 recordings")
 
 
+def test_recordings_of_the_same_name_are_told_apart_by_their_paths(tmp_path: Path) -> None:
+    files = []
+    for robot in ("left", "right"):
+        (tmp_path / robot).mkdir()
+        files.append(write_mcap(tmp_path / robot / "run.mcap", [(0.0, "/said", {})]))
+    assert [recording.name for recording in reading(*files)] == [str(file) for file in files]
+    assert reading(files[0])[0].name == "run.mcap"
+
+
 def truncated(folder: Path) -> Path:
     file = write_mcap(folder / "run.mcap", said([0.1 * n for n in range(2000)]), SAID)
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
