@@ -5,47 +5,33 @@ What is wrong with one is a sentence, and all else of it is used.
 
 from __future__ import annotations
 
-import heapq
 import math
-import struct
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple, NoReturn
 
 from pytest_hricdv.recordings.bags import Decoder, Paths, Value, bag_files, read_messages
 from pytest_hricdv.recordings.containers import UnreadableError
-
-CLOCK = "/clock"
-NS_PER_S = 1_000_000_000
-
-JITTER_S = 1.0
-"""How far messages may be written out of order, as recorders with a cache do; more is a clock that was set back."""
-
-PAUSE_S = 600.0
-"""A longer pause of all topics is a jump of the clock, or the beginning of another recording."""
+from pytest_hricdv.recordings.message_order import (
+    CLOCK,
+    JITTER_S,
+    MAX_VALUES,
+    NOTHING,
+    NS_PER_S,
+    TICK,
+    UNREAD,
+    MessageOrder,
+    RecordedSample,
+    clock_s,
+    times_of_clock,
+)
 
 MIN_PERIODIC = 20
 """A topic with fewer messages is not periodic."""
 
 MAX_QUARTILE_RATIO = 1.5
 """Of a periodic topic, the greatest quotient of the quartiles of the times between its messages: timers have 1.0."""
-
-
-MAX_VALUES = 3_000_000
-"""Messages and values of fields that are kept at once: they take 500 MB."""
-
-MAX_PARTS = 1000
-"""Jumps of a clock; a log with more has no clock."""
-
-
-class RecordedSample(NamedTuple):
-    """A message: when (s), on which topic, and its fields; these are empty where nobody asked for them."""
-
-    time_s: float
-    topic: str
-    fields: Mapping[str, Value]
 
 
 @dataclass(frozen=True)
@@ -188,9 +174,9 @@ class RecordingReader:
             most: so many messages and values can be kept by the caller; what comes then is not read.
         """
         self._begin()
-        order = _Order(self.name, jitter_s, jumps=jumps)
+        order = MessageOrder(self.name, jitter_s, jumps=jumps)
         add = order.add
-        for sample in _of_clock(self._decoded(fields_of, most, is_based=not from_zero)):
+        for sample in times_of_clock(self._decoded(fields_of, most, is_based=not from_zero)):
             if stamp is not None:
                 time_s = stamp(sample)
                 if time_s is None:
@@ -223,7 +209,7 @@ class RecordingReader:
                         self._is_ros |= topic.encoding == "cdr"
                     if name == CLOCK and topic.encoding == "cdr" and len(message.data) >= 12:
                         self._has_clock = True
-                        yield RecordedSample(time_s, _TICK, {"": _clock_s(message.data)})
+                        yield RecordedSample(time_s, TICK, {"": clock_s(message.data)})
                         continue
                     self.count += 1
                     paths = topics[name]
@@ -254,131 +240,6 @@ class RecordingReader:
     def _cut_off(self, text: str) -> str:
         first = "first message is" if self.count == 1 else f"first {self.count} messages are"
         return f"{text}; {f'its {first} used' if self.count else 'nothing of it is used'}"
-
-
-NOTHING: Mapping[str, Value] = {}
-UNREAD: Mapping[str, Value] = {}
-"""The fields of a message that could not be read: this very object."""
-
-_TICK = ""
-"""The topic of what `/clock` said."""
-
-
-def _clock_s(data: bytes) -> float:
-    seconds, nanoseconds = struct.unpack_from("<iI", data, 4)
-    return float(seconds + nanoseconds / NS_PER_S)
-
-
-MAX_HELD = 100_000
-"""Messages that wait for the next one of `/clock`; and, at the beginning, for the first."""
-
-
-def _of_clock(samples: Iterable[RecordedSample]) -> Iterator[RecordedSample]:
-    """The messages with the times that the clock of the simulation had then, between its messages linearly.
-
-    As recorded up to its first message, where this is not among the first of the recording.
-    """
-    held: list[RecordedSample] = []
-    ticks: list[tuple[float, float]] = []
-    is_waiting = True
-    for sample in samples:
-        if sample.topic == _TICK:
-            ticks = [*ticks[-1:], (sample.time_s, float(sample.fields[""]))]  # type: ignore[arg-type]
-            if len(ticks) > 1 or not is_waiting:
-                yield from _between(held, ticks)
-                held = []
-            is_waiting = True
-        elif is_waiting:
-            held.append(sample)
-            if len(held) > MAX_HELD:
-                yield from _between(held, ticks)
-                held, is_waiting = [], bool(ticks)
-        else:
-            yield sample
-    yield from _between(held, ticks)
-
-
-def _between(held: Iterable[RecordedSample], ticks: Sequence[tuple[float, float]]) -> Iterator[RecordedSample]:
-    if not ticks:
-        yield from held
-        return
-    (before_s, from_s), (after_s, to_s) = ticks[0], ticks[-1]
-    width_s = after_s - before_s if to_s >= from_s else 0.0
-    for sample in held:
-        share = min(max((sample.time_s - before_s) / width_s, 0.0), 1.0) if width_s > 0 else 0.0
-        yield RecordedSample(from_s + share * (to_s - from_s), sample.topic, sample.fields)
-
-
-class _Order:
-    """Puts messages into the order of time: those wait that a later one may have to precede."""
-
-    def __init__(self, name: str, jitter_s: float, *, jumps: bool) -> None:
-        self._name, self._jitter_s, self._splits = name, jitter_s, jumps
-        self._part = self._number = self._more = 0
-        self._last_s = math.nan
-        self._waiting: deque[RecordedSample] = deque()  # in order
-        self._late: list[tuple[float, int, RecordedSample]] = []  # a heap
-        self._jumps: list[str] = []
-
-    def add(self, sample: RecordedSample) -> Iterable[tuple[int, RecordedSample]]:
-        """Add the next message; returns those that nothing precedes any more."""
-        time_s, waiting = sample.time_s, self._waiting
-        self._number += 1
-        step_s = time_s - self._last_s
-        if step_s >= 0.0 and (step_s <= PAUSE_S or not self._splits):
-            self._last_s = time_s
-            waiting.append(sample)
-            if waiting[0].time_s >= time_s - self._jitter_s and not self._late:
-                return () if len(waiting) < MAX_VALUES else self._overflow()
-            return self._due(time_s - self._jitter_s)
-        return self._add_late(sample)
-
-    def _add_late(self, sample: RecordedSample) -> Iterator[tuple[int, RecordedSample]]:
-        if self._number == 1:
-            self._last_s = sample.time_s
-            self._waiting.append(sample)
-        elif self._splits and not -self._jitter_s <= sample.time_s - self._last_s <= PAUSE_S:
-            yield from self.rest()
-            self._jump(sample)
-            self._waiting.append(sample)
-        else:
-            heapq.heappush(self._late, (sample.time_s, self._number, sample))
-            if len(self._late) > MAX_VALUES:
-                self._overflow()
-
-    def _overflow(self) -> NoReturn:
-        raise UnreadableError(f"{self._name}: has more than {MAX_VALUES:,} messages in {self._jitter_s:g} s")
-
-    def _due(self, before_s: float) -> Iterator[tuple[int, RecordedSample]]:
-        waiting, late, part = self._waiting, self._late, self._part
-        while waiting and waiting[0].time_s < before_s:
-            if late and late[0][0] < waiting[0].time_s:
-                yield part, heapq.heappop(late)[2]
-            else:
-                yield part, waiting.popleft()
-        while late and late[0][0] < before_s:
-            yield part, heapq.heappop(late)[2]
-
-    def rest(self) -> Iterator[tuple[int, RecordedSample]]:
-        """Those that still wait."""
-        yield from self._due(math.inf)
-
-    def _jump(self, sample: RecordedSample) -> None:
-        jump_s = sample.time_s - self._last_s
-        how = f"goes back by {-jump_s:.3g} s" if jump_s < 0 else f"jumps by {jump_s:.3g} s"
-        self._part += 1
-        self._last_s = sample.time_s
-        if self._part >= MAX_PARTS:
-            raise UnreadableError(f"{self._name}: its clock jumps more than {MAX_PARTS:,} times")
-        if len(self._jumps) < 3:
-            at = f"{self._name}: message {self._number} ({sample.topic})"
-            self._jumps.append(f"{at}: the clock {how}: times across it are not counted")
-        else:
-            self._more += 1
-
-    def jumps(self) -> list[str]:
-        """The first jumps, a sentence each, and how many more there are."""
-        return [*self._jumps, *([f"{self._name}: {self._more} more"] if self._more else [])]
 
 
 def is_periodic(gaps: Sequence[float]) -> bool:

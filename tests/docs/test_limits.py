@@ -315,8 +315,8 @@ LIMITS = (
         "146",
         step=2**10,
     ),
-    Limit("recordings.recording:MAX_VALUES", recorded, "run.mcap: has more than 9 messages", low=9),
-    Limit("recordings.recording:MAX_PARTS", jumping, "run.mcap: its clock jumps more than 9 times", low=9),
+    Limit("recordings.message_order:MAX_VALUES", recorded, "run.mcap: has more than 9 messages", low=9),
+    Limit("recordings.message_order:MAX_PARTS", jumping, "run.mcap: its clock jumps more than 9 times", low=9),
     Limit("extra.logs.expression:MAX_CHARACTERS", computed, "level: expression 'a+.* has more than 1,000 characters"),
     Limit(
         "recordings.containers:MAX_MESSAGE_BYTES",

@@ -8,7 +8,8 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from pytest_hricdv.recordings.recording import RecordedSample, Recording, is_periodic
+from pytest_hricdv.recordings.message_order import RecordedSample
+from pytest_hricdv.recordings.recording import Recording, is_periodic
 
 MARGIN = 0.1
 """Share of its width by which a range is wider than what was observed, at each end."""

@@ -26,7 +26,8 @@ from pytest_hricdv.extra.logs.log_map import (
 )
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.recordings.bags import Paths, Value
-from pytest_hricdv.recordings.recording import JITTER_S, NS_PER_S, UNREAD, RecordedSample, RecordingReader, is_periodic
+from pytest_hricdv.recordings.message_order import JITTER_S, NS_PER_S, UNREAD, RecordedSample
+from pytest_hricdv.recordings.recording import RecordingReader, is_periodic
 
 GAP_PERIODS = 5.0
 """No message of a periodic topic for so many of its periods is a gap (chosen): recorders lose one or two."""
