@@ -28,7 +28,7 @@ class UnreadableError(ValueError):
     """A message, or the rest of a file, cannot be read; the text says why."""
 
 
-class BagTopic(NamedTuple):
+class RecordedTopic(NamedTuple):
     """A topic: its name, the type of its messages, their encoding, and the definition of the type."""
 
     name: str
@@ -42,7 +42,7 @@ class BagMessage(NamedTuple):
 
     time_ns: int
     data: bytes
-    topic: BagTopic
+    topic: RecordedTopic
 
 
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -60,7 +60,7 @@ def read_mcap(file: Path) -> Iterator[BagMessage]:
 
     schemas: dict[int, tuple[str, str]] = {0: ("", "")}
     channels: dict[int, tuple[str, int, str]] = {}
-    topics: dict[int, BagTopic] = {}
+    topics: dict[int, RecordedTopic] = {}
     left = MAX_UNPACKING * max(file.stat().st_size, 1_000_000)
     kinds = (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
     with file.open("rb") as stream:  # needs no index, which a file that was cut off has not
@@ -93,16 +93,16 @@ _MESSAGE, _FOOTER, _END_OF_DATA = 0x05, 0x02, 0x0F
 
 def _topic(
     number: int,
-    topics: dict[int, BagTopic],
+    topics: dict[int, RecordedTopic],
     channels: dict[int, tuple[str, int, str]],
     schemas: dict[int, tuple[str, str]],
-) -> BagTopic:
+) -> RecordedTopic:
     """Of a channel."""
     if number not in channels or channels[number][1] not in schemas:
         raise UnreadableError("not an MCAP file that can be read, or cut off: a message of no channel or schema")
     name, schema, encoding = channels[number]
     kind, definition = schemas[schema]
-    topics[number] = BagTopic(name, kind, encoding, definition)
+    topics[number] = RecordedTopic(name, kind, encoding, definition)
     return topics[number]
 
 
@@ -175,7 +175,7 @@ def read_sqlite(file: Path) -> Iterator[BagMessage]:
             definitions = {str(kind): str(text) for kind, text in database.execute(asked).fetchmany(MAX_TOPICS)}
         asked = "SELECT id, name, type, serialization_format FROM topics"
         topics = {
-            number: BagTopic(str(name), str(kind), str(encoding), definitions.get(kind, ""))
+            number: RecordedTopic(str(name), str(kind), str(encoding), definitions.get(kind, ""))
             for number, name, kind, encoding in database.execute(asked).fetchmany(MAX_TOPICS)
         }
         for number, time_ns, data in database.execute("SELECT topic_id, timestamp, data FROM messages"):

@@ -37,7 +37,7 @@ from pytest_hricdv.monitor.dsl import TruthValue
 from pytest_hricdv.monitor.patterns.temporal import existence
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.recordings.bags import Decoder, read_messages
-from pytest_hricdv.recordings.containers import BagMessage, BagTopic, _unpack
+from pytest_hricdv.recordings.containers import BagMessage, RecordedTopic, _unpack
 from pytest_hricdv.recordings.recording import read_recordings
 from pytest_hricdv.report.carrying import FileCarrier
 from pytest_hricdv.results import codec, journal
@@ -188,7 +188,7 @@ def padded(number: int, folder: Path) -> None:
 def defined(number: int, _: Path) -> None:
     text = "uint8 a  # ".ljust(number, "x")
     Decoder(lambda kind: None).fields(
-        BagMessage(0, b"\x00\x01\x00\x00\x01", BagTopic("/a", "a_msgs/msg/A", "cdr", text))
+        BagMessage(0, b"\x00\x01\x00\x00\x01", RecordedTopic("/a", "a_msgs/msg/A", "cdr", text))
     )
 
 

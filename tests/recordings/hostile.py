@@ -212,7 +212,7 @@ def main(folder: Path) -> None:
         os.waitpid(pid, 0)
         print(json.dumps({"new": sorted(str(path) for path in {*folder.rglob("*")} - before)}))
         return
-    recording.MAX_VALUES = 200_000
+    vars(recording)["MAX_VALUES"] = 200_000
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     for name, path in made:
         began_s = time.monotonic()

@@ -56,10 +56,10 @@ class _Handler(BaseHTTPRequestHandler):
             name = self.names[self.path]
             self._send(name, files(__package__).joinpath("page", name).read_text(encoding="utf-8"), policy=POLICY)
         elif self.path == "/status":
-            self._send("status", self._locked(self._status))
+            self._send("status", self._within_lock(self._status))
         elif self.path.startswith("/report/"):
             name = self.path.removeprefix("/report/").partition("?")[0] or "index.html"
-            text = self._locked(self.server.source.files).get(name)
+            text = self._within_lock(self.server.source.files).get(name)
             if text is None:
                 self.send_error(HTTPStatus.NOT_FOUND)
             else:
@@ -76,7 +76,7 @@ class _Handler(BaseHTTPRequestHandler):
         name = str(source.path)
         return json.dumps({"version": source.version, "name": name, **({} if state is None else state.data())})
 
-    def _locked(self, work: Callable[[], Answer]) -> Answer:
+    def _within_lock(self, work: Callable[[], Answer]) -> Answer:
         with self.server.lock:
             return work()
 

@@ -254,7 +254,7 @@ class _LogCheck:
 
         counts = self._fleet.verdicts.items()
         gates = [f"{name} is unknown in {count['unknown']} logs" for name, count in counts if count["unknown"]]
-        gates += [f"{name} was checked in no log" for name in self._fleet.unchecked]
+        gates += [f"{name} was checked in no log" for name in self._fleet.gaps]
         prepare(self._options.output)
         files = write(FLEET.put(self._report.make([*gates, *self._fleet.faults]), comparison), self._options.output)
         if not self._options.json:

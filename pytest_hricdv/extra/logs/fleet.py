@@ -67,10 +67,10 @@ class Fleet:
     @property
     def is_good(self) -> bool:
         """Whether each requirement has passed in a log, and no violation is new."""
-        return not (self.new_failures or self.faults or self.unchecked)
+        return not (self.new_failures or self.faults or self.gaps)
 
     @property
-    def unchecked(self) -> list[str]:
+    def gaps(self) -> list[str]:
         """Requirements that were checked in no log, and are not exempt."""
         checked = {name for name, count in self.verdicts.items() if count["Passed"] + count["Failed"]}
         return [name for name in self.verdicts if name not in checked and name not in self.exempt]
@@ -101,7 +101,7 @@ def _without_verdicts(product: CrossProduct, hits: Iterable[Bin], verdicts: Mapp
 
 
 @dataclass(frozen=True)
-class Difference:
+class FleetDifference:
     """What only tests have, or only logs: requirements that were triggered, bins that were hit, and commands."""
 
     requirements: tuple[str, ...]
@@ -125,7 +125,7 @@ class Difference:
         return {"requirements": self.requirements, "bins": self.bins, "actions": self.commands}
 
 
-def compare(fleet: Fleet, report: Report) -> tuple[Difference, Difference]:
+def compare(fleet: Fleet, report: Report) -> tuple[FleetDifference, FleetDifference]:
     """What the tests of a report show and no log does, and the other way round.
 
     Actions are compared where the map says what they are in a log.
@@ -138,20 +138,20 @@ def compare(fleet: Fleet, report: Report) -> tuple[Difference, Difference]:
     commands = {line for run in runs for line in run.abstract} if fleet.commands else set()
     here = [name for name in fleet.requirements if name in report.requirements]
     return (
-        Difference(
+        FleetDifference(
             tuple(name for name in here if name in triggered - seen),
-            _differing(bins, logged),
+            _bins_of_first(bins, logged),
             tuple(sorted(commands - fleet.commands, key=natural)),
         ),
-        Difference(
+        FleetDifference(
             tuple(name for name in here if name in seen - triggered),
-            _differing(logged, bins),
+            _bins_of_first(logged, bins),
             tuple(sorted(fleet.commands - commands, key=natural)),
         ),
     )
 
 
-def _differing(first: Mapping[str, set[Bin]], second: Mapping[str, set[Bin]]) -> dict[str, tuple[Bin, ...]]:
+def _bins_of_first(first: Mapping[str, set[Bin]], second: Mapping[str, set[Bin]]) -> dict[str, tuple[Bin, ...]]:
     """The bins that only the first have; of products that neither hits, nothing."""
     found = {name: tuple(sorted(bins - second[name])) for name, bins in first.items()}
     return {name: bins for name, bins in found.items() if bins}

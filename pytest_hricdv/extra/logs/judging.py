@@ -129,7 +129,7 @@ def judge(
     ]
 
 
-def _by_name(judges: Sequence[_Judge], reader: LogReader) -> dict[str, list[Callable[[float, str, Any], None]]]:
+def _by_name(judges: Sequence[StretchJudge], reader: LogReader) -> dict[str, list[Callable[[float, str, Any], None]]]:
     """Signal or message -> what takes its values."""
     by_name: dict[str, list[Callable[[float, str, Any], None]]] = {}
     for each in judges:
@@ -146,7 +146,7 @@ def reads(requirement: Requirement) -> frozenset[str]:
 
 def _judges(
     reader: LogReader, run: LoggedRun, requirements: Sequence[Requirement], known: Mapping[str, PastFormula] | None
-) -> list[_Judge]:
+) -> list[StretchJudge]:
     """One judge for all requirements that are judged over the same stretches."""
     groups: dict[tuple[Span, ...], list[Requirement]] = {}
     for requirement in requirements:
@@ -160,14 +160,14 @@ def _judges(
     conditions = {
         name: None if _names_of(condition) & lacks else condition for name, condition in (known or {}).items()
     }
-    return [_Judge(tuple(members), spans, conditions) for spans, members in groups.items()]
+    return [StretchJudge(tuple(members), spans, conditions) for spans, members in groups.items()]
 
 
 def _names_of(condition: PastFormula) -> frozenset[str]:
     return frozenset((*(name for name in names_of([condition]) if "." not in name), *topics_of([condition])))
 
 
-class _Judge:
+class StretchJudge:
     """Judges requirements over the same stretches of a run: what lies between the gaps of what they read.
 
     Signals have the values at the beginning of a stretch that they had before.
@@ -271,7 +271,7 @@ class _Judge:
 
 
 def _near_misses(
-    reader: LogReader, runs: list[LoggedRun], judges: Sequence[Sequence[_Judge]]
+    reader: LogReader, runs: list[LoggedRun], judges: Sequence[Sequence[StretchJudge]]
 ) -> dict[int, dict[str, NearMiss]]:
     """Number of a run -> requirement that was never triggered -> when it was nearest to it; in one more pass."""
     searches = {
@@ -305,7 +305,7 @@ def _near_misses(
 
 
 def _with_verdicts(
-    made: JudgedRun, requirements: Iterable[Requirement], judges: Sequence[_Judge], misses: Mapping[str, NearMiss]
+    made: JudgedRun, requirements: Iterable[Requirement], judges: Sequence[StretchJudge], misses: Mapping[str, NearMiss]
 ) -> JudgedRun:
     """The run with its verdicts."""
     stretches: dict[str, list[Verdict]] = {}
