@@ -19,9 +19,9 @@ def pytest_hricdv_testbench(config):
         model=Model(HERE / "bench.mas2j", actor="person", covered=("person",)),
         beliefs=BeliefSpace(start=("one_letter", "two_letters", "stuck_dock"),
                             groups={"way": ("blocked", "refused", "typo")}),
-        concretization=Concretization(commands={
+        concretization=Concretization(commands={"let undock_fail": {}, "let undock_refuse": {},
             **{f"type {text}": {"after_s": Uniform(12.0, 20.0, "s")} for text in ("place", "word", "exit")},
-            **{f"let {what}": {} for what in ("abort", "refuse", "undock_fail", "undock_refuse")}}),
+            **{f"let {what}": {"after_s": Uniform(6.0, 9.0, "s")} for what in ("abort", "refuse")}}),
         requirements=HERE / "requirements.toml",
         messages=(SaysSucceeded,),
         signals={"docked": bool, "arrived": bool},
