@@ -51,8 +51,7 @@ def read() -> dict[str, Any]:
 
 def _measure(package: Package, clones: Path, again: bool) -> None:
     """Run a package, unless it has a result of the same testbench and commit; store it."""
-    results = read()
-    if not again and results.get(package.key, {}).get("input") == package.fingerprint():
+    if not again and read().get(package.key, {}).get("input") == package.fingerprint():
         return
     print(f"{package.key} ...", flush=True)
     try:
@@ -61,7 +60,7 @@ def _measure(package: Package, clones: Path, again: bool) -> None:
         print(error)
         return
     order = [each.key for each in packages()]
-    rows = {**results, package.key: row}
+    rows = {**read(), package.key: row}
     text = json.dumps({key: rows[key] for key in order if key in rows}, indent=1)
     atomic_file.write_text(RESULTS, text + "\n")
     for each in row.get("violations", ()):
