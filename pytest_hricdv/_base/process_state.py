@@ -11,6 +11,7 @@ import builtins
 import contextlib
 import gc
 import logging
+import operator
 import os
 import pathlib
 import signal
@@ -34,7 +35,11 @@ _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
 _MODULES = sys.modules
 _MODULE, _ISINSTANCE = types.ModuleType, isinstance
 _SET_IN_MODULE = types.ModuleType.__setattr__
-_HANDLER, _HANDLE, _MASK = signal.getsignal, signal.signal, getattr(signal, "pthread_sigmask", None)
+_ALL, _MAP, _IS = all, map, operator.is_
+# The function below `signal.getsignal`, which makes an enumeration's member of each answer.
+_HANDLER: Callable[[int], Any] = getattr(signal.getsignal, "__wrapped__", signal.getsignal)
+_HANDLE, _MASK = signal.signal, getattr(signal, "pthread_sigmask", None)
+_SIGNALS = tuple(map(int, signal.valid_signals()))
 _VALUES = {("os", "environ")} | {
     ("sys", name) for name in ("stdin", "stdout", "stderr", "__stdin__", "__stdout__", "__stderr__")
 }
@@ -155,7 +160,7 @@ class ProcessState:
         self._names = {name: _DICT(kept.__dict__) for name, kept in _KEPT.items()}
         self._modules = _DICT(_MODULES)
         self._is_main = threading.current_thread() is threading.main_thread()
-        self._handlers = {number: _HANDLER(number) for number in signal.valid_signals()}
+        self._handlers = {number: _HANDLER(number) for number in _SIGNALS}
         self._mask = _MASK(signal.SIG_BLOCK, ()) if _MASK is not None else None
         self._folder = _folder()
         self._variables = _DICT(os.environ)
@@ -195,6 +200,8 @@ class ProcessState:
         found: list[tuple[str, str, object, object]] = []
         for kept, before in self._names.items():
             now = _KEPT[kept].__dict__.get  # once for all its names: there are thirteen thousand
+            if _ALL(_MAP(_IS, before.values(), _MAP(now, before))):
+                continue
             found += [
                 (kept, name, value, now(name))
                 for name, value in before.items()

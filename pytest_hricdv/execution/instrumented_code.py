@@ -10,7 +10,7 @@ import ast
 import builtins
 import gc
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -23,17 +23,22 @@ Change = Callable[[ast.Module], ast.Module]
 
 
 @contextmanager
-def instrument(files: Iterable[tuple[Path, str, Change]], hooks: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
+def instrument(
+    files: Iterable[tuple[Path, str, Change]],
+    hooks: Mapping[str, Callable[..., Any]],
+    functions: Sequence[FunctionType] | None = None,
+) -> Iterator[None]:
     """Change functions of files for a while.
 
     Args:
         files: path, text, and how its tree is changed. A file that does not compile then stays as it is.
         hooks: what changed code calls, by names that are no names of the code.
+        functions: of these files, where `find_functions` has found them already, as before a fork.
     """
     changed: list[tuple[FunctionType, CodeType]] = []
     trees: dict[Path, str | ast.Module] = {}
     vars(builtins).update(hooks)
-    functions = _functions()
+    functions = find_functions() if functions is None else functions
     for path, text, change in files:
         try:
             tree = ast.fix_missing_locations(change(ast.parse(text)))
@@ -53,13 +58,19 @@ def instrument(files: Iterable[tuple[Path, str, Change]], hooks: Mapping[str, Ca
         # A module that was imported meanwhile goes on to call the hooks.
 
 
-def _functions() -> list[FunctionType]:
-    """All that there are: what was frozen for forks is not among the collector's objects, so it is thawed meanwhile."""
+def find_functions(paths: Iterable[Path] | None = None) -> list[FunctionType]:
+    """All functions that there are of some files, or of all.
+
+    It touches each object of the process, which in a fork copies all of its memory: look before you fork.
+    """
+    names = None if paths is None else frozenset(map(str, paths))
+    # What was frozen for forks is not among the collector's objects, so it is thawed meanwhile.
     is_frozen = gc.get_freeze_count() > 0
     if is_frozen:
         gc.unfreeze()
     try:
-        return [function for function in gc.get_objects() if type(function) is FunctionType]
+        functions = [function for function in gc.get_objects() if type(function) is FunctionType]
+        return [each for each in functions if names is None or each.__code__.co_filename in names]
     finally:
         if is_frozen:
             gc.freeze()

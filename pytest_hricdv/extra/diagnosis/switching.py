@@ -11,13 +11,15 @@ import ast
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from types import FunctionType
 
 import msgspec
 
 from pytest_hricdv._base.record import Count, PlainRecord
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.faults import CodeUnderTest
-from pytest_hricdv.execution.instrumented_code import instrument
+from pytest_hricdv.execution.instrumented_code import find_functions, instrument
 from pytest_hricdv.extra.diagnosis.runs import RunSummary, in_fork, ran
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.session.replaying import TestRerunner, name_test
@@ -73,20 +75,29 @@ def make_switch_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
         code: under test.
     """
 
+    @cache
+    def functions() -> list[FunctionType]:
+        return find_functions(file.path for file in code.files)
+
     def run(test: ConcreteTest, wanted: DecisionSwitch | None) -> SwitchedRun | None:
         if not hasattr(os, "fork"):
             return None
-        return _DECODER.decode(in_fork(rerunner, lambda: _run(rerunner, code, test, wanted)))
+        before = functions()
+        return _DECODER.decode(in_fork(rerunner, lambda: _run(rerunner, code, test, wanted, before)))
 
     return run
 
 
 def _run(
-    rerunner: TestRerunner, code: CodeMap, test: ConcreteTest, wanted: DecisionSwitch | None
+    rerunner: TestRerunner,
+    code: CodeMap,
+    test: ConcreteTest,
+    wanted: DecisionSwitch | None,
+    functions: list[FunctionType],
 ) -> SwitchedRun | None:
     asked = DecisionRecord(wanted)
     files = [(file.path, file.text, asked.change(file.name)) for file in code.files]
-    with instrument(files, {DECIDE: asked.decide}):
+    with instrument(files, {DECIDE: asked.decide}, functions):
         result = rerunner.run(name_test(test, "switched"), asked.begin)
     if result is None:
         return None
