@@ -20,6 +20,7 @@ import threading
 import tracemalloc
 import types
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from importlib import import_module
 from typing import Any
 
 import greenlet
@@ -36,8 +37,8 @@ _MODULES = sys.modules
 _MODULE, _ISINSTANCE = types.ModuleType, isinstance
 _SET_IN_MODULE = types.ModuleType.__setattr__
 _ALL, _MAP, _IS = all, map, operator.is_
-# The function below `signal.getsignal`, which makes an enumeration's member of each answer.
-_HANDLER: Callable[[int], Any] = getattr(signal.getsignal, "__wrapped__", signal.getsignal)
+# `signal.getsignal` makes an enumeration's member of each answer, which takes a fifth of the time of `put_back`.
+_HANDLER: Callable[[int], Any] = import_module("_signal").getsignal
 _HANDLE, _MASK = signal.signal, getattr(signal, "pthread_sigmask", None)
 _SIGNALS = tuple(map(int, signal.valid_signals()))
 _VALUES = {("os", "environ")} | {
@@ -177,10 +178,12 @@ class ProcessState:
         Args:
             code: names of the modules and packages under test.
         """
-        lost = [*self._put_back_lost(), *self._put_back_modules(), *self._finders.put_back()]
+        changes = self._changes()
+        lost = [*self._put_back_lost(changes), *self._put_back_modules(), *self._finders.put_back()]
         wrong = self_check.wrong_answers()
-        for kept, name, before, made in self._changes():
-            if _CALLABLE(before) or (kept, name) in _VALUES:
+        for kept, name, before, made in changes:
+            is_lost = _KEPT[kept].__dict__.get(name) is before
+            if not is_lost and (_CALLABLE(before) or (kept, name) in _VALUES):
                 _MADE[kept, name] = before, made
                 _set(_KEPT[kept], name, before)
         self._descriptors.put_back()
@@ -209,8 +212,8 @@ class ProcessState:
             ]
         return found
 
-    def _put_back_lost(self) -> Iterator[str]:
-        for kept, name, before, taken in self._changes():
+    def _put_back_lost(self, changes: Iterable[tuple[str, str, object, object]]) -> Iterator[str]:
+        for kept, name, before, taken in changes:
             # Not what may well be None, as a cache that is emptied.
             is_whole = type(before) is _MODULE or name == "environ" or type(before).__module__ == kept.partition(".")[0]
             is_lost = not _CALLABLE(taken) if _CALLABLE(before) else taken is None and is_whole
