@@ -34,6 +34,7 @@ def kill_after_the_last_test(audited: pytest.Pytester) -> None:
     (audited.path / "armed").touch()
 
 
+@pytest.mark.slow
 @project.plain_and_slowly_on_a_worker
 def test_a_resumed_session_audits_the_tests_of_the_killed_one(audited: pytest.Pytester, options: Sequence[str]) -> None:
     state.leave(audited, "list of a module")

@@ -84,6 +84,7 @@ def test_a_campaign_that_runs_is_not_run_twice(begun: Path, lamps: Path, campaig
     assert "this campaign is running already (process " in refused.stderr
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_said_and_loses_nothing(begun: Path, lamps: Path, campaign: Campaign) -> None:
     store = Store.open(lamps / "a.db")
     [(key, result, replay)] = store.results([(0, 0)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from tests.plugin.project import report
@@ -114,7 +116,13 @@ HAS_OWN = {
 }
 
 
-@pytest.mark.parametrize("parts", HAS_OWN.values(), ids=HAS_OWN)
+def _first_few(cases: dict[str, dict[str, str]], few: int) -> list[Any]:
+    """The cases, all but the first few of which are slow ones: each is a session, with its audit."""
+    marks = [() if number < few else (pytest.mark.slow,) for number in range(len(cases))]
+    return [pytest.param(case, id=name, marks=mark) for (name, case), mark in zip(cases.items(), marks, strict=True)]
+
+
+@pytest.mark.parametrize("parts", _first_few(HAS_OWN, 1))
 def test_a_session_in_which_nothing_reaches_the_code_fails(lamps: pytest.Pytester, parts: dict[str, str]) -> None:
     write(lamps, **parts)
     result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
@@ -188,7 +196,7 @@ REACHED = {
 }
 
 
-@pytest.mark.parametrize("parts", REACHED.values(), ids=REACHED)
+@pytest.mark.parametrize("parts", _first_few(REACHED, 4))
 def test_what_reaches_the_code_in_any_way_fails_nothing(lamps: pytest.Pytester, parts: dict[str, str]) -> None:
     write(lamps, **parts)
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
