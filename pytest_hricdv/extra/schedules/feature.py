@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from pytest_hricdv.extra.schedules.execution import INSTRUMENTATION
 from pytest_hricdv.extra.schedules.records import BUDGETS, LANES, SCHEDULES, THREADS
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult
+    from pytest_hricdv.extra.schedules.execution import Instrumentation
     from pytest_hricdv.generate.concrete import ConcreteTest
     from pytest_hricdv.results.model import TestResult
     from pytest_hricdv.session.run_context import RunContext
+
+
+def _instrumentation() -> Instrumentation:
+    """That of this process. Its module loads much, which a session without a suite does not need."""
+    from pytest_hricdv.extra.schedules.execution import INSTRUMENTATION
+
+    return INSTRUMENTATION
 
 
 class ScheduleOptions(NamedTuple):
@@ -48,20 +55,20 @@ class SchedulesFeature(Feature[ScheduleOptions]):
 
     def check(self, context: RunContext) -> None:
         """With `--pdb`, a test with a schedule stops where it holds a node up."""
-        INSTRUMENTATION.is_debugged = bool(getattr(context.collection.config.option, "usepdb", False))
+        _instrumentation().is_debugged = bool(getattr(context.collection.config.option, "usepdb", False))
 
     def after_run(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
         """Ends the session if the debugger was told to."""
-        if INSTRUMENTATION.quit is not None:
-            raise INSTRUMENTATION.quit
+        if (quits := _instrumentation().quit) is not None:
+            raise quits
         return run
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
         """Add the number of threads that took turns; with a schedule, when they did."""
-        if run.test.schedule and INSTRUMENTATION.last is not None:
+        if run.test.schedule and (last := _instrumentation().last) is not None:
             from pytest_hricdv.extra.schedules.lanes import lanes
 
-            result = LANES.put(result, lanes(INSTRUMENTATION.last))
+            result = LANES.put(result, lanes(last))
         return THREADS.put(result, run.threads) if run.threads > 1 else result
 
     def follow_up(self, context: RunContext) -> str:
