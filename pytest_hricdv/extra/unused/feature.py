@@ -39,6 +39,7 @@ class UnusedFeature(Feature[None]):
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """See `Feature`."""
         session.problems += complain_of_unreached_code(results)
+        session.warnings += [] if stopped else warn_of_unbegun_actions(results)
         return results
 
     def after_gates(self, session: FeatureSession, report: Report) -> Report:
@@ -74,6 +75,19 @@ def complain_of_unreached_code(results: Sequence[TestResult]) -> Iterator[str]:
         "about it. It may connect to a bus of its own: hand it run.bus.port(...), or what it reads, when the "
         "testbench's run creates it (docs/troubleshooting.md)"
     )
+
+
+def warn_of_unbegun_actions(results: Sequence[TestResult]) -> Iterator[str]:
+    """A sentence, where tests have actions and none began in any of several runs.
+
+    A testbench may do them without `run.actions()`, so it is no fault.
+    """
+    runs = [result for result in results if result.timeline is not None and result.abstract]
+    if len(runs) > 1 and not any(result.action_times_s for result in runs):
+        yield (
+            f"no action began in any of {len(runs)} runs: unless the testbench's run does them without run.actions(), "
+            "these tests are all the same, and say nothing about people"
+        )
 
 
 def _differs_by_length_only(runs: Sequence[TestResult]) -> bool:

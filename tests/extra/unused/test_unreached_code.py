@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import report
+from tests.plugin.project import change, report
 
 UNREACHED = "FAILED nothing that people, sensors or the world did reached the code under test in any of 4 runs:*"
 
@@ -214,3 +214,9 @@ def test_a_single_course_of_events_says_nothing(lamps: pytest.Pytester) -> None:
 
 def _matching(result: pytest.RunResult) -> list[str]:
     return [UNREACHED for line in result.outlines if line.startswith(UNREACHED.rstrip("*"))]
+
+
+def test_a_session_in_which_no_action_begins_says_so(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", "in run.actions():", "in ():")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
+    result.stdout.fnmatch_lines(["no action began in any of 4 runs: *"])
