@@ -23,12 +23,29 @@ def authors_frame(frame: FrameType | None) -> FrameType | None:
     outermost = frame
     while frame is not None:
         outermost = frame
-        root = str(frame.f_globals.get("__name__", "")).partition(".")[0]
-        is_library = root == "pytest_hricdv" or root in sys.stdlib_module_names
-        if not is_library and not frame.f_globals.get("__tracebackhide__", False):
+        if _is_authors(frame):
             return frame
         frame = frame.f_back
     return outermost
+
+
+def _is_authors(frame: FrameType) -> bool:
+    root = str(frame.f_globals.get("__name__", "")).partition(".")[0]
+    is_library = root == "pytest_hricdv" or root in sys.stdlib_module_names
+    return not is_library and not frame.f_globals.get("__tracebackhide__", False)
+
+
+def module_place_of(frame: FrameType | None) -> str:
+    """The same as `controller/robot.py:41`, by the module's name: alike wherever the project is.
+
+    Empty where no frame is its author's, as of an idle worker of a pool.
+    """
+    frame = authors_frame(frame)
+    if frame is None or not _is_authors(frame):
+        return ""
+    path = str(frame.f_globals.get("__name__", "")).replace(".", "/")
+    is_package = frame.f_code.co_filename.endswith("__init__.py")
+    return f"{path}{'/__init__' if is_package else ''}.py:{frame.f_lineno}"
 
 
 def error_line(error: BaseException) -> str:

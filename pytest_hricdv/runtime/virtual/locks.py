@@ -14,7 +14,7 @@ from greenlet import getcurrent, greenlet
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
-from pytest_hricdv.runtime.source_location import place_of
+from pytest_hricdv.runtime.source_location import module_place_of, place_of
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.real_time import node_to_wait
 
@@ -84,7 +84,7 @@ class EndlessWait:
 
     Args:
         node: that waits.
-        place: of its line.
+        place: its line, in a file by the name of its module.
         since_s: when it began (s of simulated time).
         holder: who holds the lock that it waits for; None where it waits for something else.
         unheard_s: when a wake-up came that nobody heard (s).
@@ -98,13 +98,13 @@ class EndlessWait:
 
 
 def find_endless_waits(nodes: Sequence[Node]) -> Iterator[EndlessWait]:
-    """Of nodes that wait in a lock, an event or the like without a time-out."""
+    """Of nodes that wait in a lock, an event or the like without a time-out, idle workers of a pool left out."""
     for node in nodes:
         waiting = _called(node, WaitQueue.wait) if node.kernel.waits_for_ever(node) else None
-        if isinstance(waiting, WaitQueue):
+        if isinstance(waiting, WaitQueue) and (place := module_place_of(node.frame)):
             lock = _lock_waited_for(node)
             holder = lock.holder.name if lock is not None and lock.holder is not None else None
-            yield EndlessWait(node.name, place_of(node.frame), node.blocked_s, holder, waiting.unheard_s)
+            yield EndlessWait(node.name, place, node.blocked_s, holder, waiting.unheard_s)
 
 
 def find_deadlocks(nodes: Sequence[Node]) -> Iterator[str]:

@@ -138,3 +138,12 @@ def test_who_waits_without_end_is_found_with_what_it_missed() -> None:
     waits = [(wait.node, wait.since_s, wait.holder, wait.unheard_s) for wait in find_endless_waits(kernel.nodes)]
     kernel.close()
     assert waits == [("node 1", 2.0, "node 0", None), ("node 2", 2.0, None, 0.0), ("node 3", 2.0, None, 0.0)]
+
+
+def test_an_idle_worker_does_not_wait_without_end_and_a_line_is_alike_on_all_machines() -> None:
+    kernel, jobs = Kernel(), QUEUE.Queue()
+    run(kernel, jobs.get, lambda: jobs.get())  # the first is as a pool's worker: no line of it is its author's
+    waits = [*find_endless_waits(kernel.nodes)]
+    kernel.close()
+    assert [wait.node for wait in waits] == ["node 1"]
+    assert waits[0].place.startswith("tests/extra/schedules/test_seam.py:")
