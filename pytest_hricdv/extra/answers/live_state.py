@@ -39,7 +39,7 @@ class LiveState:
         is_over: whether it has ended.
         report: of what it has done; None where it has no result yet.
         done: tests, or runs.
-        total: so many there are.
+        total: number of all.
         workers: processes that run them.
         left_s: estimated time to the end; None where nobody knows.
         silent_s: since it wrote something; None where it has ended.

@@ -18,7 +18,7 @@ class LiveLoop:
 
     Args:
         folder: of the report.
-        runs: so many runs the loop may do.
+        runs: budget of the loop.
         workers: processes that run tests.
     """
 

@@ -37,7 +37,7 @@ SECTIONS = (FLEET,)
 
 
 class LogsView(View):
-    """What is unknown of which log, and what only tests or only logs show."""
+    """Gaps of each log, and what only tests or only logs show."""
 
     name = "logs"
 
