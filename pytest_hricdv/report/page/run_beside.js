@@ -11,9 +11,17 @@ function otherRun(found, labelled) {
 /** What an event says beside its numbers, which are others in nearly every run. */
 const wordsOf = (event) => event && event.text.replace(/-?\d+(\.\d+)?(e-?\d+)?/g, "#");
 
+// Of these a run may have nothing since nobody noted it.
+const NOT_ALWAYS_NOTED = ["requirement", "node"];
+
+/** The open lanes that both runs have: an event that is missing in one then did not happen in it. */
+function lanesOfBoth({ made, other }, names) {
+  return names.filter((name) => !NOT_ALWAYS_NOTED.includes(made.kinds[name]) || other.made.names.includes(name));
+}
+
 /** The first event of open lanes that differs between both runs: {time, mine, theirs}; null where none does. */
 function parting(run, names) {
-  const open = names.filter((name) => run.made.kinds[name] !== "requirement"), places = [];
+  const open = lanesOfBoth(run, names).filter((name) => run.made.kinds[name] !== "requirement"), places = [];
   for (const lane of open) {
     const [mine, theirs] = [run.events, run.other.events].map((events) => events.filter((event) => event.lane === lane));
     const n = Array.from({ length: Math.max(mine.length, theirs.length) }, (_, n) => n).find((n) => wordsOf(mine[n]) !== wordsOf(theirs[n]));
@@ -24,7 +32,7 @@ function parting(run, names) {
 
 /** The lanes of the other run, with where both part. */
 function otherLanes(run, names, width) {
-  const { other, room, window } = run, kept = names.filter((name) => run.made.kinds[name] !== "requirement" || other.made.names.includes(name));
+  const { other, room, window } = run, kept = lanesOfBoth(run, names);
   const parts = parting(run, names), said = (event) => (event ? event.text + " (" + seconds(event.time) + ")" : "(end of run)");
   const marks = parts ? [{ lane: (parts.mine ?? parts.theirs).lane, name: (parts.mine ?? parts.theirs).lane, time: parts.time, parts: true }] : [];
   return [
