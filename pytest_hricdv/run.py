@@ -356,7 +356,13 @@ class Run:
         Returns:
             Why it ended: what was given to `kernel.stop`, "idle", "limit", or which node failed. A failed node is a
             fault of the run, which has verdicts up to then; `ending` keeps it.
+
+        Raises:
+            TestbenchError: the run is over.
         """
+        if self.ending is not None:
+            ended = f"the run ended at {self.ending.time_s:g} s"
+            raise TestbenchError(f"run.go called again, after {ended}: expected one call")
         why = ""
         with nullcontext() if self.filming is None else self.filming(self):
             try:

@@ -11,7 +11,7 @@ from pytest_hricdv.disturbance import Disturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
-from pytest_hricdv.run import Actions
+from pytest_hricdv.run import Actions, TestbenchError
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from pytest_hricdv.testbench import Run
 
@@ -185,3 +185,10 @@ def test_produced_actions_are_produced_when_the_person_is_free() -> None:
     assert run.taken == [BOW, NOD]
     assert asked_s == run.action_times_s == [0.0, 4.0]
     assert run.enacted == replace(TEST, actions=(BOW, NOD))
+
+
+def test_a_run_goes_once() -> None:
+    run = make_run(TEST)
+    run.go(1.0)
+    with pytest.raises(TestbenchError, match=r"run.go called again, after the run ended at 0 s"):
+        run.go(1.0)

@@ -314,7 +314,13 @@ class Kernel:
         return node if node is not None and node.kernel is self else None
 
     def stop(self, reason: str) -> None:
-        """End the run once the present instant is over; `run` returns `reason`."""
+        """End the run once the present instant is over; `run` returns `reason`.
+
+        Raises:
+            KernelError: nothing has run yet.
+        """
+        if self._hub is None:
+            raise KernelError(f"kernel.stop({reason!r}) before the run: expected a call by a node or the world")
         self._stop = self._stop or reason
 
     @property

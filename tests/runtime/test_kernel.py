@@ -96,6 +96,11 @@ def test_stop_ends_the_run_with_its_reason() -> None:
     assert kernel.now_s == 1.0
 
 
+def test_a_stop_before_the_run_is_an_error() -> None:
+    with pytest.raises(KernelError, match=r"kernel.stop\('done'\) before the run"):
+        Kernel().stop("done")
+
+
 def test_closing_runs_the_finally_clauses_of_blocked_nodes() -> None:
     kernel = Kernel()
     log: list[str] = []

@@ -104,10 +104,12 @@ def locate(
 
 
 def node_places(subject: Subject, traces: Sequence[ViolationTrace]) -> tuple[str, ...]:
-    """Where the nodes of a run were, the innermost statement of each."""
+    """Where the code of a run raised, or where its nodes were, the innermost statement of each."""
     sources = {file.file: file.source for file in subject.report.code_under_test.map}
-    stood = (stack[0] for trace in traces[:1] for stack in trace.stood if stack)
-    return tuple(f"{file}:{line} in {_function(functions(sources[file]), line)}" for file, line in stood)
+    for trace in traces[:1]:
+        stood = [trace.raised] if trace.raised else [stack[0] for stack in trace.stood if stack]
+        return tuple(f"{file}:{line} in {_function(functions(sources[file]), line)}" for file, line in stood)
+    return ()
 
 
 def _function(all_functions: Sequence[Function], line: int) -> str:

@@ -7,6 +7,7 @@ the few failing tests that are run again for a diagnosis are traced statement by
 from __future__ import annotations
 
 import sys
+import traceback
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -69,6 +70,7 @@ class ViolationTrace(PlainRecord, frozen=True, kw_only=True):
         executed: each statement once, the last one first.
         branches: that it took: file, and from which line to which one; 0 for the end of the function.
         stood: of each node, where it stood then: file and first line of statements, the innermost first.
+        raised: the innermost statement of the code under test that an error came through, which ended the run.
         is_said: it ends with a message, which only says what was decided before.
     """
 
@@ -77,6 +79,7 @@ class ViolationTrace(PlainRecord, frozen=True, kw_only=True):
     executed: tuple[ExecutedStatement, ...] = ()
     branches: tuple[tuple[str, Count, Count], ...] = ()
     stood: tuple[tuple[tuple[str, Count], ...], ...] = ()
+    raised: tuple[str, Count] | None = None
 
 
 @dataclass
@@ -90,6 +93,7 @@ class Tracer:
     code: CodeMap
     reason: str = "the run is traced instead"
     _now_s: Callable[[], float] = field(default=lambda: 0.0, init=False)
+    _raised: Callable[[], BaseException | None] = field(default=lambda: None, init=False)
     _times_s: array[float] = field(default_factory=lambda: array("d"), init=False)
     _places: array[int] = field(default_factory=lambda: array("l"), init=False)
     """Number of the statement that is executed; `_RETURNED` where a function ends."""
@@ -113,6 +117,7 @@ class Tracer:
     def begin(self, code: CodeUnderTest) -> None:
         """To be given to `execute`, which calls it: whose clock it is."""
         self._now_s = lambda: code.now_s
+        self._raised = lambda: code.raised
 
     def watch_imports(self, context: str) -> AbstractContextManager[None]:
         """Notes nothing."""
@@ -202,7 +207,16 @@ class Tracer:
                 (*self._all[place], 0 if to == _RETURNED else self._all[to][1]) for place, to in sorted(taken)
             ),
             stood=tuple(tuple(self._all[place] for place in reversed(stack)) for _, stack in sorted(stacks.items())),
+            raised=self._raising_statement() if to_end else None,
         )
+
+    def _raising_statement(self) -> tuple[str, int] | None:
+        error = self._raised()
+        steps = [] if error is None else [*traceback.walk_tb(error.__traceback__)]
+        for frame, line in reversed(steps):
+            if (where := self._files.get(frame.f_code.co_filename)) is not None:
+                return self._all[_statement(where, line)]
+        return None
 
     def _follow(self, end: int) -> tuple[dict[int, list[int]], set[tuple[int, int]]]:
         """Of each node, the statements that it is in, the outermost first; and which statement followed on which."""
@@ -224,8 +238,7 @@ class Tracer:
         if where is None or len(self._places) >= MAX_STEPS:
             return None
         if event in ("line", "return"):
-            first, statements = where
-            here = first + max(0, bisect_right(statements, frame.f_lineno) - 1)
+            here = _statement(where, frame.f_lineno)
             self._times_s.append(self._now_s())
             self._places.append(here if event == "line" else _RETURNED)
             self._depths.append(self._depth(frame))
@@ -238,3 +251,9 @@ class Tracer:
             depth += around.f_code.co_filename in self._files
             around = around.f_back
         return depth
+
+
+def _statement(where: tuple[int, tuple[int, ...]], line: int) -> int:
+    """Number of the statement that a line is in; `where`: the first one of the file, and all lines."""
+    first, statements = where
+    return first + max(0, bisect_right(statements, line) - 1)

@@ -28,6 +28,7 @@ class Clock:
     """Stands for the code under test, as far as tracing asks it."""
 
     now_s = 0.0
+    raised: BaseException | None = None
 
 
 @pytest.fixture
@@ -92,3 +93,21 @@ def test_what_is_wrong_with_a_whole_run_has_all_that_was_executed(traced: Callab
     whole = traced(1.999, None, to_end=True)  # the end of a run, rounded down
     assert [statement.line for statement in whole.executed] == [9, 6, 4, 3, 2, 7]
     assert not whole.is_said
+
+
+def test_the_statement_that_raised_is_the_innermost_of_the_code_under_test(tmp_path: Path) -> None:
+    path = tmp_path / "code.py"
+    file = SourceFile("code.py", path, (1, 2, 3, 4, 5, 6, 7, 9), (), (), CODE)
+    tracing, code = Tracer(CodeMap((), (file,), "")), Clock()
+    tracing.begin(code)  # type: ignore[arg-type]
+
+    def wait() -> None:
+        raise SystemExit(0)
+
+    names: dict[str, Callable[[], None]] = {"wait": wait}
+    exec(compile(CODE, str(path), "exec"), names)
+    with pytest.raises(SystemExit) as raised:
+        names["outer"]()
+    code.raised = raised.value
+    assert tracing.until(0.0, None, to_end=True).raised == ("code.py", 3)
+    assert tracing.until(0.0).raised is None
