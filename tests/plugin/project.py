@@ -52,6 +52,7 @@ INI = """
 pythonpath = .
 addopts = -p no:hypothesispytest
 hri_audit = off
+hri_diagnose = 0
 hri_known_violations =
     R2: the hall has no dimmer
 """
