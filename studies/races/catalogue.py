@@ -138,5 +138,14 @@ ANCHORS = (
         "always(on(go) -> eventually[0:0.45](count(on(done)) == 3 * count(on(go))))",
         (0.5, 1.5),
     ),
+    Race(
+        "swallowed_cancel",
+        "It rests after a stop",
+        "always(on(stop) -> always[0.6:0.95](not moving))",
+        (0.9, 2.0),
+        ("stop",),
+    ),
+    Race("lost_notify", "Each order is served", _EACH_SERVED.format(""), (1.0, 1.5)),
 )
-"""Re-made small: kinds of races that explorers for Python publish (frontrun, https://pypi.org/project/frontrun/)."""
+"""Kinds of races that others publish, written anew and small: those of explorers for Python (frontrun,
+https://pypi.org/project/frontrun/), and two of asyncio itself, cpython#86296 and cpython#112202."""
