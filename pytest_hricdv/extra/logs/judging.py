@@ -333,6 +333,9 @@ def _unknown(run: LoggedRun, names: frozenset[str]) -> str:
         return f"the log has no {' and no '.join(absent)}"
     if unread := sorted(names & run.unread.keys()):
         return f"{plural(run.unread[unread[0]], 'message')} of {unread[0]} cannot be read"
+    if infinite := sorted(names & run.infinite.keys()):
+        count = run.infinite[infinite[0]]
+        return f"{plural(count, 'value')} of {infinite[0]} {'is' if count == 1 else 'are'} not finite"
     gaps = sorted((*span, name) for name in names & run.gaps.keys() for span in run.gaps[name])
     if not gaps:
         return ""

@@ -102,6 +102,7 @@ class LoggedRun:
         gaps: signal or message of the testbench -> when there is no data of it.
         missing: signals and messages that the log does not have at all.
         unread: signals and messages -> how many messages cannot be read.
+        infinite: signals and messages -> how many have a number that is not finite.
     """
 
     name: str
@@ -111,6 +112,7 @@ class LoggedRun:
     gaps: Mapping[str, tuple[Span, ...]] = field(default_factory=dict)
     missing: frozenset[str] = frozenset()
     unread: dict[str, int] = field(default_factory=dict)
+    infinite: dict[str, int] = field(default_factory=dict)
 
     def known_from_s(self, names: Iterable[str], made: LogMap) -> float:
         """From when on all of these signals have a value."""
@@ -240,6 +242,7 @@ class LogReader:
         due_s: dict[tuple[int, str], float] = {}
         for run in runs:
             run.unread.clear()
+            run.infinite.clear()
         events_of, begins_s = self._events, [run.begin_s for run in runs]
         for part, (sampled_s, topic, fields) in self._samples(self._wanted.get):
             events = events_of.get(topic)
@@ -252,7 +255,11 @@ class LogReader:
                 continue
             for event in events:
                 if event.is_simple or self._counts(event, part, time_s, fields, due_s):
-                    yield part, time_s, event, event.value(fields)
+                    value = event.value(fields)
+                    if event.is_judged and not _is_finite(value):  # nobody knows what a sensor means by it
+                        runs[part].infinite[event.name] = runs[part].infinite.get(event.name, 0) + 1
+                        continue
+                    yield part, time_s, event, value
 
     def _counts(
         self,
@@ -289,6 +296,12 @@ class LogReader:
         if sample.topic not in self._clocks:
             return sample.time_s
         return None if sample.fields is UNREAD else stamp_of(sample, self.recording.base_ns)
+
+
+def _is_finite(value: Value | Mapping[str, Value]) -> bool:
+    if isinstance(value, Mapping):
+        return all(map(_is_finite, value.values()))
+    return not isinstance(value, float) or math.isfinite(value)
 
 
 def stamp_of(sample: RecordedSample, base_ns: int) -> float:

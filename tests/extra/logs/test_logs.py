@@ -279,6 +279,15 @@ def test_messages_that_cannot_be_read_make_what_reads_them_unknown(tmp_path: Pat
     assert (verdicts["R1"].verdict, verdicts["R2"].unknown) == ("Passed", "1 message of level cannot be read")
 
 
+def test_numbers_that_are_not_finite_make_what_reads_them_unknown(tmp_path: Path) -> None:
+    text = MAP.replace('{ path = "height", unit = "cm" }', '{ expression = "height * 1e300 * 1e-302" }')
+    made = [*entries([0.1 * n for n in range(30)]), (2.95, "/cell/state", {"height": 1e9, "door": "open"})]
+    ((_, verdicts),) = judged(tmp_path, made, text)
+    assert (verdicts["R1"].verdict, verdicts["R2"].unknown) == ("Passed", "1 value of level is not finite")
+    ((_, verdicts),) = judged(tmp_path, [*made, (2.96, "/cell/state", {"height": 9e3, "door": "open"})], text)
+    assert verdicts["R2"].verdict == "Failed"
+
+
 def test_what_was_never_triggered_has_its_nearest_miss(tmp_path: Path) -> None:
     made = entries([0.1 * n for n in range(30)], height=-5.0)
     ((_, verdicts),) = judged(tmp_path, made)
