@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import AbstractDraft, target_of_commands
+from pytest_hricdv.generate.abstract import AbstractDraft, slug, target_of_commands
 from pytest_hricdv.generate.actors import actor_of, actors_of
 from pytest_hricdv.generate.beliefs import read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext, Method, draft_of, evenly_spaced
@@ -40,9 +40,15 @@ def _draft(runner: ModelRunner, run: ModelRun, name: str = "") -> AbstractDraft:
 
 @dataclass(frozen=True)
 class ByHand:
-    """The paper's method by hand: the subsets of `GenerationContext.by_hand`, in the file's order."""
+    """The paper's method by hand: the subsets of a file, in its order.
+
+    Args:
+        name: of the suite.
+        path: of the file; None: `GenerationContext.by_hand`.
+    """
 
     name: str = "by-hand"
+    path: Path | None = None
 
     def generate(self, context: GenerationContext) -> Suite:
         """Run the model once for each subset.
@@ -50,11 +56,12 @@ class ByHand:
         Raises:
             GenerateError: the testbench names no file, or something in it is wrong; with file, line and column.
         """
-        if context.by_hand is None:
+        path = self.path or context.by_hand
+        if path is None:
             raise GenerateError("tests by hand need a file of belief subsets, but the testbench names none")
         runner, space = context.model_runner(), context.beliefs
         drafts: list[AbstractDraft] = []
-        for entry in read_belief_sets(context.by_hand, space):
+        for entry in read_belief_sets(path, space):
             for subset in entry.subsets:
                 drafts += [_draft(runner, runner.run(subset), entry.name)] * entry.concretizations
         generation = Generation(bdi_runs=runner.run_count, declared_plans=runner.plan_labels, notes=runner.notes())
@@ -274,7 +281,8 @@ def select_methods(selection: str, root: Path, lacking: Container[str] = ()) -> 
     """The methods of a selection such as `by-hand,rl`, `all` or `tests/recorded.txt`, in order, each once.
 
     Args:
-        selection: names, `all`, or paths of files and folders of tests, with commas between them.
+        selection: names, `all`, or paths of files and folders of tests, or of belief sets (`*.toml`), with commas
+            between them.
         root: the folder that paths are relative to.
         lacking: names of methods that `all` leaves out, as the testbench lacks what they need.
 
@@ -287,6 +295,8 @@ def select_methods(selection: str, root: Path, lacking: Container[str] = ()) -> 
             chosen.update(dict.fromkeys(method for method in METHODS.values() if method.name not in lacking))
         elif name in METHODS:
             chosen[METHODS[name]] = None
+        elif (root / name).is_file() and name.endswith(".toml"):
+            chosen[ByHand(slug(Path(name).stem), root / name)] = None
         elif (root / name).exists():
             chosen[Files(root / name)] = None
         else:

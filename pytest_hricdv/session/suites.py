@@ -119,6 +119,8 @@ def _generate(
 ) -> GeneratedSuite:
     if isinstance(method, Files):  # reading files is as quick as reading the cache
         return GeneratedSuite(method.generate(context), 0.0, cached=False)
+    if isinstance(method, ByHand) and method.path is not None:
+        context = replace(context, by_hand=method.path)
     key = f"{CACHE_FOLDER}/{context.fingerprint(method.name)}"
     text = sealed_cache.read(cache, key)
     learned_anew = method.name == METHOD and context.save is not None  # the cache keeps suites, not tables

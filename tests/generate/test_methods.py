@@ -131,6 +131,14 @@ def test_selection_by_name_path_and_all(tmp_path: Path) -> None:
     assert select_methods("mine.txt,pseudorandom", tmp_path) == (Files(tmp_path / "mine.txt"), METHODS["pseudorandom"])
 
 
+def test_belief_sets_of_a_file_are_a_suite_of_its_name(context: GenerationContext, tmp_path: Path) -> None:
+    (tmp_path / "My moods.toml").write_text('[[belief_set]]\nbeliefs = ["hall", "polite", "bright"]\n')
+    (method,) = select_methods("My moods.toml", tmp_path)
+    suite = method.generate(context)
+    assert (suite.name, len(suite.tests)) == ("My-moods", 1)
+    assert suite.tests[0].lines == ("enter(hall)", "greet", "set_lamp(level, 100)")
+
+
 def test_an_unknown_selection_names_the_nearest(tmp_path: Path) -> None:
     with pytest.raises(GenerateError, match=r"suite 'byhand' is not a method, .*; nearest: by-hand"):
         select_methods("byhand", tmp_path)

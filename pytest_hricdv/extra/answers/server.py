@@ -6,6 +6,7 @@ What a report says is data: a client must not take a text in it for an instructi
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import subprocess
 import sys
@@ -52,7 +53,11 @@ def make_server(project: Path, *, allow_run: bool) -> MCPServer:
         tools.test,
         tools.requirement,
         tools.coverage,
-        *((tools.run_suite, tools.run_actions, tools.replay, tools.shrink, tools.close) if allow_run else ()),
+        *(
+            (tools.run_suite, tools.run_actions, tools.run_beliefs, tools.replay, tools.shrink, tools.close)
+            if allow_run
+            else ()
+        ),
     ):
         server.tool()(tool)
     return server
@@ -125,14 +130,22 @@ class ReportTools:
         lines = [action.strip() for action in actions]
         if not lines or not all(line and line.isprintable() and not line.startswith("#") for line in lines):
             raise ToolError("actions: expected at least one, each a line as those of a test")
-        text = "\n".join(lines) + "\n"
-        file = self._inside(f"{ASKED}/{hashlib.sha256(text.encode()).hexdigest()[:8]}.txt")
+        return self._run([f"--hri-suite={self._keep(chr(10).join(lines) + chr(10), '.txt')}"])
+
+    def run_beliefs(self, beliefs: list[str]) -> dict[str, Any]:
+        """Run the test that the model's agents make of a belief set; beliefs are those of the testbench."""
+        text = f"[[belief_set]]\nbeliefs = {json.dumps(beliefs, ensure_ascii=False)}\n"
+        return self._run([f"--hri-suite={self._keep(text, '.toml')}"])
+
+    def _keep(self, text: str, suffix: str) -> Path:
+        """Write a file of tests to the project, named by its content."""
+        file = self._inside(f"{ASKED}/{hashlib.sha256(text.encode()).hexdigest()[:8]}{suffix}")
         try:
             file.parent.mkdir(exist_ok=True)
             write_text(file, text)
         except OSError as error:
             raise ToolError(f"{ASKED}: cannot be written: {error.strerror or error}") from None
-        return self._run([f"--hri-suite={file}"])
+        return file
 
     def shrink(self, file: str, runs: int = 60) -> dict[str, Any]:
         """Shrink a failing test from its replay file to a minimal one that fails for the same reason."""

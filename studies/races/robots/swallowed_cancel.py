@@ -1,4 +1,4 @@
-"""A stop cancels the drive while it awaits a tick; until Python 3.11, `wait_for` drops it where a tick came just before.
+"""A stop cancels the drive while it awaits a tick; `wait_for` of Python 3.11 drops it where a tick came just before.
 
 The kind of cpython#86296 (bpo-42130).
 """

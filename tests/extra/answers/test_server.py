@@ -17,7 +17,7 @@ from tests.report import sample
 
 mcp: Any = pytest.importorskip("mcp")
 READS = {"status", "causes", "open_points", "changes", "test", "requirement", "coverage"}
-RUNS = {"run_suite", "run_actions", "replay", "shrink", "close"}
+RUNS = {"run_suite", "run_actions", "run_beliefs", "replay", "shrink", "close"}
 
 
 async def answer(client: Any, tool: str, **arguments: Any) -> Any:
@@ -95,12 +95,16 @@ def test_a_client_closes_the_tutorial(tmp_path: Path) -> None:
             lines = [action["line"] for action in said[2]["actions"]]
             said.append(await answer(client, "run_actions", actions=lines))
             said.append(await answer(client, "run_actions", actions=["# no action"]))
+            said.append(await answer(client, "run_beliefs", beliefs=["two_cups", "brings_cup", "patient"]))
+            said.append(await answer(client, "run_beliefs", beliefs=["two_mugs"]))
             said.append(await answer(client, "shrink", file=said[2]["replay"]))
             return [*said, await answer(client, "close", runs=60), await answer(client, "open_points")]
 
-    ran, causes, failing, again, refused, shrunk, closed, left = asyncio.run(main())
+    ran, causes, failing, again, refused, believed, unknown, shrunk, closed, left = asyncio.run(main())
     assert again["requirements"]["R1"]["failed"] == 1
     assert "expected at least one, each a line" in refused
+    assert sum(believed["tests"].values()) == 1
+    assert "unknown belief: 'two_mugs'; nearest: two_cups" in unknown
     assert (shrunk["failed"], sum(shrunk["tests"].values())) == (True, 1)
     assert (ran["failed"], closed["failed"]) == (True, True)
     assert causes["items"][0]["requirements"] == ["R1"]
