@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import shutil
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -144,8 +144,3 @@ def packages(path: Path = FOLDER / "packages.toml") -> Iterator[Package]:
             row.get("schedules", 0),
             row.get("verdicts", {}),
         )
-
-
-def chosen(every: Iterator[Package], only: Sequence[str]) -> Iterator[Package]:
-    """Those of these keys, or all."""
-    return (package for package in every if not only or package.key in only)

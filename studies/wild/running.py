@@ -74,4 +74,5 @@ def _violations(report: dict[str, Any]) -> Iterator[dict[str, Any]]:
             "replay": f"pytest --hri-replay={cause['replay']}" if cause.get("replay") else "",
         }
     for race in (report.get("schedules") or {}).get("races", ()):
-        yield {"requirements": ["race"], "tests": 1, "seen": race["words"], "counts": race["is_counted"]}
+        yield {"requirements": ["race"], "tests": 1, "seen": race["words"], "counts": race["is_counted"],
+               "of": race["requirement"]}  # fmt: skip

@@ -7,6 +7,7 @@ from typing import Any
 
 from studies.page import table
 from studies.wild import Package
+from studies.wild.known import KnownBug
 
 HEAD = ("package", "kind", "lines by hand", "tests", "statements", "requirements", "violated")
 
@@ -50,3 +51,62 @@ def violated(row: dict[str, Any]) -> list[str]:
 def _found(package: Package, row: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
     for name in violated(row):
         yield (f"`{package.key}`", name, package.verdicts.get(name, "not judged yet"))
+
+
+KNOWN_HEAD = ("bug", "lines by hand", "`rl`", "`closure`", "schedules", "at the fix", "own tests", "found")
+
+
+def known_figures(results: dict[str, Any], every: Sequence[KnownBug]) -> str:
+    """The table of known bugs, as Markdown, with a sentence that counts them."""
+    rows = [(bug, results[bug.key]) for bug in every if bug.key in results]
+    found = sum(is_found(row) for _, row in rows)
+    own = sum(bool(row["own"]["find"]) for _, row in rows)
+    schedules = sum(bool(bug.before.schedules) for bug, _ in rows)
+    sentence = (
+        f"{found} of {len(rows)} known bugs found; schedules were tried for {schedules}. "
+        f"The package's own tests at the commit before find {own}."
+    )
+    open_ones = ", ".join(f"`{bug.key}`" for bug in every if bug.key not in results)
+    if open_ones:
+        sentence += f" Not run so far: {open_ones}."
+    reports = [(f"`{bug.key}`", f"[{bug.text}]({bug.report})", seen(row) or "-", bug.note or "-") for bug, row in rows]
+    return "\n\n".join((
+        "## Which known bugs were found",
+        sentence,
+        table(KNOWN_HEAD, [_known_row(bug, row) for bug, row in rows]),
+        table(("key", "report", "what the first failing test shows", "remark"), reports),
+    ))  # fmt: skip
+
+
+def is_found(row: dict[str, Any]) -> bool:
+    """Whether a bug was found: its requirement fails before the fix, and is checked and holds at it."""
+    return bool(row["found_by"]) and not row["fix_violated_by"] and row["fix_checks"] > 0
+
+
+def seen(row: dict[str, Any]) -> str:
+    """What the first violation of the requirement shows."""
+    return next((each["seen"] for each in row["violations"]), "")
+
+
+def _known_row(bug: KnownBug, row: dict[str, Any]) -> tuple[object, ...]:
+    suites = ["yes" if suite in row["found_by"] else "no" for suite in ("rl", "closure", "schedules")]
+    if not bug.before.schedules:
+        suites[2] = "-"
+    at_fix = "fails" if row["fix_violated_by"] else "holds" if row["fix_checks"] else "never checked"
+    return (
+        bug.before.title,
+        row["lines"],
+        *suites,
+        at_fix,
+        own_words(bug, row["own"]),
+        "yes" if is_found(row) else "no",
+    )
+
+
+def own_words(bug: KnownBug, own: dict[str, Any]) -> str:
+    """What the package's own tests came to, in words."""
+    if not bug.own:
+        return "none"
+    if not own["passed"]:
+        return "do not run here"
+    return f"{own['passed']} pass, {own['failed'] + own['error']} fail, {len(own['find']) or 'none'} find it"

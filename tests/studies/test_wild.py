@@ -5,7 +5,8 @@ from __future__ import annotations
 import tomllib
 
 from studies.wild import FOLDER, Package, packages
-from studies.wild.tables import figures, violated
+from studies.wild.known import known_bugs, own_result, violated_by
+from studies.wild.tables import figures, is_found, known_figures, violated
 
 
 def of(key: str) -> Package:
@@ -38,3 +39,37 @@ def test_a_row_says_what_was_violated_and_what_could_not_be_run() -> None:
     assert lines[0] == "1 of 2 packages run, all unmodified. Violated requirements: 1 real, of 1 causes."
     assert any(line.endswith("| Python | 80 | 10 | 71 % | 2 | R1 |") for line in lines)
     assert any(line.endswith("| not run: it opens sockets |") for line in lines)
+
+
+def test_a_known_bug_is_there_at_two_commits_with_one_testbench_and_a_report() -> None:
+    every = [*known_bugs()]
+    assert len(every) >= 15
+    assert all(bug.before.sources[0].commit != bug.fix.sources[0].commit for bug in every)
+    assert all(bug.before.benches == bug.fix.benches and bug.text and bug.report.startswith("https") for bug in every)
+    packages_of = [bug.before.sources[0].repository for bug in every]
+    assert max(packages_of.count(name) for name in packages_of) <= 4
+    assert {bug.key: bug.before.lines() for bug in every if bug.before.lines() > 100} == {}
+
+
+def test_a_requirement_is_violated_by_suites_and_by_races_that_count() -> None:
+    race = {"requirements": ["race"], "of": "R1", "counts": True}
+    suites = {"rl": {"requirements": {"R1": {"failed": 2}}}, "closure": {"requirements": {}}}
+    assert violated_by({"suites": suites, "violations": [race]}, "R1") == ["rl", "schedules"]
+    assert violated_by({"suites": suites, "violations": [{**race, "counts": False}]}, "R2") == []
+
+
+def test_a_packages_own_test_finds_a_bug_if_it_passes_only_at_the_fix() -> None:
+    assert own_result({"a": "passed", "b": "failed", "c": "error"}, {"a": "passed", "b": "passed", "c": "error"}) == {
+        "passed": 1, "failed": 1, "error": 1, "find": ["b"]}  # fmt: skip
+
+
+def test_a_bug_is_found_if_its_requirement_fails_before_and_holds_at_the_fix() -> None:
+    bug = next(known_bugs())
+    own = {"passed": 0, "failed": 0, "error": 0, "find": []}
+    row = {"lines": 90, "found_by": ["rl"], "fix_violated_by": [], "fix_checks": 3, "own": own, "violations": []}
+    assert is_found(row)
+    assert not is_found({**row, "fix_violated_by": ["rl"]})
+    assert not is_found({**row, "fix_checks": 0})
+    lines = known_figures({bug.key: row}, [bug]).splitlines()
+    assert lines[2].startswith("1 of 1 known bugs found")
+    assert any(line.endswith("| 90 | yes | no | no | holds | none | yes |") for line in lines)
