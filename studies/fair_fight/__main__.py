@@ -1,0 +1,102 @@
+"""Several tools on the same code, with the same world, requirements, faults and processor time.
+
+    python -m studies.fair_fight --work FOLDER                        # all; what is in results.json is not run again
+    python -m studies.fair_fight --work FOLDER --only table/rl,tello  # a row, or a code base
+    python -m studies.fair_fight --page                               # write the page from results.json
+
+`--python` names the interpreter of an environment with this project, Hypothesis, HypoFuzz, Atheris and CrossHair,
+`--pynguin` that of one with Pynguin. Code bases, clones and journals are kept in the folder.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv._base import atomic_file
+from studies.fair_fight import CODE_BASES, FOLDER, CodeBase, faults, tables, unit_tests
+from studies.fair_fight.replaying import noticed
+from studies.fair_fight.running import Bout, machine, summary
+from studies.fair_fight.tools import TOOLS
+from studies.page import replace_figures
+
+RESULTS = FOLDER / "results.json"
+PAGE = FOLDER.parents[1] / "docs" / "studies" / "fair-fight.md"
+COMMAND = "python -m studies.fair_fight --page"
+BUDGET_S = 600.0
+
+
+def main() -> None:
+    """Run, store, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--work", type=Path, metavar="FOLDER", help="of code bases, clones and journals")
+    parser.add_argument("--python", default="", metavar="FILE", help="that has the tools (this one)")
+    parser.add_argument("--pynguin", default="", metavar="FILE", help="that has Pynguin (without it: not run)")
+    parser.add_argument("--only", default="", metavar="KEYS", help="such as table,tello/rl")
+    parser.add_argument("--budget", type=float, default=BUDGET_S, metavar="SECONDS", help="of processor time (600)")
+    parser.add_argument("--seal", action="store_true", help="draw the faults, which is done once")
+    parser.add_argument("--page", action="store_true", help="write the page")
+    options = parser.parse_args()
+    if options.work is not None:
+        only = list(filter(None, options.only.split(",")))
+        for base in CODE_BASES:
+            if not only or any(key.partition("/")[0] == base.name for key in only):
+                _measure(base, only, options)
+    if options.page:
+        replace_figures(PAGE, COMMAND, tables.figures(read()))
+
+
+def read() -> dict[str, Any]:
+    """The results so far: "code base/tool" -> its row."""
+    results: dict[str, Any] = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
+    return results
+
+
+def _measure(base: CodeBase, only: Sequence[str], options: argparse.Namespace) -> None:
+    work = options.work.resolve()
+    folder, clones = work / base.name, work / "clones"
+    base.fill(folder, clones)
+    code = base.map(folder)
+    if options.seal:
+        sealed = json.loads(faults.KEPT.read_text(encoding="utf-8")) if faults.KEPT.exists() else {}
+        atomic_file.write_text(
+            faults.KEPT, json.dumps({**sealed, base.name: faults.draw(folder, code)}, indent=1) + "\n"
+        )
+        return
+    journals: dict[str, Path] = {}
+    for tool in TOOLS:
+        key = f"{base.name}/{tool.name}"
+        journal = work / f"{base.name}-{tool.name}.jsonl"
+        if only and base.name not in only and key not in only:
+            continue
+        if key not in read():
+            print(key, "...", flush=True)
+            bout = Bout(tool, base, folder, journal, options.python)
+            used_s = bout.fight(options.budget)
+            row = {"budget_s": options.budget, "used_s": round(used_s, 1), "machine": machine(options.python)}
+            row |= summary(bout.runs(), code.statements, code.branches)
+            _store(key, row if row["runs"] else {**row, "not_run": bout.reason})
+        if journal.exists() and "noticed" not in read()[key]:
+            journals[key] = journal
+    if journals:
+        for key, found in noticed(base, work, journals, options.python).items():
+            _store(key, {**read()[key], **found})
+    key = f"{base.name}/pynguin"
+    if options.pynguin and key not in read() and (not only or base.name in only or key in only):
+        print(key, "...", flush=True)
+        _store(key, unit_tests.measure(base, work, options.pynguin, options.python, options.budget))
+
+
+def _store(key: str, row: dict[str, Any]) -> None:
+    order = [f"{base.name}/{name}" for base in CODE_BASES for name in (*(tool.name for tool in TOOLS), "pynguin")]
+    rows = {**read(), key: row}
+    text = json.dumps({each: rows[each] for each in order if each in rows}, indent=1)
+    atomic_file.write_text(RESULTS, text + "\n")
+    print("   ", {name: row[name] for name in row if name not in ("machine", "noticed")}, flush=True)
+
+
+if __name__ == "__main__":
+    main()
