@@ -17,9 +17,11 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base import atomic_file
+from pytest_hricdv.coverage.code_map import CodeMap
 from studies.fair_fight import CODE_BASES, FOLDER, CodeBase, faults, tables, unit_tests
 from studies.fair_fight.replaying import noticed
 from studies.fair_fight.running import Bout, machine, summary
+from studies.fair_fight.tables import PYNGUIN, TITLES
 from studies.fair_fight.tools import TOOLS
 from studies.page import replace_figures
 
@@ -37,6 +39,7 @@ def main() -> None:
     parser.add_argument("--pynguin", default="", metavar="FILE", help="that has Pynguin (without it: not run)")
     parser.add_argument("--only", default="", metavar="KEYS", help="such as table,tello/rl")
     parser.add_argument("--budget", type=float, default=BUDGET_S, metavar="SECONDS", help="of processor time (600)")
+    parser.add_argument("--results", type=Path, default=RESULTS, metavar="FILE", help="that rows are stored in")
     parser.add_argument("--seal", action="store_true", help="draw the faults, which is done once")
     parser.add_argument("--page", action="store_true", help="write the page")
     options = parser.parse_args()
@@ -46,55 +49,58 @@ def main() -> None:
             if not only or any(key.partition("/")[0] == base.name for key in only):
                 _measure(base, only, options)
     if options.page:
-        replace_figures(PAGE, COMMAND, tables.figures(read()))
+        replace_figures(PAGE, COMMAND, tables.figures(read(options.results)))
 
 
-def read() -> dict[str, Any]:
+def read(path: Path = RESULTS) -> dict[str, Any]:
     """The results so far: "code base/tool" -> its row."""
-    results: dict[str, Any] = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
+    results: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     return results
 
 
 def _measure(base: CodeBase, only: Sequence[str], options: argparse.Namespace) -> None:
-    work = options.work.resolve()
-    folder, clones = work / base.name, work / "clones"
-    base.fill(folder, clones)
+    work, path = options.work.resolve(), options.results
+    folder = work / base.name
+    base.fill(folder, work / "clones")
     code = base.map(folder)
     if options.seal:
-        sealed = json.loads(faults.KEPT.read_text(encoding="utf-8")) if faults.KEPT.exists() else {}
-        atomic_file.write_text(
-            faults.KEPT, json.dumps({**sealed, base.name: faults.draw(folder, code)}, indent=1) + "\n"
-        )
+        _seal(base, folder, code)
         return
+    chosen = [name for name in TITLES if not only or base.name in only or f"{base.name}/{name}" in only]
     journals: dict[str, Path] = {}
-    for tool in TOOLS:
-        key = f"{base.name}/{tool.name}"
-        journal = work / f"{base.name}-{tool.name}.jsonl"
-        if only and base.name not in only and key not in only:
-            continue
-        if key not in read():
+    for tool in (tool for tool in TOOLS if tool.name in chosen):
+        key, journal = f"{base.name}/{tool.name}", work / f"{base.name}-{tool.name}.jsonl"
+        if key not in read(path):
             print(key, "...", flush=True)
-            bout = Bout(tool, base, folder, journal, options.python)
-            used_s = bout.fight(options.budget)
-            row = {"budget_s": options.budget, "used_s": round(used_s, 1), "machine": machine(options.python)}
-            row |= summary(bout.runs(), code.statements, code.branches)
-            _store(key, row if row["runs"] else {**row, "not_run": bout.reason})
-        if journal.exists() and "noticed" not in read()[key]:
+            _store(path, key, _fight(Bout(tool, base, folder, journal, options.python), code, options.budget))
+        if journal.exists() and "noticed" not in read(path)[key]:
             journals[key] = journal
-    if journals:
-        for key, found in noticed(base, work, journals, options.python).items():
-            _store(key, {**read()[key], **found})
-    key = f"{base.name}/pynguin"
-    if options.pynguin and key not in read() and (not only or base.name in only or key in only):
+    for key, found in noticed(base, work, journals, options.python).items() if journals else ():
+        _store(path, key, {**read(path)[key], **found})
+    key = f"{base.name}/{PYNGUIN}"
+    if options.pynguin and PYNGUIN in chosen and key not in read(path):
         print(key, "...", flush=True)
-        _store(key, unit_tests.measure(base, work, options.pynguin, options.python, options.budget))
+        _store(path, key, unit_tests.measure(base, work, options.pynguin, options.python, options.budget))
 
 
-def _store(key: str, row: dict[str, Any]) -> None:
-    order = [f"{base.name}/{name}" for base in CODE_BASES for name in (*(tool.name for tool in TOOLS), "pynguin")]
-    rows = {**read(), key: row}
+def _seal(base: CodeBase, folder: Path, code: CodeMap) -> None:
+    sealed = json.loads(faults.KEPT.read_text(encoding="utf-8")) if faults.KEPT.exists() else {}
+    text = json.dumps({**sealed, base.name: faults.draw(folder, code)}, indent=1)
+    atomic_file.write_text(faults.KEPT, text + "\n")
+
+
+def _fight(bout: Bout, code: CodeMap, budget_s: float) -> dict[str, Any]:
+    used_s = bout.fight(budget_s)
+    row = {"budget_s": budget_s, "used_s": round(used_s, 1), "machine": machine(bout.python)}
+    row |= summary(bout.runs(), code.statements, code.branches)
+    return row if row["runs"] else {**row, "not_run": bout.reason}
+
+
+def _store(path: Path, key: str, row: dict[str, Any]) -> None:
+    order = [f"{base.name}/{name}" for base in CODE_BASES for name in TITLES]
+    rows = {**read(path), key: row}
     text = json.dumps({each: rows[each] for each in order if each in rows}, indent=1)
-    atomic_file.write_text(RESULTS, text + "\n")
+    atomic_file.write_text(path, text + "\n")
     print("   ", {name: row[name] for name in row if name not in ("machine", "noticed")}, flush=True)
 
 

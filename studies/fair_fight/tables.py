@@ -14,7 +14,8 @@ HEAD = ("tool", "runs", "statements", "branches", "violations", "first, s", "sho
 FALSE = "false alarm"
 OURS = ("pseudorandom", "rl", "closure")
 
-TITLES = {**{tool.name: tool.title for tool in TOOLS}, "pynguin": "Pynguin"}
+PYNGUIN = "pynguin"
+TITLES = {**{tool.name: tool.title for tool in TOOLS}, PYNGUIN: "Pynguin"}
 
 
 def verdicts() -> Mapping[str, Mapping[str, str]]:
@@ -115,4 +116,4 @@ def _judged(base: CodeBase, rows: Mapping[str, Any]) -> Iterator[tuple[object, .
 
 def _ran(rows: Mapping[str, Any]) -> int:
     """The tools that run the world."""
-    return sum(name != "pynguin" and "not_run" not in row for name, row in rows.items())
+    return sum(name != PYNGUIN and "not_run" not in row for name, row in rows.items())

@@ -1,0 +1,92 @@
+"""The fair fight: its faults fit, its machines know the commands, and its figures are of the journals."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from pathlib import Path
+
+import pytest
+
+from studies.fair_fight import CODE_BASES, FOLDER, faults, meter, tables
+from studies.fair_fight.__main__ import PAGE, read
+from studies.fair_fight.replaying import ordered
+from studies.fair_fight.running import summary
+from studies.localization.faults import FaultError
+
+TABLE = next(base for base in CODE_BASES if base.name == "table")
+
+
+def test_the_sealed_faults_fit_the_code_and_are_those_that_the_seed_draws(tmp_path: Path) -> None:
+    TABLE.fill(tmp_path / "table", tmp_path)
+    assert faults.draw(tmp_path / "table", TABLE.map(tmp_path / "table")) == faults.sealed("table")
+    for fault in faults.sealed("table"):
+        faults.plant(fault, tmp_path / "table")
+        with pytest.raises(FaultError, match=fault["id"]):
+            faults.plant(fault, tmp_path / "table")
+        TABLE.fill(tmp_path / "table", tmp_path)
+
+
+def test_each_code_base_has_ten_sealed_faults() -> None:
+    sealed = json.loads(faults.KEPT.read_text(encoding="utf-8"))
+    assert {name: len(kept) for name, kept in sealed.items()} == {base.name: faults.MOST for base in CODE_BASES}
+
+
+@pytest.mark.parametrize("base", CODE_BASES, ids=lambda base: base.name)
+def test_a_machine_is_short_and_each_of_its_phases_is_there(base: object) -> None:
+    name = getattr(base, "name", "")
+    module = importlib.import_module(f"studies.fair_fight.machines.{name}")
+    assert {after for commands in module.FOLLOWS.values() for after in commands.values()} <= {*module.FOLLOWS}
+    assert module.START in module.FOLLOWS
+    assert len((FOLDER / "machines" / f"{name}.py").read_text(encoding="utf-8").splitlines()) <= 30
+
+
+def run(second: float, actions: int, *kinds: str, statements: int = 0, test: str = "") -> dict[str, object]:
+    return {
+        "s": second,
+        "actions": actions,
+        "kinds": [*kinds],
+        "statements": hex(statements),
+        "branches": "0x0",
+        "test": test or f"{second}",
+    }
+
+
+def test_a_summary_has_the_first_and_the_shortest_violation() -> None:
+    runs = [run(1.0, 3, statements=3), run(2.0, 5, "R1", statements=5), run(3.0, 2, "R1", "R2")]
+    assert summary(runs, 4, 2) == {
+        "runs": 3,
+        "statements": [3, 4],
+        "branches": [0, 2],
+        "kinds": {"R1": {"first_s": 2.0, "shortest": 2}, "R2": {"first_s": 3.0, "shortest": 2}},
+        "first_s": 2.0,
+        "shortest": 2,
+    }
+
+
+def test_inputs_that_cover_something_new_are_replayed_first_and_each_once() -> None:
+    runs = [run(1.0, 1, statements=1), run(2.0, 1, statements=1), run(3.0, 1, statements=2), run(4.0, 1, test="1.0")]
+    assert [each["s"] for each in ordered(runs)] == [1.0, 3.0, 2.0]
+
+
+def test_a_fault_is_named_without_numbers_and_folders() -> None:
+    assert meter.plain("at 3.5 s in /home/me/code.py:12: it ended\nlater") == "at N s in code.py:N: it ended"
+
+
+def test_each_violation_that_was_found_is_judged() -> None:
+    judged = tables.verdicts()
+    for key, row in read().items():
+        assert {*row.get("kinds", ())} <= {*judged.get(key.partition("/")[0], ())}, key
+
+
+def test_the_page_has_the_figures_of_the_results() -> None:
+    assert tables.figures(read()) in PAGE.read_text(encoding="utf-8")
+
+
+def test_a_row_counts_no_false_alarm_as_a_violation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tables, "verdicts", lambda: {"table": {"R1": "real: as known", "R2": "false alarm: ours"}})
+    kinds = {"R1": {"first_s": 9.0, "shortest": 4}, "R2": {"first_s": 1.0, "shortest": 1}}
+    row = {"budget_s": 90.0, "used_s": 91.0, "machine": "m", "runs": 7, "statements": [3, 4], "branches": [1, 2]}
+    lines = tables.figures({"table/rl": {**row, "kinds": kinds, "noticed": {"a": ["R1"], "b": []}, "control": []}})
+    assert "| ours, `rl` | 7 | 75 % | 50 % | 1 | 9 | 4 | 1 of 10 | 1 |" in lines
+    assert "| R2 | all that ran | false alarm: ours |" in lines
