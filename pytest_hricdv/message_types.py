@@ -16,7 +16,7 @@ _COLLECTIONS = (
     bytes, bytearray, list, tuple, set, frozenset, dict, collections.deque, collections.abc.Sequence,
     collections.abc.Mapping, collections.abc.Set,
 )  # fmt: skip
-"""Of these a record has the length and a checksum (see `pytest_hricdv.runtime.message_fields`)."""
+"""Types that a record stores as length and checksum (see `pytest_hricdv.runtime.message_fields`)."""
 
 
 def comparable_fields(

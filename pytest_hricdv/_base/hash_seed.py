@@ -14,10 +14,10 @@ from pathlib import Path
 
 VARIABLE = "PYTHONHASHSEED"
 RANDOM = "random"
-"""Of a process that drew its seed: nobody can repeat it."""
+"""The seed of a process that drew one: it cannot be repeated."""
 
 SEVERAL = "several"
-"""Of runs in processes with different ones."""
+"""The seed of runs in processes with different seeds."""
 
 _CHOSEN = "0"
 """For processes that are started where there is no seed to pass on. Chosen: Python's own value for "not random"."""

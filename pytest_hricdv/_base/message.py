@@ -15,7 +15,7 @@ MAX_TEXT = 20_000
 """Characters of a text of the code under test that a result keeps (chosen: some hundred lines, with a traceback)."""
 
 MAX_LINE = 2_000
-"""Of such a text that is part of a sentence, or a value of a signal or message (chosen: half a screen of a browser)."""
+"""Characters of such a text within a sentence, or of a value of a signal or message (chosen: half a browser screen)."""
 
 _INVISIBLE = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}
 """Categories of Unicode. Some of these characters are not allowed in XML."""

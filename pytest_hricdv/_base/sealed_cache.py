@@ -62,7 +62,7 @@ def _seal(secret: bytes, key: str, content: object) -> str:
 
 
 def _folder() -> Path | None:
-    """Of the user's state, as the XDG Base Directory Specification has it; None: there is no home folder."""
+    """The folder of the user's state (XDG Base Directory Specification); None without a home folder."""
     try:
         named = Path(os.environ.get("XDG_STATE_HOME", ""))  # a relative one is to be ignored: it may lie in a checkout
         return (named if named.is_absolute() else Path.home() / ".local" / "state") / "pytest-hricdv"

@@ -87,7 +87,7 @@ class AgentNames:
 
 def _keys(parts: Iterable[object]) -> set[Key]:
     structures = (part for root in parts for part in parts_of(root) if isinstance(part, Structure))
-    # Of the annotation [source(a)], and of a context that is a constant: no beliefs.
+    # The annotation [source(a)] and constant contexts are no beliefs.
     return {part.key for part in structures if part.functor not in ("source", "true", "false")}
 
 

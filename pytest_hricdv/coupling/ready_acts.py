@@ -101,5 +101,5 @@ class ReadyActs(Collection[ReadyAct]):
         return heapq.merge(*kinds, key=_in_order)
 
     def longest_ready(self) -> list[ReadyAct]:
-        """Of the acts that are the same declared ones, that for which the agent became ready first; in order."""
+        """The act that became ready first, for each group of equal declared acts; in order."""
         return sorted((next(iter(kind.all)) for kind in self._kinds.values()), key=_in_order)

@@ -63,12 +63,12 @@ class TestCoverage:
 
     @property
     def id(self) -> str:
-        """Of the test."""
+        """The test's id."""
         return self.runs[0].id
 
     @property
     def beliefs(self) -> tuple[str, ...]:
-        """That the test was generated from."""
+        """The beliefs that the test was generated from."""
         return self.runs[0].beliefs
 
     @property

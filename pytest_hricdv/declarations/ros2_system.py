@@ -13,7 +13,7 @@ Body = Callable[[], None]
 
 
 class RosPublisher(Protocol):
-    """Of a topic."""
+    """A publisher of a topic."""
 
     def publish(self, message: Any) -> None:
         """Deliver a copy to each subscription that matches. Raises TypeError for a message of another type."""
@@ -137,7 +137,7 @@ class Ros2System(Protocol):
 
     @property
     def kernel(self) -> Kernel:
-        """Of the run: stand-ins wait in its time."""
+        """The kernel of the run: fakes wait in its time."""
 
     def node(self, name: str, namespace: str = "/") -> RosWorldNode:
         """A node of the world in the ROS graph, such as a simulated sensor."""

@@ -24,7 +24,7 @@ _HEAD = 8
 """Bytes before a message: its length."""
 
 _PR_SET_PDEATHSIG = 1
-"""Of Linux's prctl (linux/prctl.h): the signal that a process gets when the one dies that forked it."""
+"""Option of Linux's prctl (linux/prctl.h): the signal that a process gets when its parent dies."""
 
 _LOOK_AFTER_S = 0.5
 """Interval (s) at which a silent process is checked for being alive: a child of its own may hold its pipe open."""

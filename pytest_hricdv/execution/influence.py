@@ -107,8 +107,8 @@ class Influence:
         self._is_code = is_code
         self._packages = tuple(packages)
         self.waits = ""
-        """Of a run that has ended in which nothing reached the code: four digits for each simulated second, by when the
-        code had waited until then; otherwise empty."""
+        """A digest of the code's waits until each simulated second, four digits each, if nothing reached the code in a
+        run that has ended; otherwise empty."""
         self._is_seen = False
         self._digest = 0
         self._digests: list[int] = []

@@ -25,7 +25,7 @@ from pytest_hricdv.generate.sampler import Sampler, Uniform
 After = Mapping[int, tuple[int, ...]]
 
 NO_ORDER: After = {}
-"""Of a test with one actor."""
+"""The order of a test with one actor."""
 
 TURN = "turn"
 """The parameter of an action that says when its turn is, from 0 to 1."""

@@ -62,7 +62,7 @@ class _CauseFinder:
         self._plan_names: dict[int, Collection[str] | None] = {}
         """Step that chose a plan -> the names in the plan; None where all may be."""
         self._actions: list[tuple[str, Past]] = []
-        """Of each action of an actor: whose it is, and what it depends on."""
+        """The actor of each action, and what the action depends on."""
 
     def take(self, step: Step) -> None:
         """Note a step, in the trace's order."""
@@ -89,8 +89,8 @@ class _CauseFinder:
             self._send(step, line, past)
 
     def _end(self, agent: str, line: int, plan_step: int) -> Past:
-        """What plans depended on that were chosen later in the line and have ended, since an earlier one goes on: what
-        such a plan has waited for last shows in no step of its own."""
+        """Dependencies of plans that were chosen later in the line and have ended, since an earlier one continues: the
+        last wait of such a plan has no step of its own."""
         plans = self._plans_of_line[line]
         ended: list[int] = []
         while plan_step in plans and plans[-1] != plan_step:
@@ -114,7 +114,7 @@ class _CauseFinder:
         """Those that do not follow from others, or from the order within a lane."""
         order: dict[int, tuple[int, ...]] = {}
         full: list[Past] = []
-        """Of each action, all that come before it, its own lane's among them."""
+        """All actions that come before each action, including those of its own lane."""
         last: dict[str, int] = {}
         for number, (actor, past) in enumerate(self._actions, 1):
             before = {last[actor]} if actor in last else set()

@@ -42,7 +42,7 @@ def check(values: Values, commands: int) -> None:
 
 
 def owner(number: int) -> str:
-    """Whose values these are, for people: `the run` or `command 3`."""
+    """The owner of these values, for people: `the run` or `command 3`."""
     return "the run" if number == RUN else f"command {number}"
 
 

@@ -206,7 +206,7 @@ def rankings(q: QTable, space: BeliefSpace, *seed: int) -> dict[str, tuple[str, 
 def policy_subsets(
     q: QTable, space: BeliefSpace, parameters: QLearning, count: int, seed: int, round_number: int = 0
 ) -> tuple[tuple[str, ...], ...]:
-    """Up to `count` distinct belief subsets that the policy leads to, each in the space's order.
+    """At most `count` distinct belief subsets that the policy leads to, each in the space's order.
 
     The rule: walks begin with each start belief in turn and draw their size as learning did. Each step takes one of
     the best beliefs in the current state that are not yet in the subset, each equally likely; how many of the best is

@@ -23,7 +23,7 @@ Content = tuple[tuple[str, ...], int]
 """The abstract test of a run, and the plans executed as bits."""
 
 MAX_OTHERS = 9
-"""Up to this number of beliefs besides the start beliefs a space is explored set by set: 512 runs per start belief."""
+"""Most beliefs, apart from start beliefs, of a space that is explored set by set: 512 runs per start belief."""
 TOO_LARGE = "too large: the model has too many different runs"
 NOT_ENUMERABLE = "too large: {} beliefs besides the start beliefs, of which more than {} cannot be tried in all sets"
 """Followed by why the runs cannot be told apart piece by piece."""

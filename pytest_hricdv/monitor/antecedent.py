@@ -72,7 +72,7 @@ class NearMissSearch:
                     self._best, self._missing, self._time_ns = candidate, false, moment.now_ns
 
     def nearest(self) -> NearMiss:
-        """Of all instants up to now."""
+        """The near miss among all instants up to now."""
         return NearMiss(
             time_s=seconds(self._time_ns),
             missing=tuple(conjunct.text for conjunct in self._missing),

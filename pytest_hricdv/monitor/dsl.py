@@ -47,7 +47,7 @@ class TruthValue:
         return TruthValue(self._join(Disjunction, as_past(other)))
 
     def _join(self, connective: type[Conjunction | Disjunction], other: PastFormula) -> PastFormula:
-        """Of `p & q & r` one conjunction, as in the text."""
+        """Make one conjunction of `p & q & r`, as the text form does."""
         before = self.past.operands if isinstance(self.past, connective) else (self.past,)
         return connective(*before, other)
 

@@ -14,7 +14,7 @@ from pytest_hricdv.monitor.evaluation_state import EvaluationState, Measure, Nan
 from pytest_hricdv.monitor.operators import Operator
 
 Number = float | None
-"""Of an operator; None before there is one."""
+"""The value of an operator; None before it has one."""
 
 
 class NumberOperator(Operator):

@@ -143,7 +143,7 @@ class Verdict(RequirementResult, frozen=True, kw_only=True):
 
     @property
     def result(self) -> RequirementResult:
-        """What a report has of it: the fields of a result, no more."""
+        """The verdict as a report has it: the fields of a result only."""
         return RequirementResult(**{name: getattr(self, name) for name in RequirementResult.__struct_fields__})
 
 
@@ -167,13 +167,13 @@ class VerdictBuilder:
         self.failures = 0
         self.margin = math.inf
         self._margin_ns: Nanoseconds = 0
-        # Of violations: trigger and time (ns), margins, values. Of triggers: begin and end (ns), outcome.
+        # Violations: trigger and time (ns), margins, values. Triggers: begin and end (ns), outcome.
         self._violated_ns = (array("q"), array("q"))
         self._margins = array("d")
         self._margins_ns = array("q")
         self._values: list[Mapping[str, Value]] = []
         self._values_ns: dict[int, Mapping[str, Nanoseconds]] = {}
-        """Of violations, by their numbers: when values were that were followed to their worst."""
+        """Violation number -> the times of values that were tracked to their worst."""
         self._decided_ns = (array("q"), array("q"))
         self._outcomes: list[TriggerOutcome] = []
 

@@ -38,7 +38,7 @@ class LaneRecord:
         self._begun: list[ActionStart] = []
         self._done_us: dict[int, int] = {}
         self._done_before: dict[int, frozenset[int]] = {}
-        """Of each action, which had ended when it began."""
+        """Action -> the actions that had ended when it began."""
         self._stays_us: dict[str, int] = {}
         self._given_up: set[int] = set()
 
@@ -83,7 +83,7 @@ class LaneRecord:
         return replace(test, actions=tuple(actions), run={**test.run, TURN_WAIT_S: 0.0, **stays}, after=after)
 
     def _after(self, trace: Trace, programs: Mapping[str, Program]) -> dict[int, tuple[int, ...]]:
-        """What comes after what: an action is noted in the trace when it is done, in the test when it begins."""
+        """The order of the actions: the trace notes an action when it is done, the test when it begins."""
         lanes: dict[str, list[int]] = defaultdict(list)
         for action in self._begun:
             if action.number not in self._given_up:

@@ -246,7 +246,7 @@ class OnlinePeople:
         person.waits += due_ticks <= self._run.ticks
 
     def _patient_until_us(self, person: _Person) -> int:
-        """Up to when a person waits before it looks again: the next end of a wait, or of its patience."""
+        """The time until which a person waits before it looks again: the next end of a wait, or of its patience."""
         due_s = self._run.due_s
         patient_us = person.free_us + round(person.role.declaration.idle_timeout_s * US_PER_S)
         if due_s == math.inf:

@@ -16,10 +16,10 @@ from pytest_hricdv._base.input_file import MAX_DEPTH, write_ahead_log
 from pytest_hricdv.recordings.containers import BagMessage, UnreadableError, read_mcap, read_sqlite
 
 Value = bool | float | str | tuple[float, ...]
-"""Of a field; the numbers of an array."""
+"""The value of a field, or the numbers of an array."""
 
 Paths = Mapping[str, tuple[str, ...]]
-"""Of fields: each with its names."""
+"""Fields, each with the names that lead to it."""
 
 MAX_ELEMENTS = 1000
 """Elements of an array that are looked at one by one: an image has millions."""
@@ -27,7 +27,7 @@ MAX_ELEMENTS = 1000
 SUFFIXES = (".mcap", ".db3")
 
 EMPTY_BYTES = 8
-"""Of a message without fields, whose definition is an empty text: its head, and a byte in place of fields."""
+"""Size of a message without fields, whose definition is empty: its header, and a byte in place of fields."""
 
 MAX_EXACT = 2**53
 """Integers below it are floats, too."""

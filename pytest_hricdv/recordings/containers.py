@@ -97,7 +97,7 @@ def _topic(
     channels: dict[int, tuple[str, int, str]],
     schemas: dict[int, tuple[str, str]],
 ) -> RecordedTopic:
-    """Of a channel."""
+    """The topic of a channel."""
     if number not in channels or channels[number][1] not in schemas:
         raise UnreadableError("not an MCAP file that can be read, or cut off: a message of no channel or schema")
     name, schema, encoding = channels[number]

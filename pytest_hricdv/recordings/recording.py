@@ -31,7 +31,7 @@ MIN_PERIODIC = 20
 """A topic with fewer messages is not periodic."""
 
 MAX_QUARTILE_RATIO = 1.5
-"""Of a periodic topic, the greatest quotient of the quartiles of the times between its messages: timers have 1.0."""
+"""Greatest ratio of the quartiles of the times between messages of a periodic topic: timers have 1.0."""
 
 
 @dataclass(frozen=True)

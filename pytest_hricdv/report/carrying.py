@@ -24,7 +24,8 @@ REPLAYS = "failures"
 
 _REPLAY_SUFFIXES = (".json",)
 _MAX_BYTES = 2_000_000_000
-"""Of a file that is carried along; chosen: more than a film or a trace of an hour. A sparse file has any size."""
+"""Greatest size of a file that is carried along; chosen: more than a film or a trace of an hour. A sparse file may have
+any size."""
 
 
 @dataclass
@@ -88,7 +89,7 @@ class FileCarrier:
                         shutil.copyfile(path, part)
 
     def name(self, path: Path) -> str:
-        """Of a file, relative to the target."""
+        """The name of a file, relative to the target."""
         name = f"{path.parent.name}/{path.name}"
         if len(self._hashes[name]) == 1:
             return name
@@ -118,7 +119,7 @@ class _NewNames:
         return os.path.relpath(self.carrying.target / self.carrying.name(path)) if name and path.is_file() else name
 
     def file(self, folder: str, name: str | None) -> str | None:
-        """Of a file in a folder, relative to the report."""
+        """The path of a file in a folder, relative to the report."""
         path = self.source / folder / Path(name or "").name
         return self.carrying.name(path) if name and path.is_file() else name
 

@@ -17,10 +17,10 @@ Item = TypeVar("Item")
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 
 LABEL_COLUMNS = 20
-"""Of the label that a line of the terminal begins with; chosen: the names of most suites and agents fit."""
+"""Width of the label that starts a line of the terminal; chosen: the names of most suites and agents fit."""
 
 _MAX_LINES = 3
-"""Of a sentence in the summary; chosen: what is longer is in the report."""
+"""Most lines of a sentence in the summary; chosen: the report has the rest."""
 
 _ZERO_WIDTH = {"Mn", "Me"}
 

@@ -262,7 +262,7 @@ def _coverage_links(report: Report) -> Iterator[Link]:
 
 
 def suites_title(report: Report) -> str:
-    """Of the view of suites: there is nothing to compare one with."""
+    """The title of the view of suites: a single one is not compared."""
     return "Suites compared" if len(report.suites) != 1 else "Growth"
 
 

@@ -9,14 +9,14 @@ from pytest_hricdv.report.holes import holes_of_all_suites
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 COLUMNS = 400
-"""Of a curve: about as many as a plot is pixels wide on half of a screen, so that thinning is not seen."""
+"""Points of a curve: about the width of a plot in pixels on half a screen, so that thinning is invisible."""
 Kind = Literal["statements", "branches", "plans"]
 KINDS: tuple[Kind, ...] = ("statements", "branches", "plans")
 _LEAST_CHANGE = 1e-12  # smaller changes are rounding errors and would only stretch a logarithmic axis
 
 Point = tuple[float, float]
 Places = Sequence[Mapping[str, int]]
-"""Of each coordinate: bin -> number."""
+"""Bin -> number, for each coordinate."""
 
 
 def closure_curves(suite: SuiteResult) -> dict[str, list[Point]]:

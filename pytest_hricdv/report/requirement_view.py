@@ -86,7 +86,7 @@ class RequirementView:
 
     @property
     def style(self) -> str:
-        """Of its state, as a badge has it."""
+        """The badge style of its state."""
         return _STYLES[self.state]
 
     @property

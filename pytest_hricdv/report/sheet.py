@@ -15,8 +15,8 @@ from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.origin import ReportOrigin
 
 MAX_ROWS = 80
-"""Of requirements, a row each: with more, those that passed are named only. Chosen: with a plan of 30 goals and 20
-waivers, 80 rows of two lines are four pages."""
+"""Most requirements with a row each; beyond it, those that passed are only named. Chosen: with a plan of 30 goals and
+20 waivers, 80 rows of two lines are four pages."""
 
 _LINE: Final = "unreachable line"
 

@@ -116,7 +116,7 @@ def findings(report: Report) -> Iterator[Line]:
 
 
 def _vacuity_lines(report: Report, columns: int) -> Iterator[Line]:
-    """That nothing was checked comes first: tests that passed look as if all were well."""
+    """Lines about vacuity. "Nothing was checked" comes first: passed tests look as if all were well."""
     sentences = totals.list_vacuity_warnings(report)
     for sentence in sentences:
         for line in wrap(visible(sentence).split(" "), columns):

@@ -169,7 +169,7 @@ def list_gate_failures(report: Report) -> tuple[str, ...]:
 
 
 def list_vacuity_warnings(report: Report) -> tuple[str, ...]:
-    """That tests passed though nothing triggered any requirement, and what to do, a sentence each; else nothing."""
+    """Warnings that tests passed without triggering any requirement, and advice, a sentence each."""
     passed = [test for test in report.tests if test.outcome == "passed"]
     if not passed or any(count.triggers for suite in report.suites for count in suite.requirements.values()):
         return ()
@@ -298,13 +298,13 @@ def waivers(report: Report) -> tuple[WaiverRecord, ...]:
 
 
 def plans_covered(suite: SuiteResult) -> float | None:
-    """Of all agents' plans, per cent; None if the suite was generated without a model."""
+    """The percentage of all agents' plans; None if the suite was generated without a model."""
     plans = suite.plans.values()
     return share(sum(len(agent.covered) for agent in plans), sum(agent.total for agent in plans))
 
 
 def bins_covered(cross: CrossCoverage) -> float | None:
-    """Of the bins that are neither impossible nor illegal, per cent; None if there is none."""
+    """The percentage of the bins that are neither impossible nor illegal; None if there are none."""
     return share(cross.hit, cross.possible)
 
 

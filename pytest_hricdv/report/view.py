@@ -14,8 +14,8 @@ if TYPE_CHECKING:  # `results.model` is extended by features, some of which have
     from pytest_hricdv.results.model import Report, TestResult
 
 Place = Literal["causes", "requirements", "in closure", "in summary", "further"]
-"""Of a section: an entry of the navigation of its own, beside the requirements, in the view of what is not covered, in
-the summary, or beside other views that only some reports have."""
+"""The place of a section: its own entry in the navigation, next to the requirements, in the closure view, in the
+summary, or next to other views that only some reports have."""
 
 
 @dataclass(frozen=True)
@@ -107,11 +107,11 @@ class View:
     scripts: tuple[str, ...] = ()
 
     def lines(self, report: Report, columns: int) -> Iterable[Line]:
-        """Of the terminal's summary, above the totals."""
+        """Lines of the terminal's summary above the totals."""
         return ()
 
     def file_lines(self, report: Report, columns: int) -> Iterable[Line]:
-        """Of the terminal's summary, below the totals: on files beside the report."""
+        """Lines of the terminal's summary below the totals, on files next to the report."""
         return ()
 
     def causes(self, report: Report, columns: int | None) -> FailureCauses | None:
@@ -123,11 +123,11 @@ class View:
         return None
 
     def findings(self, report: Report) -> Iterable[Line]:
-        """Of the terminal, of any width, after the summary: commands must not be cut."""
+        """Lines of the terminal after the summary, of any width: commands must not be cut."""
         return ()
 
     def section(self, report: Report) -> PageSection | None:
-        """Of the page; None where the report has nothing of this feature."""
+        """The section of the page; None if the report has nothing of this feature."""
         return None
 
     def data(self, report: Report) -> Mapping[str, Any]:
@@ -147,7 +147,7 @@ class View:
         return None
 
     def of_sheet(self, report: Report) -> SheetTable | None:
-        """Of the sheet to sign; None for nothing."""
+        """The part of the sheet to sign; None for nothing."""
         return None
 
     def aim(self, report: Report) -> str:
@@ -159,7 +159,7 @@ class View:
         return ()
 
     def properties(self, report: Report) -> Iterable[tuple[str, object]]:
-        """Of the JUnit file's test suite."""
+        """The properties of the JUnit file's test suite."""
         return ()
 
     def total_simulated_s(self, report: Report) -> float | None:
@@ -176,7 +176,7 @@ class View:
 
 
 def views() -> tuple[View, ...]:
-    """Of all features, in the order in which they are shown."""
+    """The views of all features, in the order in which they are shown."""
     return offers("view", "VIEW")
 
 
@@ -203,5 +203,5 @@ class ReportCommand:
 
 
 def commands_of_features() -> tuple[ReportCommand, ...]:
-    """Of all features."""
+    """The commands of all features."""
     return tuple(command for offered in offers("commands", "COMMANDS") for command in offered)

@@ -96,7 +96,7 @@ def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, fl
 
 
 def hash_seed(report: Report) -> str:
-    """Of the processes that ran a report's tests, also of the sessions that it is merged from."""
+    """The hash seed of the processes that ran a report's tests, also of the sessions that it is merged from."""
     origins = [report.origin] if report.origin else [session.origin for session in report.sessions]
     seeds = {origin.hash_seed if origin else "" for origin in origins}
     return seeds.pop() if len(seeds) == 1 else SEVERAL if seeds else ""

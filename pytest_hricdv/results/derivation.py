@@ -31,7 +31,7 @@ from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 from pytest_hricdv.results.section import shares
 
 NO_CLOSURE = Closure(points=0, sim_s=0, growth=(), minimal=(), adds_nothing=(), unique={})
-"""Of a report that is not derived yet."""
+"""The closure of a report that is not derived yet."""
 
 
 def declare_suite(

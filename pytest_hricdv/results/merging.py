@@ -148,7 +148,7 @@ def sessions_of(report: Report) -> tuple[SessionSummary, ...]:
 
 
 def _sessions(reports: Iterable[Report]) -> tuple[SessionSummary, ...]:
-    """Of all reports; two reports with the same content are one session."""
+    """The sessions of all reports; two reports with the same content are one session."""
     by_content = {session.sha256: session for report in reports for session in sessions_of(report)}
     return tuple(by_content[sha256] for sha256 in sorted(by_content))
 

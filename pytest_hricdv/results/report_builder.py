@@ -123,7 +123,7 @@ def _requirements(result: CaseResult | None, requirements: Sequence[Criterion]) 
 UNCHECKED = RequirementResult(
     verdict="NC", triggers=0, passes=0, failures=0, untriggered=0, pending=0, violations=(), margin=None
 )
-"""Of a test without a run."""
+"""The result of a test without a run."""
 
 
 @dataclass(frozen=True)

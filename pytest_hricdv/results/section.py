@@ -23,10 +23,10 @@ class FileNames(Protocol):
     """The names that files of a report get where they are carried into the folder of another one."""
 
     def replay(self, name: str | None) -> str | None:
-        """Of a replay file, as it is given to pytest."""
+        """The name of a replay file, as it is given to pytest."""
 
     def file(self, folder: str, name: str | None) -> str | None:
-        """Of a file in a folder of the report, relative to the report."""
+        """The path of a file in a folder of the report, relative to the report."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Share:
 
 
 def shares() -> tuple[Share, ...]:
-    """Of all features."""
+    """The shares of all features."""
     return tuple(share for offered in offers("records", "SHARES") for share in offered)
 
 
@@ -108,12 +108,12 @@ def failure_causes(report: msgspec.Struct, suite: str = "") -> Mapping[str, str]
 
 
 def report_sections() -> tuple[Section[Any], ...]:
-    """Of all features."""
+    """The report sections of all features."""
     return tuple(section for offered in offers("records", "SECTIONS") for section in offered)
 
 
 def test_sections() -> tuple[TestSection[Any], ...]:
-    """Of all features."""
+    """The test sections of all features."""
     return tuple(section for offered in offers("records", "TEST_SECTIONS") for section in offered)
 
 

@@ -450,7 +450,7 @@ class Kernel:
         raise error  # never reached: nobody goes on here
 
     def node_info(self) -> str:
-        """Of the running node, for the end of a message: its last message, else its name."""
+        """The running node at the end of a message: its last message, or else its name."""
         node = self.own_node()
         if node is None:
             return ""

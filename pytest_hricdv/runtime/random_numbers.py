@@ -63,7 +63,7 @@ class _Entropy:
 _IMPORT = "import of "
 
 _entropy: _Entropy | None = None
-"""Of the run that goes on in this process."""
+"""The entropy of the current run in this process."""
 
 
 def _stream() -> random.Random | None:

@@ -22,7 +22,7 @@ W = TypeVar("W", bound=Waiter)
 
 
 class Timeouts(Generic[W]):
-    """Of waits, some of which have ended before: what is woken goes on to its next wait, or ends."""
+    """Timeouts of waits. Some waits have ended before: a woken node continues to its next wait, or ends."""
 
     def __init__(self) -> None:
         self._due: list[tuple[int, int, W, int]] = []

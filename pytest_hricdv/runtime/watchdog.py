@@ -165,7 +165,7 @@ class Watch:
         """Count what the last tick was, and interrupt the code where it is too much."""
         now, before = self._look(), self._seen
         self._seen = now
-        # Of a tick in which there was progress nobody knows what came after it: it counts for nothing.
+        # A tick with progress counts for nothing: the work after the progress is unknown.
         self._worked_s = self._worked_s + worked_s if now.progress == before.progress else 0.0
         self._second_s = self._second_s + worked_s if now.second == before.second else 0.0
         if now.progress != before.progress:

@@ -49,7 +49,7 @@ class ResultStore:
         self._packed[nodeid] = compress(text.encode(), FASTEST)
 
     def nodeids(self) -> KeysView[str]:
-        """Of all results."""
+        """The node ids of all results."""
         return self._packed.keys()
 
     def results(self) -> list[TestResult]:
@@ -123,7 +123,7 @@ class Aggregation:
         self.is_distributed = False
         self.each_worker = EachWorker()
         self.worker_hash_seeds: set[str] = set()
-        """Of the workers that have ended, as they said."""
+        """The hash seeds that ended workers reported."""
         self.journaling = JournalKeeper(collection.options.report)
         self._results = ResultStore()
 
@@ -134,7 +134,7 @@ class Aggregation:
 
     @property
     def hash_seed(self) -> str:
-        """Of the processes that run the tests, see `pytest_hricdv.results.origin.ReportOrigin`."""
+        """The hash seed of the processes that run the tests, see `pytest_hricdv.results.origin.ReportOrigin`."""
         spawns = self.collection.options.isolate and not hasattr(os, "fork")
         expected = hash_seed_of_children() if self.is_distributed or spawns else own_hash_seed()
         seeds = self.worker_hash_seeds or {expected}

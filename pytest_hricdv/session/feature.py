@@ -78,7 +78,7 @@ class FeatureSession:
 
     @property
     def options(self) -> Options:
-        """Of the session."""
+        """The options of the session."""
         return self.context.options
 
     @property

@@ -38,7 +38,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 MAX_INTEGER = 2**63 - 1
-"""Of an option: seeds have 63 bits, and nothing else needs more."""
+"""Greatest integer of an option: seeds have 63 bits, and nothing else needs more."""
 
 Settings = TypeVar("Settings")
 
@@ -250,5 +250,5 @@ def feature_suites() -> frozenset[str]:
 
 
 def feature_options() -> tuple[FeatureOptions[Any], ...]:
-    """Of all features."""
+    """The options of all features."""
     return offers("feature", "FEATURE")

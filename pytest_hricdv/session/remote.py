@@ -137,7 +137,7 @@ class RemoteProject(Protocol):
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """Of pytest, before all others."""
+        """The first arguments of pytest."""
 
     def service(self, module: str, job: bytes, project: Mapping[str, str], silent_s: float) -> Service:
         """A process in that project; see `Service`."""

@@ -138,7 +138,7 @@ class Provenance:
 
     @classmethod
     def now(cls, code: CodeMap, testbench: Testbench) -> Provenance:
-        """Of this process."""
+        """The environment of this process."""
         environment = {
             "pytest-hricdv": version("pytest-hricdv"),
             "python": platform.python_version(),

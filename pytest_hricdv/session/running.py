@@ -63,7 +63,7 @@ class TestRunner:
         self._used: Measurement = NoMeasurement("nothing has run")
         self._built: tuple[HriCase, CaseResult | None, TestResult] | None = None
         self._log = RunLog()
-        """Of the last run."""
+        """The log of the last run."""
         self._in_setup = False
         self._setup_s = 0.0
         """How long the setup of the present test took, where a fixture ran it."""

@@ -148,7 +148,7 @@ class ShownFailures:
             write_lines(reporter, failing.lines(columns, all_rows=is_verbose))
 
     def _leave_out(self, reporter: pytest.TerminalReporter) -> None:
-        """Of violations, leave all out that a cause above is of, and of others all but the first."""
+        """Hide violations that a cause above explains, and all but the first of the others."""
         failing = self._failing
         reports = {report.nodeid: report for report in self._all.get("failed", ()) if self._is_violation(report)}
         if failing is None or not reports:
@@ -275,6 +275,6 @@ def _may_be_short(config: pytest.Config) -> bool:
 
 
 def _columns() -> int | None:
-    """Of the terminal; None where there is none: a log has lines of any width."""
+    """The width of the terminal; None without one: a log has lines of any width."""
     is_terminal = sys.stdout.isatty() or "COLUMNS" in os.environ
     return shutil.get_terminal_size().columns if is_terminal else None

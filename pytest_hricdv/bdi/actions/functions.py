@@ -56,7 +56,7 @@ def _log(x: float) -> float:
 
 
 def _std_dev(values: list[float]) -> float:
-    # Of a sample, as in Jason, where that of one number is none.
+    # The deviation of a sample, as in Jason; one number has none.
     return statistics.stdev(values) if len(values) > 1 else math.nan
 
 

@@ -137,7 +137,7 @@ def _internal_action(invocation: Invocation) -> Outcome:
 
 @internal_action("version", 1)
 def _version(invocation: Invocation) -> Outcome:
-    """That of Jason which has the newest of the actions here, this one among them."""
+    """The version of Jason that has the newest of the actions here, including this one."""
     return invocation.unify(0, String("3.3"))
 
 

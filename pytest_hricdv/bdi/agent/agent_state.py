@@ -84,7 +84,7 @@ class AgentState:
         self.questions: dict[str, PendingQuestion] = {}
         """What intentions have asked other agents, by the name of the message."""
         self.deadlines: list[HardDeadline] = []
-        """Of goals, those that were posted first first; some of the goals may have ended."""
+        """The deadlines of goals, in the order of posting; some goals may have ended."""
         self.woken: list[Intention] = []
         """Intentions that will go on in the next cycle: what they waited for has happened in this one."""
         self.suspended: list[Intention] = []

@@ -391,7 +391,7 @@ def is_ground(term: Term) -> bool:
 def holds_collection(term: Term | None) -> bool:
     """Whether a set, map or queue is in a term, so that its text may change."""
     if isinstance(term, Structure):
-        # Of what has none, the text is kept: that of its parts was made just before.
+        # A structure without collections keeps its text; those of its parts were computed just before.
         return term._text is None and any(map(holds_collection, term.args + term.annots))
     if isinstance(term, ListTerm):
         return holds_collection(term.tail) or any(map(holds_collection, term.items))

@@ -227,7 +227,7 @@ class ExhaustiveExploration:
             chosen = frozenset(atom for atom, answer in answers.items() if answer)
             for (after, later_bits), more in self._runs_after(segment, {**decided, **answers}).items():
                 content, atoms = (lines + after, bits | later_bits), chosen | more
-                # Of the sets that lead to a run, one of the smallest: it is shown to people.
+                # Keep one of the smallest sets that lead to a run: it is shown to people.
                 if content not in runs or len(atoms) < len(runs[content]):
                     runs[content] = atoms
         return runs

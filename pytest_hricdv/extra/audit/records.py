@@ -68,10 +68,10 @@ class AuditResult(PlainRecord, frozen=True, kw_only=True):
 
 
 AUDIT: Section[AuditResult | None] = Section("audit", AuditResult | None, None)
-"""Of a session that audited; a merged report has the differences of its tests."""
+"""The result of a session that audited; a merged report has the differences of its tests."""
 
 UNREPEATABLE: TestSection[Unrepeatable | None] = TestSection("unrepeatable", Unrepeatable | None, None)
-"""Of a test that came otherwise when it ran again."""
+"""The difference of a test that gave another result when it reran."""
 
 SECTIONS = (AUDIT,)
 TEST_SECTIONS = (UNREPEATABLE,)

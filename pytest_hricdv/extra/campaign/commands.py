@@ -71,7 +71,7 @@ def cluster_of_campaign() -> Remote:
 
 
 def _arguments(options: argparse.Namespace) -> tuple[str, ...]:
-    """Of pytest."""
+    """The arguments of pytest."""
     tests = [f"--hri-tests={options.tests}"] if options.tests else []
     return (f"--hri-suite={options.suite}", f"--hri-seed={options.seed}", *tests, *options.pytest)
 

@@ -84,7 +84,8 @@ class CampaignPlan:
         return len(self.planned.tests) * self.concretizations
 
     def run_keys(self) -> Iterator[RunKey]:
-        """Of all runs: first all tests with the first seed, then with the next one, so that an early look is fair."""
+        """The keys of all runs: all tests with the first seed come first, then the next seed, so that early results are
+        fair."""
         return ((test, k) for k in range(self.concretizations) for test in range(len(self.planned.tests)))
 
     @cached_property

@@ -190,7 +190,7 @@ class Store:
         self._connection.execute("INSERT OR REPLACE INTO again VALUES (?, ?, ?, ?, ?)", (*key, sha256, worker, parting))
 
     def keys(self) -> set[RunKey]:
-        """Of all runs that have an outcome."""
+        """The keys of all runs that have an outcome."""
         with error_location(self.path):
             return set(self._connection.execute("SELECT test, k FROM runs"))
 
@@ -219,7 +219,7 @@ class Store:
             return read_row(self._connection.execute("SELECT * FROM runs WHERE test = ? AND k = ?", key).fetchone())
 
     def hashes(self, keys: Iterable[RunKey]) -> dict[RunKey, str]:
-        """Of the records of these runs."""
+        """The hashes of the records of these runs."""
         with error_location(self.path):
             query = "SELECT sha256 FROM runs WHERE test = ? AND k = ?"
             stored = {key: self._connection.execute(query, key).fetchone() for key in keys}
@@ -265,7 +265,7 @@ class Store:
         return int(self._connection.execute(query, values).fetchone()[0])
 
     def _schema(self) -> bytes | None:
-        """Of a file that was not checked yet: it may have no such table, or a view of this name, without end."""
+        """The schema of an unchecked file, which may lack the table, or have an endless view of this name."""
         query = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'campaign'"
         return self._get("schema") if self._connection.execute(query).fetchone()[0] else None
 

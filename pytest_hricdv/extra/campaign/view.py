@@ -60,7 +60,7 @@ class CampaignView(View):
         return PageSection("campaign", "Campaign", template, values, headline=headline(result), remark=remark)
 
     def total_simulated_s(self, report: Report) -> float | None:
-        """Of all runs of the campaign."""
+        """The simulated time of all runs of the campaign."""
         result = CAMPAIGN.of(report)
         return None if result is None else result.sim_s
 

@@ -290,7 +290,7 @@ class ClosureGenerator:
         return plans
 
     def _key(self, others: Sequence[AbstractTest]) -> str:
-        """Of what a suite depends on, but for the files that runs load."""
+        """The hash of all that a suite depends on, except files that runs load."""
         options, testbench = self._collection.options, self._collection.testbench
         requirements = testbench.requirements
         of_file = sha256(requirements.read_bytes()).hexdigest() if isinstance(requirements, Path) else ""

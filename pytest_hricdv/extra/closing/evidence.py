@@ -218,11 +218,11 @@ def _growth(entries: Iterable[ArchivedRun], new: Mapping[int, Counter[str]]) -> 
 
 
 def nearest_runs(archive: Archive, handed: Container[int], without: Container[int]) -> Iterator[NearestRun]:
-    """Of each requirement that a run triggered, the run with the least margin.
+    """The run with the least margin for each requirement that any run triggered.
 
     Args:
         archive: all runs.
-        handed: numbers of runs whose tests are handed over: of equal margins, theirs come first.
+        handed: numbers of runs whose tests are handed over; they win between equal margins.
         without: numbers of runs that do not repeat.
     """
     runs = [entry for entry in archive.entries if entry.number not in without]

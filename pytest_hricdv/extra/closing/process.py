@@ -161,7 +161,7 @@ class _LoopServer:
         self._collection = context.collection
         self._is_warm = False
         self._online: frozenset[str] = frozenset()
-        """Of the present batch: the ids of tests in which the person decides during the run."""
+        """The ids of those tests of the present batch in which the person decides during the run."""
         self._online_run: OnlineRun | None = None
         """The last run of this process, if the person decided in it."""
 

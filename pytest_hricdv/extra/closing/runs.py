@@ -32,7 +32,7 @@ class ClosingRuns(ABC):
     """Runs tests for a closing loop; a context manager, which ends the processes."""
 
     files: tuple[str, ...] = ()
-    """Of the project, that the runs have loaded."""
+    """The project's files that the runs have loaded."""
 
     def __init__(self, say: Callable[[str], None], let_through: LetThrough) -> None:
         self._stack = ExitStack()

@@ -43,9 +43,9 @@ class Strategy(Protocol):
         """In progress lines, reports and the choice among strategies."""
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """Up to `count` tests to run next; fewer, or none, where this strategy knows nothing else to try.
+        """Propose at most `count` tests to run next; fewer, or none, if this strategy has nothing else to try.
 
-        The same for the same archive and random stream, whatever was proposed before. Of `rng` only `random()` is
+        The result depends only on the archive and the random stream, not on earlier proposals. Only `rng.random()` is
         used (see `pytest_hricdv.generate.rng`).
         """
 

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 # A scheduler that is up answers in milliseconds; one that its service restarts is back in two minutes.
 CONNECT_S, WAIT_FOR_SCHEDULER_S = 5.0, 120.0
 CONNECT_LOCALLY_S = 60.0
-"""That scheduler is in this process and cannot be gone; next to 25 processes on two cores it takes over 5 s."""
+"""Time limit (s) for a scheduler in this process, which cannot be gone; next to 25 processes on two cores it takes over
+5 s."""
 
 MAX_RESTARTS = 20
 """Restarts of the workers of this machine, which end where a run kills its worker."""

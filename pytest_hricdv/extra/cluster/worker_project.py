@@ -32,12 +32,12 @@ class WorkerProject:
 
     @property
     def archive_sha256(self) -> str:
-        """Of the archive; empty where there is none."""
+        """The hash of the archive; empty without one."""
         return code_archive.digest(self.archive) if self.archive else ""
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """Of pytest, before all others: in what was sent, no settings of folders above are looked for."""
+        """The first arguments of pytest: it must not look for settings above the folder that was sent."""
         return (f"--rootdir={self.root}",) if self.archive else ()
 
     def service(self, module: str, job: bytes, project: Mapping[str, str], silent_s: float) -> Service:

@@ -35,7 +35,7 @@ from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.feature import FeatureSession
 
 NAME = "diagnosis"
-"""Of this part, in journals."""
+"""The name of this feature in journals."""
 
 FOUND: msgspec.json.Decoder[tuple[tuple[Cause, ...], Diagnosis]] = msgspec.json.Decoder(
     tuple[tuple[Cause, ...], Diagnosis]

@@ -29,7 +29,7 @@ _LONGEST_TEXT = 60
 """Characters. Chosen: a longer one is prose, which reports may have cut."""
 
 _MAX_COMBINED = 60
-"""Of atoms, the best are combined: 60 have 34,000 triples, which takes a tenth of a second."""
+"""Number of the best atoms that are combined: 60 have 34,000 triples, which takes a tenth of a second."""
 
 
 @dataclass(frozen=True)

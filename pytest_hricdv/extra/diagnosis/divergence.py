@@ -73,7 +73,7 @@ def changes(run: RunSummary) -> list[RunEvent]:
 
 
 def _differences(failing: Sequence[RunEvent], passing: Sequence[RunEvent]) -> Iterator[Pair]:
-    """Of each stream, the first events that differ."""
+    """The first events that differ in each stream."""
     for stream in dict.fromkeys(event.stream for event in (*failing, *passing)):
         of_stream = ([event for event in run if event.stream == stream] for run in (failing, passing))
         for first, second in zip_longest(*of_stream):

@@ -40,7 +40,7 @@ MAX_BURSTS = 4000
 """Number of bursts kept of a run. Chosen: a run of the table has some 800; as text, 4,000 are some 40 kB."""
 
 MAX_LINES = 200
-"""Of a burst, its last lines are kept. Chosen: more than a screen."""
+"""Number of lines kept of a burst, the last ones. Chosen: more than a screen."""
 
 AFTER_S = 10.0
 """Where not all is kept, what is kept ends so long (s) after the first violation: the page shows that much of it."""

@@ -91,7 +91,7 @@ def _faults(test: TestResult, states: _States) -> Iterator[Failure]:
 
 
 def _disturbances(test: TestResult, time_s: float) -> tuple[str, ...]:
-    # Of several actors, lines do not begin in the order in which the test has them.
+    # The lines of several actors need not begin in the order of the test.
     begun = [test.abstract[number] for began_s, number in test.action_starts if began_s <= time_s + _ROUNDED_S]
     return tuple(dict.fromkeys(name for line in begun if (name := disturbance_of(line)) is not None))
 

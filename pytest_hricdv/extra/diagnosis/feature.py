@@ -20,7 +20,7 @@ _TRACING: pytest.StashKey[LineTracer] = pytest.StashKey()
 
 
 STOPPED = "failure analysis skipped: session stopped early (-x, --maxfail, Ctrl-C); replay what failed for its causes"
-"""Of a session in which tests have failed."""
+"""The warning of a session with failed tests."""
 
 
 class DiagnosisFeature(Feature[DiagnosisOptions]):
@@ -42,7 +42,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
         return DiagnosisOptions(reader.integer("diagnose", None, minimum=0))
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
-        """Of a session that ended before its last test, that nobody has looked for causes."""
+        """Warn that a session that ended before its last test was not diagnosed."""
         if stopped and self.settings(session.options).runs != 0 and any(test.fails for test in results):
             session.warnings.append(STOPPED)
         return results
@@ -94,7 +94,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
         return diagnose(session, report, settings)
 
     def after_gates(self, session: FeatureSession, report: Report) -> Report:
-        """Of known violations whose entry names causes: that one is new, or gone. It takes no run."""
+        """Report causes that are new or gone among known violations whose entry names causes. It takes no run."""
         entries = session.options.known_violations
         is_whole = session.is_whole and session.options.shard is None
         if is_whole and not session.options.strict and any(entry.causes for entry in entries.values()):

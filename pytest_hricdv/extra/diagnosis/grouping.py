@@ -79,12 +79,12 @@ class Group:
 
     @cached_property
     def nodeids(self) -> tuple[str, ...]:
-        """Of the tests, each once."""
+        """The ids of the tests, each once."""
         return tuple(dict.fromkeys(failure.nodeid for failure in self.failures))
 
     @cached_property
     def requirements(self) -> tuple[str, ...]:
-        """That fail, those of most tests first."""
+        """The failing requirements, those of most tests first."""
         counts = Counter(failure.requirement for failure in self.failures)
         return tuple(sorted(counts, key=lambda name: (-counts[name], name)))
 
@@ -209,7 +209,7 @@ class _DisjointSets:
 
 
 def _unite_incidents(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSets) -> None:
-    """Of one test, what goes away with the same disturbance."""
+    """Unite the failures of one test that go away with the same disturbance."""
     first: dict[tuple[str, Change], Kind] = {}
     for kind, members in kinds.items():
         for failure in members if kind[0] else ():
@@ -217,7 +217,7 @@ def _unite_incidents(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSet
 
 
 def _unite_states(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets, spectra: Spectra) -> None:
-    """Of several tests, what comes with the same disturbance, or none, and violates the same, in whatever state."""
+    """Unite failures of several tests with the same disturbance, or none, and the same violation, in whatever state."""
     same: dict[tuple[Change, str, str, bool], list[Kind]] = {}
     for kind, members in kinds.items():
         is_known = all(failure.is_known for failure in members)

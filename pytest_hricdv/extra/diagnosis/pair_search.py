@@ -121,12 +121,12 @@ class PairSearch:
     """Node id -> the replay file of this."""
 
     def of(self, group: Group) -> Decision | None:
-        """Of a cause; None where nobody tried."""
+        """The decision of a cause; None if none was tried."""
         keys = ((failure.nodeid, failure.requirement) for failure in group.failures)
         return next((self.made[key] for key in keys if key in self.made), None)
 
     def minimal_of(self, group: Group) -> str | None:
-        """Node id of the test of a cause that was shrunk; None where none was."""
+        """Node id of a cause's shrunk test; None if none was shrunk."""
         return next((name for name in group.nodeids if name in self.minimal), None)
 
     def decide(self, groups: Sequence[Group]) -> None:

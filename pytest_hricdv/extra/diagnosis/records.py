@@ -225,10 +225,10 @@ CAUSES: Section[tuple[Cause, ...]] = Section("causes", tuple[Cause, ...], (), re
 """The causes, new ones first, then those of most tests."""
 
 DIAGNOSIS: Section[Diagnosis | None] = Section("diagnosis", Diagnosis | None, None)
-"""Of a session with failing tests."""
+"""The diagnosis of a session with failing tests."""
 
 LINES: TestSection[ExecutedLines | None] = TestSection("executed_lines", ExecutedLines | None, None)
-"""Of a test that failed, where failures are diagnosed."""
+"""The lines that a failed test executed, where failures are diagnosed."""
 
 SECTIONS = (CAUSES, DIAGNOSIS)
 TEST_SECTIONS = (LINES,)

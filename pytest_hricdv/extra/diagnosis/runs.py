@@ -30,7 +30,7 @@ from pytest_hricdv.session.replaying import TestRerunner, name_test
 from pytest_hricdv.session.serving import RUN_S, limit_time
 
 MAX_EVENTS = 2000
-"""Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
+"""Number of first events of a run that are compared. Chosen: a run of the case study has some 300."""
 
 
 class RunEvent(PlainRecord, frozen=True, kw_only=True):

@@ -139,7 +139,7 @@ class ExecutionTable:
 
     @classmethod
     def of(cls, code: CodeMap, bits: Mapping[str, Bits]) -> ExecutionTable:
-        """Of what each test executes, by node ids."""
+        """The spectrum of what each test executes, by node ids."""
         bit_of = {name: 1 << place for place, name in enumerate(bits)}
         statements = ((measured.statements, bit_of[name]) for name, measured in bits.items())
         branches = ((measured.branches or 0, bit_of[name]) for name, measured in bits.items())

@@ -45,7 +45,7 @@ class DecisionSwitch(PlainRecord, frozen=True, kw_only=True):
 
     @property
     def place(self) -> tuple[str, int]:
-        """Of the statement."""
+        """File and line of the statement."""
         return self.file, self.line
 
 

@@ -101,7 +101,7 @@ class Tracer:
     """How many functions of the code under test there are around it in its node."""
     _nodes: array[int] = field(default_factory=lambda: array("l"), init=False)
     _numbers: dict[int, int] = field(default_factory=dict, init=False)
-    """Of nodes."""
+    """The numbers of nodes."""
     _event_times_s: array[float] = field(default_factory=lambda: array("d"), init=False)
     _events: list[tuple[str, bool, int]] = field(default_factory=list, init=False)
     """Topic or signal, whether it is a topic, and how many lines had been executed by then."""
@@ -219,7 +219,7 @@ class Tracer:
         return None
 
     def _follow(self, end: int) -> tuple[dict[int, list[int]], set[tuple[int, int]]]:
-        """Of each node, the statements that it is in, the outermost first; and which statement followed on which."""
+        """The statements that each node is in, the outermost first; and which statement followed which."""
         stacks: dict[int, list[int]] = {}
         taken = set()
         for step in range(end):

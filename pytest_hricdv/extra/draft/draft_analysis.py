@@ -54,7 +54,7 @@ DEPTH, BYTES = 30_000, 512 * 1024 * 1024
 """Calls in each other, and the stack that they may take; memory is only taken where it is used."""
 
 PERIOD_S, MAX_PERIOD_S = 0.1, 10.0
-"""Of a control loop, where nothing says how often it runs; a number beyond is none."""
+"""Period of a control loop without a declared one, and the longest that counts as one."""
 
 MAX_ENTRIES = 8
 """Candidates that are looked at where the likeliest one gets nothing from outside."""

@@ -88,7 +88,7 @@ def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[Te
 def _messages(code: CodeModel, testbench: Testbench) -> Iterator[Drift]:
     topics = testbench.vocabulary().messages
     for message in code.messages:
-        # Of other forms, the testbench has classes of its own, whose names nobody knows here.
+        # For other forms, the testbench has its own classes, whose names are unknown here.
         if message.form == "dataclass" and message.topic not in topics:
             verb = {"published": "publishes", "received": "receives", "both": "publishes and receives"}[
                 message.direction

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 KINDS = ("message", "value", "state", "transition", "gone", "parameter")
-"""Of drift: the first word of what it is called."""
+"""Kinds of drift: the first word of each description."""
 
 
 MAX_SHOWN = 5

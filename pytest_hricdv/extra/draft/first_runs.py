@@ -32,7 +32,7 @@ TOO_LONG = "no test came to its end in time"
 """The error of runs that took too long."""
 
 MIN_SHARE = 0.5
-"""Of the tests, that trigger a requirement: a session of a dozen tests misses it once in 4,000 times."""
+"""Share of the tests that must trigger a requirement: a session of a dozen tests then misses it once in 4,000 times."""
 
 POLL_S = 0.5
 """Period at which the processor time is read."""
@@ -321,7 +321,7 @@ def sentence_of(failure: str) -> str:
     last = re.split(r"^(?:The above exception was|During handling of the above)", failure, flags=re.MULTILINE)[-1]
     lines = last.strip().splitlines()
     raised = [line[1:].strip() for line in lines if line.startswith("E ")]
-    # Of a plain traceback, what was raised is the last line that is not indented, as long as it names an exception.
+    # The error of a plain traceback is its last line that is not indented, if that names an exception.
     plain = [line for line in lines if _EXCEPTION.match(line)]
     return (raised[0] if raised else plain[-1] if plain else failure.strip().splitlines()[0])[:600]
 

@@ -35,7 +35,7 @@ MIN_TESTS = 12
 SUITES = ("rl", "closure")
 
 SHARE = 0.25
-"""Of the budget, for each of the two suites; the rest is for what comes before."""
+"""Share of the budget for each of the two suites; the rest is for the steps before them."""
 
 
 def settle(

@@ -75,7 +75,7 @@ TEST_SECTIONS = (CROSS_CHECK,)
 
 
 def further_engines(test: Struct) -> Names:
-    """Of a test that ran on a second engine."""
+    """The other engine of a test that ran on two."""
     second = CROSS_CHECK.of(test)
     return (second.engine,) if second is not None else ()
 
@@ -142,7 +142,7 @@ def _describe(verdict: Verdict, engine: str) -> str:
 
 
 BOTH = "both"
-"""Of `--hri-engine`: each test runs on the testbench's first two engines, which check each other."""
+"""A value of `--hri-engine`: each test runs on the testbench's first two engines, which check each other."""
 
 _ON_SECOND: pytest.StashKey[RunSettings] = pytest.StashKey()
 

@@ -51,7 +51,7 @@ class SessionFacts(PlainRecord, frozen=True, kw_only=True):
 
 
 def facts_of(report: Report) -> SessionFacts:
-    """Of a session, or of the first session of a merged report."""
+    """The facts of a session, or of the first session of a merged report."""
     origin = report.origin or next((part.origin for part in report.sessions if part.origin is not None), None)
     mutation, schedules = getattr(report, "mutation", None), getattr(report, "schedules", None)
     return SessionFacts(

@@ -90,7 +90,7 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
 
     @property
     def owner(self) -> str:
-        """Of the waiver, which may end with it in brackets."""
+        """The owner of the waiver, which may end with it in brackets."""
         match = re.search(r"\[([^\[\]]*)\]\s*\Z", self.waiver)
         return match[1] if match else ""
 

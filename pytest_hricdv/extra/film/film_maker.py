@@ -124,7 +124,7 @@ class FilmMaker:
 
 
 def _file_name(result: CaseResult) -> str:
-    """Of its film, without the suffix."""
+    """The name of a run's film, without the suffix."""
     return re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)
 
 

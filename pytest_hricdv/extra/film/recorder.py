@@ -237,7 +237,7 @@ class FilmRecorder:
         self._picture: Image | None = None
         self._caption: Caption | None = None
         self.times_s: list[float] = []
-        """Of each frame of the video, the simulated time (s)."""
+        """The simulated time (s) of each frame of the video."""
 
     @property
     def next_us(self) -> int:

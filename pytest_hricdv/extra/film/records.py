@@ -11,12 +11,12 @@ from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
 from pytest_hricdv.results.section import FileNames, TestSection
 
 FOLDER = "films"
-"""Of the report: the files are in it."""
+"""The report's folder with the films."""
 
 
 VideoName = Annotated[str, Meta(pattern=r"^films/[A-Za-z0-9._-]+\.(mp4|gif)\Z")]
 StripName = Annotated[str, Meta(pattern=r"^films/[A-Za-z0-9._-]+\.png\Z")]
-"""Of a file, relative to the report. It becomes a link on the page, so it can lead nowhere else."""
+"""The path of a file, relative to the report. It becomes a link on the page, so it can lead nowhere else."""
 
 
 class FilmResult(PlainRecord, frozen=True, kw_only=True):
@@ -43,6 +43,6 @@ def _rename_files(film: FilmResult | None, names: FileNames) -> FilmResult | Non
 FILM: TestSection[FilmResult | None] = TestSection(
     "film", FilmResult | None, None, rename=_rename_files, folder=FOLDER, suffixes=(".mp4", ".gif", ".png")
 )
-"""Of a test that failed in a session with `--hri-film`."""
+"""The film of a test that failed in a session with `--hri-film`."""
 
 TEST_SECTIONS = (FILM,)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 KIND = "mutants"
-"""Of a threshold: the share of mutants that the tests notice."""
+"""A kind of threshold: the share of mutants that the tests kill."""
 
 
 class MutationFeature(Feature[MutationOptions]):

@@ -218,7 +218,7 @@ def _oracles(mutants: Iterable[MutantResult], groups: Mapping[str, Collection[st
 
 
 MUTATION: Section[MutationResult | None] = Section("mutation", MutationResult | None, None)
-"""Of a session in which faults were put into the code under test; a merged report has none."""
+"""The result of a session that mutated the code under test; a merged report has none."""
 
 SECTIONS = (MUTATION,)
 

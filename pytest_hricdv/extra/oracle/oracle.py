@@ -44,7 +44,7 @@ class Oracle:
 
     @property
     def id(self) -> str:
-        """Of the verdict."""
+        """The id of the verdict."""
         return MODEL
 
     @property

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 KIND = "patch"
-"""Of thresholds."""
+"""A kind of threshold."""
 
 
 class PatchOptions(NamedTuple):

@@ -114,7 +114,7 @@ def _bits(test: TestResult) -> Bits:
 
 
 PATCH: Section[Patch | None] = Section("patch", Patch | None, None)
-"""Of a session with --hri-patch."""
+"""The patch of a session with --hri-patch."""
 
 SECTIONS = (PATCH,)
 

@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 _TIMEOUT_S = 60.0
-"""Of a command of git, which takes milliseconds: a folder on a network that does not answer ends the comparison."""
+"""Time limit of a git command, which takes milliseconds: a network folder that does not answer ends the comparison."""
 
 _HUNK = re.compile(r"^@@ -\d+(?:,\d+)? \+(\d+)(?:,(\d+))? @@", re.MULTILINE)
 

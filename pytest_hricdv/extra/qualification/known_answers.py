@@ -39,7 +39,7 @@ class SessionEnd:
     report: Mapping[str, Any]
 
     def verdicts(self, requirement: str) -> set[str]:
-        """Of all tests."""
+        """The verdicts of all tests on a requirement."""
         return {test["requirements"][requirement]["verdict"] for test in self.report["tests"] if test["requirements"]}
 
     def records(self) -> dict[str, str]:
@@ -99,7 +99,7 @@ class Workshop:
 
 
 def command(*options: str) -> list[str]:
-    """Of a session of four tests."""
+    """The command of a session of four tests."""
     usual = ("--hri-suite=rl", "--hri-tests=4", "--hri-seed=0", "--hri-diagnose=0", "-p", "no:cacheprovider", "-q")
     chosen = {option.partition("=")[0] for option in options}
     audit = () if "--hri-audit" in chosen else ("--hri-audit=off",)

@@ -210,7 +210,7 @@ class ActionServer(Destroyable):
             entity.destroy_when_not_in_use()
 
     def _take(self, part: str, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
-        """Whose request is the oldest, and the request; (None, None) if there is none."""
+        """Take the oldest request: its id and the request; (None, None) if there is none."""
         request, info = vars(self)[part].service_take_request(kind)
         return (None, None) if info is None else (info.request_id, request)
 

@@ -240,7 +240,7 @@ def _add_values(parsed: Arguments, node: str, above: str, values: Any, path: str
         if isinstance(value, yaml.MappingNode):
             _add_values(parsed, node, f"{above}{name}.", value, path)
         else:
-            # Of the node and not of its text: whether it was in quotes counts.
+            # Construct from the node, not from its text: quotes matter.
             read = _Loader("").construct_object(value, deep=True)
             parsed.parameters.append((node, f"{above}{name}", read))
 

@@ -190,7 +190,7 @@ class Bridge:
             deliver()
 
     def _route_of(self, full_name: str, direction: str) -> Route | None:
-        """Of what is none of an action that the testbench declares."""
+        """The route of a topic or service that belongs to no declared action."""
         if "/_" in full_name or full_name == _PARAMETER_EVENTS:
             return None
         name = requirement_name(full_name) + (f"_{direction}" if direction else "")

@@ -35,7 +35,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 _CONTAINERS = "rclcpp_components/component_container*"
 """Containers of composable nodes: only what is loaded into them is a matter of the testbench."""
 _PATH_LENGTH = 3
-"""Of the end of an executable's path: lib/PACKAGE/EXECUTABLE."""
+"""Number of parts at the end of an executable's path: lib/PACKAGE/EXECUTABLE."""
 
 
 class ForeignExecutableError(LaunchError):

@@ -72,7 +72,7 @@ class TypeDescriptionService(handles.Destroyable):
 
 
 _ARGUMENTS_OF_JAZZY = 6
-"""Of a node; since kilted, there is the profile of its log, too."""
+"""Number of arguments of a node; since kilted, the profile of its log is one more."""
 
 
 class RosoutNode(contexts.GraphNode):

@@ -71,7 +71,7 @@ class FrameTree:
 
     @property
     def names(self) -> list[str]:
-        """Of all frames, in the order in which they were first named."""
+        """The names of all frames, in the order in which they were first named."""
         return list(self._frames)
 
     def clear(self) -> None:

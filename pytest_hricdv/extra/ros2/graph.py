@@ -40,10 +40,10 @@ class GraphEntity(Destroyable):
     """A publisher, subscription, service or client. It leaves the graph when it is destroyed, or its context ends."""
 
     node: Any
-    """Of `contexts.GraphNode`."""
+    """A `contexts.GraphNode`."""
     kind: type[Any]
     full_name: str
-    """Of its topic or service."""
+    """The full name of its topic or service."""
     _group: list[Any]
 
     def _join(self, entities: _Entities) -> None:

@@ -106,7 +106,7 @@ class Destroyable:
 
 
 def arrival(kernel: Kernel) -> tuple[int, int]:
-    """Of what comes now: the simulated time (ns), and its number in the run."""
+    """The simulated time (ns) of an arrival now, and its number in the run."""
     numbers = kernel.own.setdefault("ros2 arrivals", count(1))
     assert isinstance(numbers, count)
     return kernel.now_us * 1000, next(numbers)

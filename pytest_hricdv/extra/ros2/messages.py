@@ -280,7 +280,7 @@ class Reader:
         return taken
 
     def _numbers(self, code: str, count: int) -> list[Any]:
-        """So many numbers: those of an image are many."""
+        """A reader of `count` numbers at once: an image has many."""
         size = struct.calcsize(code)
         self._at += -self._at % size if count else 0
         values = struct.unpack_from(f"<{count}{code}", self._data, self._at)

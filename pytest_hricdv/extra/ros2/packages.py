@@ -26,7 +26,7 @@ _NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "site-packag
 """Folders of a workspace in which colcon and Python keep what they have made."""
 _IGNORING = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
 _DEPTH = 4
-"""Of the folders below a workspace that may be packages: src/repository/group/package."""
+"""Greatest depth of packages below a workspace: src/repository/group/package."""
 
 _MARKERS = Path("share") / "ament_index" / "resource_index" / "packages"
 
@@ -106,7 +106,7 @@ def _sources(folder: Path, depth: int) -> Iterator[SourcePackage]:
 
 
 def _name(manifest: Path) -> str:
-    """Of a package; empty if there is no manifest that can be read."""
+    """The name of a package; empty without a readable manifest."""
     try:
         return (ElementTree.parse(manifest).getroot().findtext("name") or "").strip()
     except (OSError, ElementTree.ParseError):
@@ -146,7 +146,7 @@ def _of_setup_cfg(folder: Path) -> dict[str, str]:
 
 
 def _of_setup_py(folder: Path) -> dict[str, str]:
-    """Of a call of `setup`, without running it: the texts below "console_scripts", with constants of the file."""
+    """The texts below "console_scripts" in a call of `setup`, with the file's constants, without running it."""
     try:
         tree = ast.parse(_text(folder / "setup.py"))
     except SyntaxError:

@@ -135,7 +135,7 @@ PREDEFINED = {
 """Name -> profile, with the values of rmw's `qos_profiles.h`."""
 
 ACTION_STATUS = Profile(depth=1, durability=TRANSIENT_LOCAL)
-"""Of an action's status topic."""
+"""The profile of an action's status topic."""
 
 
 def _profile_named(name: str) -> Profile:
@@ -214,7 +214,7 @@ def _duration_text(duration_ns: int) -> str:
 
 
 def last_policy(offered: Profile, requested: Profile) -> QosPolicyKind:
-    """Of the policies that do not match, the one that an event tells: as Fast DDS, which goes by their numbers.
+    """The mismatched policy that an event reports: the one with the greatest number, as in Fast DDS.
 
     A lease is a part of the liveliness there (DDS 1.4, 2.2.3.11).
     """

@@ -213,7 +213,7 @@ class Client(_ServiceEndpoint):
         self._sent += 1
         self.asked_by = self.kernel.own_node()
         if not self.servers():
-            # Of the caller: that is where a reader looks for the reason.
+            # The caller's location: readers look there for the reason.
             self.lost[self._sent] = UnservedRequest(self.kernel.now_s, place_of(sys._getframe(1)))
         self._tell(ServiceEvent.REQUEST_SENT, RequestId(self._sent, self), request)
         self._send("request", request, partial(self._deliver_request, RequestId(self._sent, self)), self._is_served)

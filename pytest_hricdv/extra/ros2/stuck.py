@@ -50,7 +50,7 @@ def stuck_nodes(kernel: Kernel, idle_timeout_s: float, *, is_idle: bool) -> list
 
 
 def _frames(node: Node) -> list[FrameType]:
-    """Of a node in a process of the system that waits, from the innermost one on."""
+    """The frames of a waiting node of the system, from the innermost one on."""
     frames, frame = [], node.frame if process_of(node) is not None and not node.ended else None
     while frame is not None:
         frames.append(frame)
@@ -139,7 +139,7 @@ class _Wait:
 
 
 def _client_of(owner: Any) -> Client | None:
-    """Of an object of `rclpy`: a client, or a client of an action."""
+    """The client behind an object of `rclpy`: a client, or a client of an action."""
     handle = getattr(owner, "handle", None) or getattr(owner, "_client_handle", None)
     if isinstance(handle, ActionClient):
         return handle.goal

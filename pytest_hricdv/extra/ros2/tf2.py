@@ -33,7 +33,7 @@ _TOLERANCE = 10e-3
 
 
 def _ns(time: Any) -> int:
-    """Of a time or duration, of messages or of `rclpy`. Raises TypeError for anything else."""
+    """The nanoseconds of a time or duration, of messages or `rclpy`. Raises TypeError for anything else."""
     if hasattr(time, "sec") and hasattr(time, "nanosec"):
         return stamp_ns(time)
     if hasattr(time, "nanoseconds"):

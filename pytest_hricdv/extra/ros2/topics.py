@@ -142,7 +142,7 @@ class Publisher(_TopicEndpoint):
         carrier.carry(sender, self.full_name, "", sent, deliver, self._is_heard, self._reliable)
 
     def _reliable(self) -> str:
-        """To whom its messages are carried reliably, in words; empty: to nobody."""
+        """The receivers to whom its messages are delivered reliably, in words; empty if there are none."""
         if self.profile.reliability == BEST_EFFORT:
             return ""
         readers = [other for other in self.subscriptions() if other.profile.reliability != BEST_EFFORT]

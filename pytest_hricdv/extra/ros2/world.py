@@ -112,7 +112,7 @@ class StartedSystem:
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
-        """Of the run: fakes wait in its time."""
+        """The kernel of the run: fakes wait in its time."""
 
     def node(self, name: str, namespace: str = "/") -> WorldNode:
         """A node of the world in the ROS graph, such as a simulated sensor."""

@@ -30,7 +30,7 @@ class SearchView(View):
     scripts = ("shrunk",)
 
     def findings(self, report: Report) -> Iterator[Line]:
-        """Of each test and each requirement, with the command that runs it."""
+        """The shrunk tests by test and requirement, each with the command that runs it."""
         options = report.rerun_options.options
         for test in report.tests:
             shrunk = SHRUNK.of(test)
@@ -94,7 +94,7 @@ def _shrunk(
 
 
 def _takes(shrunk: ShrunkTest) -> str:
-    """Of several actors, who is needed: each was left out, and the test did not fail so any more."""
+    """The actors that a failure needs, if there are several: without any one of them, it did not occur."""
     actors = actors_of(shrunk.abstract)
     if len(actors) < 2 or shrunk.end_reason != "done":
         return ""

@@ -20,7 +20,7 @@ TIGHTER = 0.6
 
 
 def bounds(runs: Runs) -> Iterator[RequirementCandidate]:
-    """Of all numbers that people do not set."""
+    """The bounds of all numbers that people do not set."""
     conditions = [condition for condition in signal_conditions(runs) if not condition.text.startswith("!")]
     for name, kind in runs.vocabulary.signals.items():
         if kind is float:

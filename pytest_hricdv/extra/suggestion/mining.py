@@ -136,7 +136,7 @@ def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collec
     held = [one for one in parsed if (tally := tallies.get(one.id)) and tally.decisive and not tally.failed]
     violated: dict[str, set[int]] = {one.id: set() for one in held}
     for number, changed in enumerate(faults):
-        # Of a fault that is noticed anyway, one run tells enough.
+        # One run is enough for a fault that is detected anyway.
         for run in changed[:1] if noticed >> number & 1 else changed:
             for verdict in judge.judge(held, run.log()) if run.has_record else ():
                 if verdict.verdict == "Failed":

@@ -79,6 +79,6 @@ class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
 
 
 SUGGESTIONS: Section[SuggestionResult | None] = Section("suggestions", SuggestionResult | None, None)
-"""Of a session that was asked for them; a merged report has none."""
+"""The suggestions of a session that was asked for them; a merged report has none."""
 
 SECTIONS = (SUGGESTIONS,)

@@ -28,7 +28,7 @@ from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.feature import FeatureSession
 
 FOLDER = "suggestions"
-"""Of stored runs, in the folder of the report."""
+"""The folder of stored runs, in the report's folder."""
 
 MAX_TESTS = 60
 """Tests whose runs are mined, drawn with the seed."""

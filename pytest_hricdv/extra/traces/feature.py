@@ -41,7 +41,7 @@ class TracesFeature(Feature[Traced]):
     switched_off = MappingProxyType({"hri_mcap": False, "hri_mcap_all": False})
 
     def read(self, reader: OptionReader) -> Traced:
-        """Whose runs are written."""
+        """Which runs are written."""
         if reader.flag("mcap_all"):
             return "all"
         if reader.flag("mcap"):

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from pytest_hricdv.runtime.geometry import Body
 
 FOLDER = "traces"
-"""Of the report: the files are in it."""
+"""The report's folder with the traces."""
 
 
 McapName = Annotated[str, Meta(pattern=r"^traces/[A-Za-z0-9._-]+\.mcap\Z")]
-"""Of a file, relative to the report. It becomes a link on the page, so it can lead nowhere else."""
+"""The path of a file, relative to the report. It becomes a link on the page, so it can lead nowhere else."""
 
 
 class TraceResult(PlainRecord, frozen=True, kw_only=True):
@@ -49,6 +49,6 @@ def _rename(trace: TraceResult | None, names: FileNames) -> TraceResult | None:
 TRACE: TestSection[TraceResult | None] = TestSection(
     "trace", TraceResult | None, None, rename=_rename, folder=FOLDER, suffixes=(".mcap",)
 )
-"""Of a test whose run was to be written."""
+"""The trace of a test whose run was to be written."""
 
 TEST_SECTIONS = (TRACE,)

@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 UNREACHED: TestSection[str] = TestSection("unreached", str, "")
-"""Of a test in whose run nothing that people, sensors or the world did reached the code: four digits for each
-simulated second, by when the code had waited until then."""
+"""A digest of the code's waits until each simulated second, four digits each, if nothing that people, sensors or the
+world did reached the code in the test's run."""
 
 UNREAD: TestSection[tuple[str, ...]] = TestSection("unread", tuple[str, ...], ())
-"""Of a test: declared parameters of the run that nothing read in it."""
+"""Declared parameters of the run that nothing read in a test."""
 
 NEVER_READ: Section[tuple[str, ...]] = Section("never_read", tuple[str, ...], ())
-"""Of a session that ran all tests: declared parameters of the run that nothing read in any of them."""
+"""Declared parameters of the run that nothing read in any test of a complete session."""
 
 SECTIONS, TEST_SECTIONS = (NEVER_READ,), (UNREACHED, UNREAD)
 

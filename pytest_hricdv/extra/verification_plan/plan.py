@@ -16,7 +16,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.results.section import Section
 
 PlanState = Literal["met", "waived", "open", "not checked", "failed"]
-"""Of a goal; of a section, the last of this list that one of its goals has."""
+"""The state of a goal. A section has the last state of this list that one of its goals has."""
 
 STATES: tuple[PlanState, ...] = ("met", "waived", "open", "not checked", "failed")
 

@@ -88,7 +88,8 @@ def _clock_ns(name: str) -> Callable[[], int]:
 
 
 class _LikeOriginal(type):
-    """Of a class that makes instances of the class that it replaces; `isinstance` and `issubclass` are unchanged."""
+    """Metaclass of a replacement that makes instances of the replaced class; `isinstance` and `issubclass` are
+    unchanged."""
 
     original: type
 

@@ -98,7 +98,7 @@ class EndlessWait:
 
 
 def find_endless_waits(nodes: Sequence[Node]) -> Iterator[EndlessWait]:
-    """Of nodes that wait in a lock, an event or the like without a time-out, idle workers of a pool left out."""
+    """The nodes that wait in a lock, an event or the like without a time-out, except idle workers of a pool."""
     for node in nodes:
         waiting = _called(node, WaitQueue.wait) if node.kernel.waits_for_ever(node) else None
         if isinstance(waiting, WaitQueue) and (place := module_place_of(node.frame)):

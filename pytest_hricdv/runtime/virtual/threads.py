@@ -52,7 +52,7 @@ class _Threads:
         return node is self.main or not node.ended
 
     def number(self) -> int:
-        """Of a new thread that has no name."""
+        """The number of a new thread without a name."""
         self.made += 1
         return self.made
 

@@ -88,7 +88,7 @@ def evaluate(sources: Sources, module: Module, node: ast.AST | None, depth: int 
         return evaluate(sources, module, child, depth + 1)
 
     def inner_or_name(child: ast.expr) -> Any:
-        """Of a value that is not known in a table, the name: the others still count."""
+        """The value, or its name if it is unknown, so that the other values of a table still count."""
         try:
             return inner(child)
         except UnknownConstantError:

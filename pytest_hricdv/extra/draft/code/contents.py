@@ -209,7 +209,7 @@ class ContentReader:
         return node, is_bytes
 
     def _keys_of_argument(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
-        """Of a value that is handed on at once, `self.handle(json.loads(line))`, the keys that are read there."""
+        """The keys read where a value is passed on at once: `self.handle(json.loads(line))`."""
         call = self._flow.parents.get(id(node))
         targets = self._flow.methods.get(last_name(call.func), []) if isinstance(call, ast.Call) else []
         if not isinstance(call, ast.Call) or node not in call.args or len(targets) != 1:

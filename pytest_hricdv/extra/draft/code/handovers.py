@@ -64,7 +64,7 @@ class Handovers:
     def _of_call(
         self, module: Module, scope: Scope | None, call: ast.AST | None, own: str, takes: bool, keyword: str = ""
     ) -> Iterator[str]:
-        """Of an argument of a call: the text beside it, or what the call or the parameter is called."""
+        """Names for an argument of a call: the text next to it, or the name of the call or the parameter."""
         if not isinstance(call, ast.Call) or resolve_import(module, call.func).partition(".")[0] in WORKERS:
             return
         called = last_name(call.func)

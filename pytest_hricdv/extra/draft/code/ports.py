@@ -45,7 +45,7 @@ class PortReader:
             yield self.port(scope, name)
 
     def fields(self, scope: Scope) -> Iterator[Port]:
-        """Of a dataclass, its fields are the parameters."""
+        """The fields of a dataclass, which are its parameters."""
         assert isinstance(scope.node, ast.ClassDef)
         for statement in scope.node.body if form_of(self._sources, scope) == "dataclass" else ():
             if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):

@@ -54,7 +54,7 @@ class Sensor:
 
     @property
     def name(self) -> str:
-        """Of its signal and its beliefs."""
+        """The name of its signal and its beliefs."""
         return f"{self.port}_{self.operation.name}"
 
     @property

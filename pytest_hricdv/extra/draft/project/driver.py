@@ -271,6 +271,6 @@ def _type(part: MessageField) -> str:
 
 
 def _default(part: MessageField) -> str:
-    """Of texts, the values that the code knows, as a comment."""
+    """The default of a part; for texts, a comment lists the values that the code knows."""
     texts = ", ".join(json.dumps(value.text, ensure_ascii=True) for value in part.values[:6])
     return f"  # {texts}" if texts else ""

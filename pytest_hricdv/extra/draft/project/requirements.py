@@ -76,7 +76,7 @@ def _candidates(draft: Draft) -> Iterator[DraftedRequirement]:
 
 
 def _answers(draft: Draft) -> Iterator[DraftedRequirement]:
-    """That what the robot receives is answered; each text of a message by itself."""
+    """Require that the robot answers what it receives; each text of a message has its own requirement."""
     answers = " | ".join(f"on({message.topic})" for message in draft.answers)
     for thing in draft.inputs if draft.answers else ():
         topic, location = thing.message.topic, thing.message.uses[0]
@@ -121,7 +121,7 @@ def _sign_of_life(draft: Draft) -> DraftedRequirement:
 
 
 def _transitions(draft: Draft) -> Iterator[DraftedRequirement]:
-    """That the robot goes from state to state only as its code declares."""
+    """Require that the robot changes its state only as its code declares."""
     state = draft.code.state
     topic = state.partition(".")[0]
     is_declared = draft.code.machine is not None and draft.code.machine.kind not in (ATTRIBUTE, OBSERVED)
@@ -153,7 +153,7 @@ def _repetition(message: Message) -> DraftedRequirement:
 
 
 def _differs(field: str, kind: str) -> str:
-    """That a field is not what it was last: only numbers and texts can be compared."""
+    """A condition that a field has changed; only numbers and texts can be compared."""
     return f"last({field}) & !{field} | !last({field}) & {field}" if kind == "bool" else f"last({field}) != {field}"
 
 

@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.ros.nodes import NODES
 from pytest_hricdv.extra.draft.ros.tools import ros_tools
 
 _FOLDERS = ("scripts", "nodes", "bin", "src", "")
-"""Of a package that CMake builds, where its programs of Python are by custom; "" is the package itself."""
+"""Folders in which a package built with CMake usually has its Python programs; "" is the package itself."""
 
 
 @dataclass(frozen=True)

@@ -136,7 +136,7 @@ class StreamStandIn:
         return False
 
     def get_extra_info(self, *_: Any) -> Any:
-        """Of whatever is asked, the address."""
+        """The address, whatever is asked for."""
         return PERSON
 
 

@@ -161,7 +161,7 @@ def distance_m(x_m: float, y_m: float, angle_rad: float, polygons: Sequence[Poly
     """How far a ray from a point goes until it meets an edge of a polygon; infinity: it meets none."""
     cos, sin, nearest_m = math.cos(angle_rad), math.sin(angle_rad), math.inf
     for x1, y1, x2, y2 in _segments(polygons):
-        # Of p + t d = a + u (b - a): Cramer's rule.
+        # Solve p + t d = a + u (b - a) by Cramer's rule.
         along_x, along_y, to_x, to_y = x2 - x1, y2 - y1, x1 - x_m, y1 - y_m
         cross = cos * along_y - sin * along_x
         if cross == 0.0:
