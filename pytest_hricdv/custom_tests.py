@@ -38,7 +38,7 @@ SUITE = "handmade"
 
 
 class HriRun:
-    """What a test function gets as `hri_run`.
+    """The value of the fixture `hri_run`.
 
     >>> def test_a_leg_is_handed_over(hri_run):     # doctest: +SKIP
     ...     result = hri_run('''

@@ -105,7 +105,7 @@ def without_schedule(action: ConcreteAction) -> ConcreteAction:
 
 @dataclass
 class _Deed:
-    """What an actor did: since when it waited for it, when it began, and when it was done (us)."""
+    """An act: since when its actor waited for it, when it began, and when it was done (us)."""
 
     act: str
     waited_us: int

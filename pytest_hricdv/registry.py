@@ -61,7 +61,8 @@ FEATURES = MappingProxyType(
 
 @cache
 def offers(role: str, name: str) -> tuple[Any, ...]:
-    """What features offer under a name, in the order of the list; a feature without that name offers nothing.
+    """The objects that features offer under a name, in the order of the list; a feature without that name offers
+    nothing.
 
     Args:
         role: one of the modules above, which has the name where the feature has such a module; otherwise its module

@@ -69,7 +69,7 @@ class Actions(Protocol):
 
 @dataclass
 class Run:
-    """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
+    """The argument of the testbench's `run`: virtual time, bus, record, and the test to enact."""
 
     test: ConcreteTest
     kernel: Kernel
@@ -93,7 +93,7 @@ class Run:
     bystanders: Mapping[str, Bystander] = field(default_factory=dict)
     """Who acts without a model, by name."""
     bystander_events: list[tuple[float, str]] = field(default_factory=list)
-    """What bystanders have begun, and when (s of simulated time): `(4.0, "dog: walk")`."""
+    """The acts that bystanders began, and when (s of simulated time): `(4.0, "dog: walk")`."""
     fidelity: str = ""
     """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
     engine: str = ""
@@ -105,7 +105,7 @@ class Run:
     disturbances: Disturbances = field(default_factory=dict)
     """Those of the testbench."""
     middleware: Middleware | None = field(default=None, repr=False)
-    """What `ros2` starts nodes with, where the testbench declares a ROS 2 system."""
+    """The middleware with which `ros2` starts nodes, if the testbench declares a ROS 2 system."""
     before_end: Callable[[], None] | None = field(default=None, init=False, repr=False)
     """Called once the run is over, while its nodes are still where they wait."""
     waiting: Callable[[], None] | None = field(default=None, init=False, repr=False)
@@ -371,7 +371,7 @@ class Run:
                     self.kernel.skip(self.kernel.now_s + INSTANT_S)
                 # An instant is judged once it is over, and what happened at the last one may have met a deadline.
                 self._go_on(self.kernel.now_us + 1)
-                # What is triggered on the way has no say: a topic at 10 Hz that nobody answers would go on for ever.
+                # Later triggers do not count: a topic at 10 Hz that nobody answers would go on for ever.
                 self._go_on()
             except NodeError as error:
                 if isinstance(error.__cause__, MonitorError | TestbenchError):

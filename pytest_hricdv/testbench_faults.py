@@ -28,7 +28,7 @@ from pytest_hricdv.testbench import FIELD_PURPOSES, Testbench
 from pytest_hricdv.testbench_groups import Field, People, Simulation, StateField, Suites, VirtualTime
 
 NEEDED_PARTS = {"oracle": "oracle", "ros2": "ros2"}
-"""What a testbench declares -> the optional feature without which it would be silently ignored."""
+"""Declaration of a testbench -> the optional feature without which it would be silently ignored."""
 
 MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
     "Testbench": {

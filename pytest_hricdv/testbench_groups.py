@@ -18,7 +18,7 @@ from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.runtime.blocking_calls import KINDS
 
 ENDINGS = ("limit", "idle", "early", "cycle")
-"""What `VirtualTime.allowed_endings` may name."""
+"""The values of `VirtualTime.allowed_endings`."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class VirtualTime:
     allowed_endings: tuple[str, ...] = ()
 
     def faults(self) -> Iterator[str]:
-        """What is wrong with it."""
+        """Faults of the declaration."""
         for name in self.apis if isinstance(self.apis, tuple) else (self.apis,):
             if name not in KINDS:
                 listed = "; ".join(f'"{api}" for {modules}' for api, modules in KINDS.items())
@@ -69,7 +69,7 @@ class Timing:
     slowest_s: float | None = None
 
     def faults(self) -> Iterator[str]:
-        """What is wrong with it."""
+        """Faults of the declaration."""
         slowest_s = self.slowest_s
         is_time = isinstance(slowest_s, int | float) and not isinstance(slowest_s, bool)
         if slowest_s is not None and not (is_time and 0 < slowest_s < math.inf):
@@ -128,7 +128,7 @@ class People:
 
 @dataclass(frozen=True)
 class Suites:
-    """What the suites of generated tests need.
+    """The settings of generated suites.
 
     Args:
         by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
@@ -176,7 +176,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class Field:
-    """What the class of a message does not say of a field.
+    """Facts about a field that the class of its message does not state.
 
     Args:
         unit: of a number, as for `Signal`.

@@ -43,12 +43,12 @@ def replace_file(path: Path) -> Iterator[Path]:
 
 
 def _make_own(path: Path) -> None:
-    """Make a new empty file: what is there, as a link that somebody who foresaw the name has laid, is removed first."""
+    """Make a new empty file. Remove an existing one first: it may be a link laid by somebody who guessed the name."""
     with contextlib.suppress(FileNotFoundError):
         path.unlink()
     os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
 
 
 def temporary_path(path: Path) -> Path:
-    """Where `path` is written before it is renamed: in the same folder, as renaming is atomic only there."""
+    """The temporary file for `path`, in the same folder, since renaming is atomic only there."""
     return path.with_name(f".{path.name}.{os.getpid()}.part")

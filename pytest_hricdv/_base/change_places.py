@@ -10,10 +10,10 @@ from pathlib import Path
 
 
 def places_of_change(names: Iterable[str], packages: Iterable[str]) -> tuple[str, ...]:
-    """The lines, `file:line`, where packages set or delete an attribute or item of such a name, or hand over its text.
+    """The lines, `file:line`, where packages set or delete an attribute or item of such a name, or pass its text.
 
     Args:
-        names: of what was changed, with their modules.
+        names: the changed names, with their modules.
         packages: names of modules, and of packages with all of their loaded modules.
     """
     lasts = {name.rpartition(".")[2] for name in names}

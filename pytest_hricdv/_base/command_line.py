@@ -20,12 +20,12 @@ class CommandParser(argparse.ArgumentParser):
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
 
     def error(self, message: str) -> NoReturn:
-        """End with status 2, the usage, and the nearest name that there is."""
+        """Exit with status 2, the usage, and the nearest known name."""
         asked = _CHOICE.search(message) or _UNKNOWN.search(message)
         near = get_close_matches(asked[1], [*self._list_names()]) if asked else []
         if not (near and asked):
             super().error(message)
-        # Two letters may have changed places, and the first one is seldom wrong.
+        # Two letters may be swapped, and the first one is seldom wrong.
         best = max(near, key=lambda name: (sorted(name) == sorted(asked[1]), name[0] == asked[1][0]))
         what = f"no {asked[1]!r} here" if _CHOICE.search(message) else message
         super().error(f"{what}; did you mean {best}?")

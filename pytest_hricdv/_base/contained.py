@@ -1,10 +1,10 @@
 """Access to files in a folder whose content is not trusted: symbolic links below it are never followed.
 
 A report, a journal or a campaign that comes as an artefact is a folder that somebody else made. A link in it would let
-a merge carry a file of this machine along, or write one somewhere else. The folder itself is the user's choice, and may
-be reached by links.
+a merge copy a file of this machine, or write one elsewhere. The folder itself is the user's choice, and its path may
+contain links.
 
-Errors are of the kind `OSError`, as are all others of reading and writing: whoever reports these reports them, too.
+Errors are `OSError`s, like all errors of reading and writing, so the same handlers report them.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-"""Windows has no such flag; there, making a link is a right of its own."""
+"""Windows has no such flag; there, making a link needs a privilege."""
 _ADVICE = "a symbolic link, which is not followed here: remove it"
 
 
 def inside(folder: Path, name: str) -> Path:
-    """`folder / name`, where every folder on the way is one; the file itself is not looked at: a rename replaces it.
+    """`folder / name`, if no folder on the way is a link. The file itself is not checked: a rename replaces it.
 
     Args:
-        folder: whose content may be somebody else's.
+        folder: its content is not trusted.
         name: of a file, relative to the folder, between slashes.
 
     Raises:
@@ -41,14 +41,14 @@ def inside(folder: Path, name: str) -> Path:
 
 
 def file_inside(folder: Path, name: str) -> Path:
-    """The same of a file that is read or changed in place: it is no link, either. Raises as `inside`."""
+    """As `inside`, for a file that is read or changed in place, which must not be a link either. Raises as `inside`."""
     path = inside(folder, name)
     _refuse_link(path)
     return path
 
 
 def files_inside(folder: Path, name: str, suffixes: tuple[str, ...]) -> Iterator[Path]:
-    """The files in a folder inside, with these endings, by name; none where there is no such folder.
+    """The files with these suffixes in an inner folder, by name; none if there is no such folder.
 
     Raises:
         OSError: the folder, or a file in it, is a symbolic link.
@@ -61,7 +61,7 @@ def files_inside(folder: Path, name: str, suffixes: tuple[str, ...]) -> Iterator
 
 
 def open_unlinked(path: Path, flags: int, mode: int = 0o666) -> int:
-    """As `os.open`, of a file that is no symbolic link. Raises OSError."""
+    """As `os.open`, for a file that is no symbolic link. Raises OSError."""
     try:
         return os.open(path, flags | _NO_LINK, mode)
     except OSError as error:

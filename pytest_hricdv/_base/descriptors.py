@@ -23,7 +23,7 @@ def keep_open() -> None:
 
 
 def leave_open() -> None:
-    """What was opened since `keep_open` is not the session's; called after a run."""
+    """Mark descriptors opened since `keep_open` as not the session's; called after a run."""
     now = _open_files()
     _LEFT.clear()
     _LEFT.update({number: file for number, file in now.items() if number not in OWN})

@@ -43,7 +43,8 @@ class OvertimeError(Exception):
 
 
 def call_within(limit_s: float, function: Callable[[], T]) -> T:
-    """What a function returns. One that does not return in time (s of real time) is left where it is, for ever.
+    """Call a function and return its result. One that does not return in time (s of real time) is left where it is, for
+    ever.
 
     Without a limit in other threads than the main one, and on Windows: no signal reaches it there.
 
@@ -84,12 +85,12 @@ def call_within(limit_s: float, function: Callable[[], T]) -> T:
 
 
 def text_of(value: object, to_text: Callable[[object], str] = str) -> str:
-    """The text of somebody else's value, of at most a line; where its `__str__` or `__repr__` gives none, why."""
+    """The text of a foreign value, at most a line; if its `__str__` or `__repr__` gives none, the reason."""
     return _text_or_problem(value, to_text)[0]
 
 
 def _text_or_problem(value: object, to_text: Callable[[object], str] = str, most: int = MAX_LINE) -> tuple[str, bool]:
-    """The text, shortened before it is copied, as it may have megabytes; and whether it is the value's own."""
+    """The text, shortened before it is copied, as it may have megabytes; and whether it is the value's own text."""
     kind = type(value)
     is_plain = kind in _PLAIN or (
         isinstance(value, BaseException)
@@ -122,7 +123,7 @@ def error_text(error: BaseException) -> str:
 
 
 def causes(error: BaseException | None) -> Iterator[BaseException]:
-    """An error and what it came of, each once: the code under test may let them come of each other."""
+    """An error and its causes, each once: code under test may create cycles."""
     seen: set[int] = set()
     while error is not None and id(error) not in seen:
         seen.add(id(error))
@@ -142,13 +143,13 @@ def _alone(error: BaseException) -> str:
 
 
 def _members(error: BaseException) -> tuple[BaseException, ...]:
-    """The errors of a group; none of another one, whatever its class says or code has made of `isinstance`."""
+    """The errors of a group; none for other errors, even if their class or a patched `isinstance` says otherwise."""
     is_group = BaseExceptionGroup in type(error).__mro__
     return cast("BaseExceptionGroup[BaseException]", error).exceptions if is_group else ()
 
 
 def _leaves(group: BaseException) -> Iterator[BaseException]:
-    """The errors of a group that are no groups, each once."""
+    """The leaf errors of a group, each once."""
     pending: list[BaseException] = [group]
     seen: set[int] = set()
     while pending:  # no recursion: it may be of any depth
@@ -164,7 +165,7 @@ def _leaves(group: BaseException) -> Iterator[BaseException]:
 
 
 def _is_tangled(group: BaseException) -> bool:
-    """Whether groups are within each other too deeply, or the same is in several, so that recursion has no end."""
+    """Whether groups are nested too deeply, or one is in several, so that recursion would not end."""
     level = [group]
     seen: set[int] = set()
     for _ in range(MAX_NESTED):
@@ -178,7 +179,7 @@ def _is_tangled(group: BaseException) -> bool:
 
 
 def _untangle(error: BaseException) -> BaseException:
-    """The error, or for a group that nobody could write one that has the same errors, and no group."""
+    """The error; a group that cannot be printed becomes one with the same errors and no inner group."""
     if not _is_tangled(error):
         return error
     flat = BaseExceptionGroup(f"{text_of(error)}, of groups within groups", [*_leaves(error)])
@@ -188,7 +189,7 @@ def _untangle(error: BaseException) -> BaseException:
 
 
 def shorten(error: BaseException) -> BaseException:
-    """An error that pytest can write: the texts of its causes and its group are cut, and it is written many times.
+    """An error that pytest can print: the texts of its causes and its group are cut, as it is printed many times.
 
     It stays the same object, of the same or a derived class, so that `pytest.raises` and marks still know it; only
     groups that are too deep become others.
@@ -217,7 +218,7 @@ def shorten(error: BaseException) -> BaseException:
 
 
 def _cut_frames(error: BaseException) -> None:
-    """Leave out the middle of a recursion: pytest compares each of its frames with all others, for minutes."""
+    """Cut the middle of a recursion: pytest would compare all pairs of its frames, for minutes."""
     trace, entries = error.__traceback__, list[TracebackType]()
     while trace is not None:
         entries.append(trace)
@@ -227,9 +228,9 @@ def _cut_frames(error: BaseException) -> None:
 
 
 def _hide_between(error: BaseException) -> None:
-    """Frames of this package that have called somebody else's code are not shown: they are not why it raised.
+    """Hide frames of this package that called foreign code: they are not the reason.
 
-    Nor are those that raise an error of this package, on purpose: it says what is wrong, and where.
+    Frames that raise an error of this package on purpose are hidden, too: its text says what is wrong, and where.
     """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     is_ours = [str(frame.f_globals.get("__name__")).partition(".")[0] == _OURS for frame in frames]

@@ -26,7 +26,7 @@ _DIGEST_BYTES = sha256().digest_size
 
 
 class LarkError(InputError):
-    """What is imported as `lark` is not the package of that name that this one needs."""
+    """The package imported as `lark` is not the one that this package needs."""
 
 
 def require_lark() -> None:

@@ -20,7 +20,7 @@ SEVERAL = "several"
 """The seed of runs in processes with different seeds."""
 
 _CHOSEN = "0"
-"""For processes that are started where there is no seed to pass on. Chosen: Python's own value for "not random"."""
+"""The seed of child processes if there is none to pass on. Chosen: Python's own value for "not random"."""
 
 _LARGEST = 2**32 - 1  # see Python's documentation of the variable
 _WORD = 2**64 - 1
@@ -41,7 +41,7 @@ def own_hash_seed() -> str:
 
 
 def _at_start() -> str:
-    """What the variable was when this process started: Linux keeps it, where a program has set another one since."""
+    """The variable's value when this process started: Linux keeps it even if the program has set another one since."""
     try:
         variables = Path("/proc/self/environ").read_bytes().split(b"\0")
     except OSError:
@@ -51,7 +51,7 @@ def _at_start() -> str:
 
 
 def hash_seed_of_children() -> str:
-    """The seed that processes get which are started here: this one's, or one that the variable asks for, or 0."""
+    """The seed of child processes: this one's, or one that the variable asks for, or 0."""
     own = own_hash_seed()
     return (_number(os.environ.get(VARIABLE, "")) or _CHOSEN) if own == RANDOM else own
 
@@ -64,7 +64,7 @@ def hash_seed_difference(before: str, now: str) -> str:
 
 
 def question_of_drawn_seed() -> str:
-    """To a message on a run that is another one in this process than in others, where it drew its seed; else empty."""
+    """The end of a message on a run that differs between processes, if this one drew its seed; else empty."""
     return (
         f"; or is it Python's hash seed, which pytest drew? {VARIABLE}=0 chooses it"
         if own_hash_seed() == RANDOM
@@ -73,7 +73,8 @@ def question_of_drawn_seed() -> str:
 
 
 def hand_to_children() -> Callable[[], None]:
-    """Put the seed of children into this process's environment, for those that others start; returns what undoes it."""
+    """Put the seed of children into this process's environment, for those that others start; returns an undo
+    function."""
     before = os.environ.get(VARIABLE)
     os.environ[VARIABLE] = hash_seed_of_children()
 
@@ -110,13 +111,13 @@ def environment_of_child(
 
 
 def _number(text: str) -> str:
-    """Its digits without leading zeros; empty where Python would not take it for a seed."""
+    """Its digits without leading zeros; empty if Python would not accept it as a seed."""
     is_number = text.isascii() and text.isdigit() and int(text) <= _LARGEST
     return str(int(text)) if is_number else ""
 
 
 def _is_in_use(seed: int) -> bool:
-    """Whether this process hashes with a seed; taken for true where the algorithm is not one of those known here."""
+    """Whether this process hashes with a seed; assumed true if the algorithm is unknown here."""
     rounds = _ROUNDS.get(sys.hash_info.algorithm) if sys.hash_info.width == 64 else None
     text = "hash seed"
     return rounds is None or hash(text) == _hash_of(text.encode(), _key(seed), rounds)

@@ -126,10 +126,10 @@ def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
 
 
 def unpack(data: bytes, most: int = MAX_UNPACKED_BYTES) -> bytes:
-    """What zlib packed. Never more than `most` bytes of it are in memory.
+    """Decompress zlib data, with at most `most` bytes of it in memory.
 
     Raises:
-        MalformedError: it has more, is cut off, or is nothing that zlib packed.
+        MalformedError: it has more, is cut off, or is no zlib data.
     """
     unpacking = zlib.decompressobj()
     try:
@@ -249,7 +249,7 @@ def from_toml(text: str) -> dict[str, object]:
 
 
 def from_cache(cache: Any | None, key: str) -> Any:
-    """What pytest's cache has; None where there is none, or it cannot be read: then it is made anew.
+    """An entry of pytest's cache; None if it is missing or unreadable, so that it is made again.
 
     Args:
         cache: `config.cache`, or None where the cache plugin is off.

@@ -22,11 +22,11 @@ _INVISIBLE = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}
 _GAP = " ... "
 
 _CI_COMMAND = re.compile(r"^(\s*:)(?=:)|(##)(?=\w*\[)")
-"""What a line of a CI service's log begins a command with: GitHub (`::`, `##[`), Azure (`##vso[`), TeamCity."""
+"""The start of a command in a CI service's log: GitHub (`::`, `##[`), Azure (`##vso[`), TeamCity."""
 
 
 class InputError(Exception):
-    """Something that was given is wrong. The message has the place, what was expected, what came, and what to do.
+    """An input is wrong. The message says where, what was expected, what came, and what to do.
 
     Its text is legible, see `legible`: messages quote input.
     """

@@ -11,7 +11,7 @@ from typing import Any
 
 
 class _StreamWriter(io.RawIOBase):
-    """A standard stream of this process; what nobody reads any more goes nowhere, also that of processes it starts."""
+    """A standard stream of this process. Output without a reader is discarded, also that of child processes."""
 
     def __init__(self, descriptor: int) -> None:
         super().__init__()
@@ -41,9 +41,9 @@ class _StreamWriter(io.RawIOBase):
 
 
 def work_on_unread() -> None:
-    """Let this process go on with its work, and end with its usual status, when nobody reads its output any more.
+    """Let this process continue and exit with its usual status when its output has no reader any more.
 
-    For commands that make or judge something: what they make is whole, and a gate that fails still says so.
+    For commands that make or judge something: their result is complete, and a failed gate still shows.
     """
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
@@ -54,7 +54,7 @@ def work_on_unread() -> None:
 
 
 class UnreadStream:
-    """A stream of texts whose reader may go, as of `pytest | head`: from then on its texts go nowhere."""
+    """A text stream whose reader may leave, as in `pytest | head`: later texts are discarded."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
@@ -75,7 +75,7 @@ class UnreadStream:
 
 
 def end_with_reader() -> None:
-    """Let this process end at once, as programs of Unix do (status 141), when nobody reads its output any more.
+    """Let this process end at once, as Unix programs do (status 141), when its output has no reader any more.
 
     For commands that only print, perhaps without end.
     """

@@ -1,7 +1,7 @@
 """JSON with Python's own encoder and decoder, even if the code under test has patched `json` in this process.
 
-Projects replace `json.dumps` or `JSONEncoder.default` to write types of theirs, for everybody in the process. What a
-result or a hash is made of may not depend on that: these functions and classes are bound when the plugin is loaded.
+Projects replace `json.dumps` or `JSONEncoder.default` to write their own types, for the whole process. Results and
+hashes must not depend on that, so these functions and classes are bound when the plugin is loaded.
 """
 
 from __future__ import annotations

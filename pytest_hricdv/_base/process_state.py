@@ -1,8 +1,8 @@
 """Process-wide state that the session needs: restored after each run, because code under test may change it.
 
-What is deleted, or replaced by what nobody can call, is a fault of the run. What is replaced by something that can be
-called, as libraries do when they are imported, is there again in the next run, and only there: pytest, reports and
-other tests never see it. `self_check` asks whether it answers rightly.
+Deleting something, or replacing it by an object that is not callable, is a fault of the run. A callable replacement, as
+libraries make when they are imported, is in place again in the next run, and only there: pytest, reports and other
+tests never see it. `self_check` tests whether it gives right answers.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from pytest_hricdv._base import self_check
 from pytest_hricdv._base.change_places import places_of_change
 from pytest_hricdv._base.descriptors import StandardDescriptors
 
-# As they are now: what is put back is looked at with them.
+# As they are now: restoring inspects the process with them.
 _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
 _MODULES = sys.modules
 _MODULE, _ISINSTANCE = types.ModuleType, isinstance
@@ -80,10 +80,10 @@ _SETTINGS: tuple[tuple[Callable[[], Any], Callable[[Any], object]], ...] = (
     (_traced_frames, _trace_memory),
     (_umask, os.umask),
 )
-"""What says how the process works is set: how to ask, and how to set it again."""
+"""Process-wide settings: a getter and a setter for each."""
 
 _MADE: dict[tuple[str, str], tuple[object, object]] = {}
-"""What code has replaced in runs of this process: module or class and name -> what was there, and what is there now."""
+"""Replacements by code in runs of this process: module or class and name -> the original and the present value."""
 
 _THIRD = (greenlet, msgspec, msgspec.json, pytest)
 _CLASSES: tuple[type, ...] = (pathlib.Path, pathlib.PurePath, logging.Handler, logging.Logger)
@@ -114,7 +114,7 @@ _OWN |= {"pluggy", "pytest", "pytest_hricdv", "xdist"}
 
 
 def _finds(finder: Any) -> bool:
-    """Whether a finder of modules answers: one that raises would let no import of the session pass."""
+    """Whether a module finder works: one that raises would break every import of the session."""
     try:
         spec = finder.find_spec(_NO_MODULE, None)
     except Exception:  # whatever it raises
@@ -123,7 +123,7 @@ def _finds(finder: Any) -> bool:
 
 
 def _hooks(hook: Any) -> bool:
-    """The same of what makes finders for folders: it raises ImportError for those that are not its own."""
+    """Whether a path hook works; it raises ImportError for folders that are not its own."""
     try:
         hook(_NO_MODULE)
     except ImportError:
@@ -155,7 +155,7 @@ class Finders:
 
 
 class ProcessState:
-    """What the process is like when this is made, before what code replaced in earlier runs is there again."""
+    """A snapshot of the process, taken before replacements of earlier runs are put in place again."""
 
     def __init__(self) -> None:
         self._names = {name: _DICT(kept.__dict__) for name, kept in _KEPT.items()}
@@ -173,7 +173,7 @@ class ProcessState:
                 _set(_KEPT[kept], name, made)
 
     def put_back(self, code: Iterable[str] = ()) -> tuple[str, ...]:
-        """Put all back; what is wrong with what the code did to the process, a sentence each.
+        """Restore everything; returns a sentence for each fault in what the code did to the process.
 
         Args:
             code: names of the modules and packages under test.
@@ -254,7 +254,7 @@ def _folder() -> str:
 
 
 def complaint(names: Sequence[str], code: Iterable[str]) -> str:
-    """What was put back, and where modules under test have changed it, in a sentence."""
+    """A sentence on what was restored, and where modules under test had changed it."""
     shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
     place = next((f" at {place}" for place in places_of_change(names, code)), "")
     return (

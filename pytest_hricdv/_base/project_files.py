@@ -62,7 +62,7 @@ def _walk(root: Path) -> Iterator[tuple[Path, list[str], list[str]]]:
 
 
 def differences(before: Mapping[str, str], now: Mapping[str, str]) -> str:
-    """What is not as it was, on one line; empty where all is."""
+    """The differences on one line; empty if there are none."""
     names = sorted(before.keys() | now.keys())
     changed = [name for name in names if before.get(name) != now.get(name)]
     more = len(changed) - _SHOWN

@@ -3,10 +3,10 @@
 The cache lies in the project: a checkout, an archive or a cache of CI may bring one along, and a suite in it that lacks
 the tests that fail would look like any other. So each entry has a seal (HMAC-SHA-256, RFC 2104) over its key, which is
 a hash of the model, the belief space, the seed and so on, over the version of the plugin, and over its content. The
-secret is in a file in the user's state folder that nobody else can read. An entry without a seal that holds is made
-anew, and where there is no secret to be had, every entry is: that takes its time, and is right.
+secret is in a file in the user's state folder that nobody else can read. An entry without a valid seal is made again.
+Without a secret, every entry is: this is slow, but right.
 
-Whoever runs as this user can read the secret. Code under test does; but that needs no cache to do its worst.
+Any process of this user can read the secret, including code under test; but that code needs no cache to do harm.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from pytest_hricdv._base.input_file import from_cache
 
 FILE = "cache.key"
 _SECRET_BYTES = 32
-"""As many as the hash has (RFC 2104: less would weaken it, more would not strengthen it)."""
+"""Bytes of the secret: as many as the hash has (RFC 2104: fewer weaken it, more do not strengthen it)."""
 
 
 def read(cache: Any | None, key: str) -> Any:
-    """What the cache has; None where there is nothing, or nothing that a session of this user wrote.
+    """A cache entry; None if there is none that a session of this user wrote.
 
     Args:
         cache: `config.cache`, or None where the cache plugin is off.
@@ -72,7 +72,7 @@ def _folder() -> Path | None:
 
 @lru_cache(maxsize=8)  # more than one: tests of the plugin have a home each
 def _secret(folder: Path | None) -> bytes | None:
-    """The secret of this user, which is made where there is none; None where others cannot be kept from reading it."""
+    """The secret of this user, created if missing; None if others could read it."""
     if folder is None:
         return None
     try:

@@ -1,7 +1,7 @@
 """Detects code under test that has replaced functions of Python's library for the whole process.
 
-The plugin uses what it bound when it was loaded where results and hashes are made. pytest, other plugins and other
-tests do not, so that a part that gives wrong answers is said.
+Where the plugin makes results and hashes, it uses the functions that it bound when it was loaded. pytest, other plugins
+and other tests do not, so a function that gives wrong answers is reported.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _ABC_CRC32 = 0x352441C2  # of the polynomial of ISO 3309, as in zlib
 _PLAIN = {"b": [1, 2.5, None, True], "a": "\u00e9"}
 _WRITTEN = '{"a": "\\u00e9", "b": [1, 2.5, null, true]}'
 
-# Each is looked up when it is asked: that is what may have been replaced.
+# Each is looked up when it is called, as it may have been replaced.
 _ANSWERS: dict[str, Callable[[], object]] = {
     "hashlib.sha256": lambda: hashlib.sha256(b"abc").hexdigest() == _ABC_SHA256,
     "hashlib.new": lambda: hashlib.new("sha256", b"abc").hexdigest() == _ABC_SHA256,
@@ -64,7 +64,7 @@ def _wrong() -> Iterator[str]:
 
 
 def complaint(names: tuple[str, ...], code: Iterable[str] = ()) -> str:
-    """What is wrong, where modules under test have changed it, and what to do, in a sentence."""
+    """A sentence that says what is wrong, where modules under test changed it, and what to do."""
     place = next((f" at {place}" for place in places_of_change(names, code)), "")
     return (
         f"{', '.join(names)} of Python's library {'answers' if len(names) == 1 else 'answer'} wrongly: the code under "

@@ -57,7 +57,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _action_warning(actions: Sequence[str], fail: bool) -> str:
-    """What happens to external actions that no environment implements."""
+    """A warning about external actions that no environment implements."""
     names = visible(", ".join(actions))
     if fail:
         return f"no environment implements the external actions {names}: each failed, as in Jason"

@@ -27,7 +27,7 @@ _TEXT_FOUND = re.compile(r"found (['\"]?)(?:[^'\"\s]{12,}|\".*|'\d.*).*")
 
 @dataclass(frozen=True, slots=True)
 class FileResult:
-    """What became of one file.
+    """The result of one file.
 
     Args:
         path: the file.
@@ -47,7 +47,7 @@ class FileResult:
 
 @dataclass(frozen=True, slots=True)
 class CorpusResult:
-    """What became of all files below a folder.
+    """The results of all files below a folder.
 
     Args:
         files: the number of files by suffix, copies of the same text included.

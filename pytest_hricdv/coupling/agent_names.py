@@ -22,7 +22,7 @@ CONTENT = {".send": 2, ".broadcast": 1}
 
 
 class AgentNames:
-    """What an agent's source names.
+    """The names in an agent's source.
 
     Args:
         agent: its name.

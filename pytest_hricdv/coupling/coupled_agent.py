@@ -22,7 +22,7 @@ class CoupledAgent(Agent, ABC):
     def couple(self) -> None:
         """Prepare for a run."""
         self.ready_acts = ReadyActs()
-        """What it is ready to do, in the order in which it became ready."""
+        """Its ready acts, in the order in which they became ready."""
         self._released: Intention | None = None
 
     @abstractmethod

@@ -87,7 +87,7 @@ class Events:
         return bool(self._changes)
 
     def flush(self) -> Iterator[EventOccurrence]:
-        """What has happened with the last changes of signals."""
+        """The events caused by the last changes of signals."""
         if self._changes:
             text = ", ".join(f"{name} = {_value_text(value)}" for name, value in self._changes.items())
             names = " ".join(self._changes)

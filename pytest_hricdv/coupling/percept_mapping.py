@@ -16,7 +16,7 @@ class CouplingError(InputError):
 
 @dataclass(frozen=True)
 class PerceptMapping:
-    """What the agent perceives or is told when an event happens in the run.
+    """The belief or goal that an agent gets when an event happens in the run.
 
     The belief stays: it is not removed when the condition of the event ends, and adding it again has no effect. To
     remove it, map the end as an event of its own, whose plan removes the belief with its source,

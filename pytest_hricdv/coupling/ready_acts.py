@@ -1,4 +1,4 @@
-"""Ready acts: what an agent is about to do, possibly several acts at a time."""
+"""Ready acts: acts that an agent is about to do, possibly several at a time."""
 
 from __future__ import annotations
 
@@ -55,10 +55,10 @@ class _Kind:
 
 
 class ReadyActs(Collection[ReadyAct]):
-    """What an agent is ready to do, in the order in which it became ready.
+    """The ready acts of an agent, in the order in which they became ready.
 
-    Equal acts are told apart only by when the agent became ready, so an event looks at the first of each sort, and
-    costs the same however many are open.
+    Equal acts differ only in when they became ready, so an event looks only at the first of each sort, however many are
+    open.
     """
 
     def __init__(self) -> None:

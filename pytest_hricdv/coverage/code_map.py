@@ -259,7 +259,7 @@ def _empty_map(packages: Iterable[str], settings: CoverageSettings, has_source: 
 
 
 def _content(path: Path) -> bytes:
-    """What is in a file, which may be in an archive."""
+    """The content of a file, which may be in an archive."""
     from coverage.python import get_zip_bytes
 
     return path.read_bytes() if path.is_file() else get_zip_bytes(str(path)) or b""

@@ -56,7 +56,7 @@ class BinHits(PlainRecord, frozen=True, kw_only=True):
 
 
 class ProductCoverage(PlainRecord, frozen=True, kw_only=True):
-    """What a suite hit of one cross product. `missing` bins are possible, legal and not hit."""
+    """A suite's coverage of one cross product. `missing` bins are possible, legal and not hit."""
 
     bins: Count
     hit: Count
@@ -67,7 +67,7 @@ class ProductCoverage(PlainRecord, frozen=True, kw_only=True):
 
 
 class CrossCoverage(PlainRecord, frozen=True, kw_only=True):
-    """What a suite hit of all cross products: sums, missing bins as text, and each product."""
+    """A suite's coverage of all cross products: sums, missing bins as text, and each product."""
 
     bins: Count
     hit: Count
@@ -90,7 +90,7 @@ class PlannedBin(PlainRecord, frozen=True, kw_only=True):
 
 
 class ExplorationRecord(PlainRecord, frozen=True, kw_only=True):
-    """What exploring all runs of the model has shown; every field is None where nothing was explored.
+    """The result of exploring all runs of the model; every field is None if nothing was explored.
 
     `plans` is agent -> plan -> the smallest belief set found that reaches it. `bins` is by cross product.
     """

@@ -37,7 +37,7 @@ BEFORE = "modules that were imported before imports were followed"
 
 @dataclass
 class TracerRecord:
-    """What a tracer recorded: file -> lines, and file -> arcs."""
+    """A tracer's record: file -> lines, and file -> arcs."""
 
     lines: dict[str, set[int]] = field(default_factory=dict)
     arcs: dict[str, set[Arc]] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class TracerRecord:
         self.arcs.setdefault(file, set()).update(arcs)
 
     def of_file(self, file: str) -> tuple[set[int], set[Arc]]:
-        """What was recorded of a file."""
+        """The record of a file."""
         return self.lines.get(file, set()), self.arcs.get(file, set())
 
 
@@ -167,7 +167,7 @@ class ImportCoverage:
             self._bits.clear()
 
     def _load(self, current: coverage.Coverage) -> TracerRecord:
-        """What the user's measurement has of the modules that are loaded now."""
+        """Load the user's measurement of the modules that are loaded now."""
         data, measured = FilesOf(users_data(current)), TracerRecord()
         for path in map(str, self.watch.files.values()):
             measured.add(path, data.lines(path), data.arcs(path))
@@ -190,7 +190,7 @@ class ImportCoverage:
         self._bits.clear()
 
     def with_imports(self, bits: Bits, files: Iterable[str], asked: Iterable[str]) -> Bits:
-        """What a test covered, with what importing its modules covers.
+        """The coverage of a test, including that of importing its modules.
 
         Args:
             bits: that it covered itself.
@@ -244,7 +244,7 @@ def _empty() -> Iterator[None]:
 
 
 def read_import_records(data: CoverageData, names: Iterable[str]) -> dict[str, TracerRecord]:
-    """What was recorded while these modules were imported."""
+    """The records made while these modules were imported."""
     contexts = {f"{PREFIX}{name}": TracerRecord() for name in names}
     for file in data.measured_files():
         data.set_query_contexts(None)
@@ -258,7 +258,7 @@ def read_import_records(data: CoverageData, names: Iterable[str]) -> dict[str, T
 
 
 def users_data(current: coverage.Coverage) -> CoverageData:
-    """What the user's running measurement has recorded so far."""
+    """The records of the user's running measurement so far."""
     from coverage.exceptions import CoverageWarning
 
     with warnings.catch_warnings():

@@ -26,7 +26,7 @@ that waits for something exceeds it."""
 
 @dataclass(frozen=True)
 class ImportAnswer:
-    """What importing covered, by file; and why a module could not be imported, by name."""
+    """The coverage of imports, by file; and why modules could not be imported, by name."""
 
     lines: dict[str, list[int]] = field(default_factory=dict)
     arcs: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
@@ -67,7 +67,7 @@ def import_again(names: Sequence[str], files: Sequence[str], before: Sequence[st
 
 
 def describe_error(error: BaseException) -> str:
-    """What was raised, in one line."""
+    """The raised error in one line."""
     return " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split())
 
 

@@ -51,7 +51,7 @@ class Measurement(Protocol):
         """`body`, measured under `context` when it is run in a greenlet of its own."""
 
     def take(self, context: str) -> Bits | None:
-        """What `context` covered, together with what importing its modules covers; None when unmeasured."""
+        """The coverage of `context`, including that of importing its modules; None when unmeasured."""
 
     def settle(self) -> None:
         """A run is over: greenlets that are still measured were left where they are, and will not go on."""

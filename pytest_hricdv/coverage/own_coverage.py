@@ -80,7 +80,7 @@ class OwnCoverage:
                         self._coverage.stop()
 
     def settle(self) -> None:
-        """What is recorded now was left where it is, and will not go on."""
+        """Abandon the present recording: its code was left where it is, and will not continue."""
         if self._greenlets:
             self._greenlets, self._settled = 0, self._settled + 1
             self._coverage.stop()

@@ -21,7 +21,7 @@ CACHE_KEY = "hricdv/exploration-{}"
 
 @dataclass(frozen=True)
 class Reachability:
-    """What exploring the model has shown: a report's `exploration` and `cross_products`."""
+    """The result of exploring the model: a report's `exploration` and `cross_products`."""
 
     exploration: ExplorationRecord = field(default_factory=ExplorationRecord)
     products: Mapping[str, ProductDeclaration] = field(default_factory=dict)
@@ -46,7 +46,7 @@ def explore(context: GenerationContext, products: Mapping[str, CrossProduct], ca
 
 
 def reachable(exploration: Exploration, products: Mapping[str, CrossProduct]) -> Reachability:
-    """What an exploration shows of cross products. Raises CoverageError, see `explore`."""
+    """The results of an exploration for cross products. Raises CoverageError, see `explore`."""
     planned = {name: _plan(name, product, exploration) for name, product in products.items() if product.planned}
     proof = Proof(
         status="proven" if exploration.complete else "not proven", reason=exploration.reason, runs=len(exploration.runs)

@@ -40,7 +40,7 @@ class MappedFile(PlainRecord, frozen=True, kw_only=True):
 
 
 class FileCoverage(PlainRecord, frozen=True, kw_only=True):
-    """What all tests together covered of a file."""
+    """The coverage of a file by all tests together."""
 
     file: str
     statements: Count
@@ -69,7 +69,7 @@ class ReportedCode(PlainRecord, frozen=True, kw_only=True):
 
 
 class CodeShare(PlainRecord, frozen=True, kw_only=True):
-    """What one test covered of the code; `bits` are statements and branches as hexadecimal numbers.
+    """The code coverage of one test; `bits` are statements and branches as hexadecimal numbers.
 
     Branches are None where only lines were measured. `unmeasured` are files of which not all was measured, with the
     reasons.
@@ -195,7 +195,7 @@ class Gap(PlainRecord, frozen=True):
 
 
 class Closure(PlainRecord, frozen=True, kw_only=True):
-    """What tests cover together, of all kinds of coverage, and which of them suffice for it.
+    """The joint coverage of tests, of all kinds, and a minimal set of tests that suffices for it.
 
     A point is a statement, a branch, a plan, a bin, or a verdict (Passed, Failed) of a requirement.
 

@@ -23,7 +23,7 @@ _FILES = (".coveragerc", ".coveragerc.toml", "setup.cfg", "tox.ini", "pyproject.
 
 
 class CoverageSettings:
-    """What coverage.py counts.
+    """The settings of what coverage.py counts.
 
     Args:
         folders: where the configuration is looked for, in this order; None: it does not matter what any file says.
@@ -44,7 +44,7 @@ class CoverageSettings:
         self.file: str = self._coverage.config.config_file or ""
 
     def reporter(self, path: Path) -> FileReporter:
-        """What coverage.py reports of a file: statements, arcs, what is excluded."""
+        """The analysis of a file by coverage.py: statements, arcs, exclusions."""
         from coverage.python import PythonFileReporter
 
         return PythonFileReporter(str(path), self._coverage)

@@ -1,4 +1,4 @@
-"""What tests covered, one by one and as a suite: code, plans and requirements, of what is reachable."""
+"""The coverage of tests, one by one and as a suite: code, plans and requirements, of what is reachable."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from pytest_hricdv.monitor import RequirementResult
 
 @dataclass(frozen=True)
 class RunCoverage:
-    """What one run of a test covered.
+    """The coverage of one run of a test.
 
     Args:
         id: of the test.
@@ -45,7 +45,8 @@ class RunCoverage:
 
 @dataclass(frozen=True)
 class TestCoverage:
-    """What all runs of a test covered: one run, or, in a merged report, several that differ; the first stands for it.
+    """The coverage of all runs of a test: one run, or several different ones in a merged report, whose first represents
+    it.
 
     Args:
         nodeid: of the pytest item.
@@ -78,12 +79,12 @@ class TestCoverage:
 
     @cached_property
     def code(self) -> Bits | None:
-        """What any run covered; None where none was measured."""
+        """The code covered by any run; None if none was measured."""
         return union(self.runs)
 
     @cached_property
     def plans(self) -> Mapping[str, frozenset[str]]:
-        """What any run covered."""
+        """The plans or bins covered by any run."""
         plans: dict[str, frozenset[str]] = {}
         for run in self.runs:
             for agent, labels in run.plans.items():

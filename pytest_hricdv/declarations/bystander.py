@@ -101,7 +101,7 @@ class Bystander:
         return samplers
 
     def acts_of(self, parameters: Mapping[str, float]) -> list[tuple[float, str, dict[str, float]]]:
-        """What it does in a run with these parameters, in order: pause (s), act, and the act's own parameters."""
+        """Its acts in a run with these parameters, in order: pause (s), act, and the act's own parameters."""
         return list(self._acts_of(parameters))
 
     def _acts_of(self, parameters: Mapping[str, float]) -> Iterator[tuple[float, str, dict[str, float]]]:

@@ -46,7 +46,7 @@ class ActionMapping:
 
     @property
     def owner(self) -> str:
-        """What errors call it."""
+        """Its name in error messages."""
         return f"ActionMapping({self.act!r})"
 
 

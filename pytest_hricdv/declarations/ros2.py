@@ -14,7 +14,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class Ros2Error(InputError):
-    """What a testbench says of ROS 2 is wrong; the text says what, and what was expected."""
+    """The ROS 2 declaration of a testbench is wrong; the text says what, and what was expected."""
 
 
 class LaunchError(InputError):
@@ -104,13 +104,13 @@ class RosNode:
 
     @property
     def label(self) -> str:
-        """What its process is called in messages."""
+        """The name of its process in messages."""
         module, _, function = self.entry.partition(":")
         return self.name or self.executable or (module.rpartition(".")[2] if function == "main" else function)
 
 
 Process = Callable[[Any], object]
-"""What a testbench runs in the place of an executable; see `Launch.executables`."""
+"""The replacement for an executable that a testbench runs; see `Launch.executables`."""
 
 IGNORED = "ignored"
 """In `Launch.executables`: it is not started, and the launch file goes on as if it ran."""

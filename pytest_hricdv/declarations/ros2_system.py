@@ -144,7 +144,7 @@ class Ros2System(Protocol):
 
 
 class Middleware(Protocol):
-    """What the code under test runs on in one run, in virtual time."""
+    """The middleware of the code under test in one run, in virtual time."""
 
     @property
     def modules(self) -> VirtualModules:
@@ -152,11 +152,11 @@ class Middleware(Protocol):
 
     @property
     def virtual(self) -> frozenset[str]:
-        """What its nodes wait with, as in `VirtualTime.apis`."""
+        """The APIs that its nodes wait with, as in `VirtualTime.apis`."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be known of the run, though it fails nothing, a sentence each."""
+        """Notes on the run that fail nothing, a sentence each."""
 
     @property
     def stuck_nodes(self) -> Sequence[str]:

@@ -54,11 +54,11 @@ class CaseResult:
     begun: tuple[int, ...] = ()
     """The numbers of these actions, from 0: with several actors they may begin in another order than in the text."""
     bystander_events: tuple[tuple[float, str], ...] = ()
-    """What bystanders have begun, and when (s)."""
+    """The acts that bystanders began, and when (s)."""
     ending_faults: tuple[str, ...] = ()
-    """What is wrong with the end of the run, a sentence each (see `pytest_hricdv.execution.faults`)."""
+    """Faults of the run's end, a sentence each (see `pytest_hricdv.execution.faults`)."""
     bin_faults: tuple[str, ...] = ()
-    """What is wrong with the bins that the run hit, a sentence each."""
+    """Faults of the bins that the run hit, a sentence each."""
     unreached_waits: str = ""
     """When the code waited, where nothing that people, sensors or the world did reached it (see `Influence.waits`)."""
     unread: tuple[str, ...] = ()
@@ -78,7 +78,7 @@ class CaseResult:
 
     @property
     def errors(self) -> tuple[str, ...]:
-        """What is wrong with the run in addition to its requirements, a sentence each."""
+        """Faults of the run besides its requirements, a sentence each."""
         return (*self.ending_faults, *self.bin_faults)
 
     @property
@@ -93,7 +93,7 @@ class CaseResult:
 
 @dataclass(frozen=True)
 class RunSettings:
-    """What runs are judged and measured with.
+    """The settings with which runs are judged and measured.
 
     Args:
         testbench: they are run with.

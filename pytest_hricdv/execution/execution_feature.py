@@ -33,9 +33,9 @@ class Follower(Watcher, Protocol):
 
 
 class ExecutionFeature:
-    """What a feature does for runs, its `EXECUTION`; the methods do nothing by default.
+    """A feature's part in runs, its `EXECUTION`; the methods do nothing by default.
 
-    Its module is loaded with every testbench, even one without the feature: heavy imports belong into methods.
+    Its module is loaded with every testbench, even one without the feature: heavy imports belong in methods.
 
     Attributes:
         preloaded: modules that a process imports once which runs tests in forks of itself.

@@ -1,8 +1,8 @@
-"""Faults of a run: what is wrong with it besides its requirements. A run with a fault fails its test, and keeps its
+"""Faults of a run besides its requirements. A run with a fault fails its test, and keeps its
 verdicts, its film and its replay file.
 
-A node that fails, a run that only its time limit ends, code under test that returns while its world goes on, a bin that
-cannot or must not be hit: each would otherwise pass for a run in which some requirements were not checked.
+A node that fails, a run that reaches its time limit, code under test that returns while its world continues, a bin that
+cannot or must not be hit: without faults, each would look like a run with unchecked requirements.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class CodeUnderTest:
 
 
 def of_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) -> Iterator[str]:
-    """What is wrong with how a run ended, a sentence each.
+    """Faults of how a run ended, a sentence each.
 
     Args:
         ending: of the run.
@@ -125,7 +125,7 @@ def of_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) -> 
 
 
 def of_actors(idle: Iterable[str]) -> Iterator[str]:
-    """What is wrong with who acts, a sentence each: actors of the test whose actions nobody took."""
+    """Faults of actors, a sentence each: those whose actions nobody took."""
     for actor in idle:
         yield (
             f"no node enacts the actions of {actor}: expected a node of the testbench's run that takes "
@@ -134,7 +134,7 @@ def of_actors(idle: Iterable[str]) -> Iterator[str]:
 
 
 def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
-    """What is wrong with what a run simulated, a sentence each: nothing, or threads outside of it had a say."""
+    """Faults of the simulation, a sentence each: nothing was simulated, or threads outside the run took part."""
     yield from kernel.trespasses
     yield from kernel.lost_errors
     yield from _caught_refusals(kernel, ending)
@@ -152,7 +152,7 @@ def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
 
 
 def _caught_refusals(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
-    """What was refused to the code, which caught the error and went on: what it did after that is no behaviour."""
+    """Refusals whose error the code caught before it continued: its behaviour after that means nothing."""
     raised = () if ending is None else causes(ending.error)
     told = {str(error) for error in raised if isinstance(error, KernelError)}
     for text in dict.fromkeys(map(str, kernel.refusals)):

@@ -13,7 +13,7 @@ from types import CodeType, ModuleType
 
 
 def loaded_text(path: Path) -> str:
-    """What a file is loaded as: its text, or the one with a fault."""
+    """The text that a file is loaded as: its own, or the mutated one."""
     for finder in sys.meta_path:
         text = finder.text(path) if isinstance(finder, FaultyImport) else None
         if text is not None:
@@ -50,7 +50,7 @@ class FaultyImport(MetaPathFinder):
         self._texts = {path.resolve(): text for path, text in texts.items()}
 
     def text(self, path: Path) -> str | None:
-        """What a file is loaded as; None where that is not a text of this finder."""
+        """The text that a file is loaded as; None if it is not one of this finder."""
         text = self._texts.get(path.resolve())
         return text if isinstance(text, str) else None
 

@@ -169,11 +169,10 @@ class Influence:
         return any(module == name or str(module).startswith(f"{name}.") for name in self._packages)
 
     def _follow(self, roots: Iterable[Any], *, with_globals: bool) -> dict[int, Any] | None:
-        """What can be changed of all that is reached from some objects, by id; None if it is too much to tell.
+        """The mutable objects reachable from some objects, by id; None if there are too many.
 
         Args:
-            roots: where it begins.
-            with_globals: what the modules of functions and classes have as globals counts, too.
+            roots: the first objects. with_globals: whether globals of the modules of functions and classes count, too.
         """
         found: dict[int, Any] = {}
         kept: dict[int, Any] = {}  # an id is of one object as long as it is kept
@@ -224,7 +223,7 @@ def _values(frame: FrameType) -> list[Any]:
 
 
 def _referents(value: Any, *, is_class_followed: bool) -> list[Any]:
-    """What an object refers to; of a class, its attributes and what its methods refer to."""
+    """The referents of an object; for a class, its attributes and the referents of its methods."""
     if isinstance(value, type):
         return (
             [attribute for name, attribute in vars(value).items() if _is_own(name, attribute)]

@@ -64,7 +64,7 @@ def find_functions(paths: Iterable[Path] | None = None) -> list[FunctionType]:
     It touches each object of the process, which in a fork copies all of its memory: look before you fork.
     """
     names = None if paths is None else frozenset(map(str, paths))
-    # What was frozen for forks is not among the collector's objects, so it is thawed meanwhile.
+    # Objects frozen for forks are hidden from the collector, so they are thawed meanwhile.
     is_frozen = gc.get_freeze_count() > 0
     if is_frozen:
         gc.unfreeze()

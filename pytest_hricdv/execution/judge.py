@@ -67,10 +67,10 @@ def judge_run(
 
 
 def judge_test(end: FunctionEnd, judgement: Judgement | None, *, has_run: bool) -> TestOutcome:
-    """What came of a test whose function has ended.
+    """Judge a test whose function has ended.
 
-    The author has the last word, as everywhere in pytest: a function that returns passes, also where it catches what
-    the check raises, and an xfail of the author stays one, and makes no violation a known one.
+    The author has the last word, as everywhere in pytest: a function that returns passes, even if it catches the error
+    of the check. An xfail of the author stays one, and makes no violation a known one.
 
     Args:
         end: how the function ended.

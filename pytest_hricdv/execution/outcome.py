@@ -31,7 +31,7 @@ AS_DECLARED: tuple[TestOutcome, ...] = ("passed", "known-violation")
 
 @dataclass(frozen=True)
 class Judgement:
-    """What came of one run.
+    """The judgement of one run.
 
     Args:
         outcome: of the run, if nothing else ends its test.

@@ -31,7 +31,7 @@ PSEUDORANDOM_LENGTHS = (4, 19)
 
 @dataclass(frozen=True)
 class GenerationContext:
-    """What suites are generated from. A method that lacks something raises an error.
+    """The inputs of suite generation. A method that lacks one raises an error.
 
     Args:
         model: the BDI agents.

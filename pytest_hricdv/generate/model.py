@@ -82,7 +82,8 @@ class Model:
         return self.actors or (self.actor,)
 
     def files(self) -> tuple[Path, ...]:
-        """What its runs can depend on: the project, its agents' sources, every AgentSpeak file below its folder.
+        """The files that its runs can depend on: the project, its agents' sources, every AgentSpeak file below its
+        folder.
 
         Raises:
             GenerateError: the project cannot be read.

@@ -43,7 +43,7 @@ class ScheduleDecision:
 
 
 def schedule_from_data(data: Sequence[Any]) -> tuple[ScheduleDecision, ...]:
-    """What `to_data` gave of each decision.
+    """Build a schedule from the data that `to_data` gave for each decision.
 
     Raises:
         GenerateError: it is no such list.

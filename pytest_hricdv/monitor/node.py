@@ -41,7 +41,7 @@ class HysteresisScope(Enum):
 
 
 class Compiler(Protocol):
-    """What formulas and terms are compiled with (`compiler.ExpressionCompiler`)."""
+    """The interface for compiling formulas and terms (`compiler.ExpressionCompiler`)."""
 
     def output(self, formula: Any, make: Callable[..., Any], *operands: Any) -> str:
         """The output of an operator over conditions; `make` constructs it from its number and their functions."""

@@ -76,7 +76,7 @@ class NumberParser(TermParser):
         return QuantityTerm(number, unit_of(number.UNIT), "value")
 
     def _apply(self, tree: Tree[Token], operators: Mapping[str, type[T]]) -> T:
-        """What an operator means that is written as a function, with a window if its class has one."""
+        """The meaning of an operator written as a function, with a window if its class has one."""
         word, *nodes = tree.children
         operator = operators.get(str(word))
         if operator is None:

@@ -228,7 +228,7 @@ class NamedOperator(PastFormula):
     NEVER_OF_INSTANTS: ClassVar[str] = ""
     """Where the operand of the operator has to hold, if one that is true for single instants only never does."""
     ADVICE: ClassVar[str] = ""
-    """What to write instead."""
+    """Advice on what to write instead."""
     operand: PastFormula
 
     def __str__(self) -> str:

@@ -29,7 +29,7 @@ from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = ["parse_pattern"]
 
-# What the end of a parameter's name says about its unit, the longest first. A speed has the unit of its signal.
+# The ends of parameter names that give a unit, the longest first. A speed has the unit of its signal.
 _UNITS = {"_n_cm2": "N/cm^2", "_n": "N", "_m": "m", "_s": "s", "distance": "m", "force": "N", "pressure": "N/cm^2"}
 _SPEEDS = ("slow_speed", "standstill")
 

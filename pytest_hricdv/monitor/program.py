@@ -17,7 +17,7 @@ from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
 
 @dataclass(frozen=True, kw_only=True)
 class MonitorProgram:
-    """What the monitor of a formula executes.
+    """The program of a formula's monitor.
 
     Attributes:
         condition: a past formula by itself; of a requirement, the formula inside the response.
@@ -40,7 +40,7 @@ class MonitorProgram:
 
 @dataclass(frozen=True, kw_only=True)
 class RequirementProgram(MonitorProgram):
-    """What the monitor of one requirement executes.
+    """The program of one requirement's monitor.
 
     Attributes:
         antecedent: of the requirement.

@@ -12,7 +12,7 @@ from pytest_hricdv.monitor.node import PastFormula
 
 
 class Criterion(Protocol):
-    """What runs are judged by, with one verdict each: a requirement, or an agent of the model (`extra.oracle`)."""
+    """A criterion that gives each run one verdict: a requirement, or an agent of the model (`extra.oracle`)."""
 
     @property
     def id(self) -> str:
@@ -20,7 +20,7 @@ class Criterion(Protocol):
 
     @property
     def title(self) -> str:
-        """What it asks for, in one sentence."""
+        """Its demand in one sentence."""
 
     @property
     def source(self) -> str:
@@ -32,7 +32,7 @@ class Criterion(Protocol):
 
     @property
     def group(self) -> str:
-        """What reports list it under, such as "safety"; may be empty."""
+        """The group in which reports list it, such as "safety"; may be empty."""
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ class TermParser(ABC):
         return last_of(name) if tree.data == "last" else name
 
     def _meaning(self, tree: Tree[Token]) -> PastFormula | QuantityTerm | TextTerm | None:
-        """What a name stands for; None if it is no definition."""
+        """The definition of a name; None if it has none."""
         name = str(tree.children[-1])
         definition = self._vocabulary.definitions.get(name)
         if definition is None:

@@ -179,7 +179,7 @@ class TextName(TextTerm):
 
 
 def leaves(term: Term | TextTerm) -> Iterator[Term | TextTerm]:
-    """What a term computes with, in the order of the text."""
+    """The operands of a term, in the order of the text."""
     operands = [part for part in term.parts if isinstance(part, Term | TextTerm)]
     for operand in operands:
         yield from leaves(operand)

@@ -53,7 +53,8 @@ class ChoicePoint:
 
 
 class Choice(NamedTuple):
-    """What was chosen: after how many commands, in which state of the code and interaction, about what, and what."""
+    """A choice: after how many commands, in which state of the code and interaction, about which subject, and its
+    value."""
 
     taken: int
     state: str

@@ -64,7 +64,7 @@ class OnlineAgent:
 
     @property
     def choices(self) -> list[Choice]:
-        """What was chosen, in order; that nothing was, only of beliefs."""
+        """The choices in order; an empty choice is listed only for beliefs."""
         return self._decisions.choices
 
     @property

@@ -16,12 +16,12 @@ from pytest_hricdv.monitor import RequirementError, Vocabulary
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 
 Planned = Callable[[Sequence[str]], Iterable[object]]
-"""What each interaction of an abstract test plans (see `CrossProduct`)."""
+"""The plan of each interaction of an abstract test (see `CrossProduct`)."""
 
 
 @dataclass(frozen=True)
 class Role:
-    """What all runs with an online agent share; made by `load_role`.
+    """The state that all runs with an online agent share; made by `load_role`.
 
     Args:
         declaration: of the testbench.

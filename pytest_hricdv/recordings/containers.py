@@ -124,7 +124,7 @@ def _outer_records(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
 
 
 def _unpack(chunk: Any) -> bytes:
-    """What a chunk has packed; never more than the limit is in memory."""
+    """The unpacked content of a chunk, with no more than the limit in memory."""
     most = MAX_MESSAGE_BYTES + 1
     if chunk.compression == "zstd":
         import zstandard
@@ -187,4 +187,4 @@ def read_sqlite(file: Path) -> Iterator[BagMessage]:
 
 
 _ZSTD = b"\x28\xb5\x2f\xfd"
-"""What zstd begins with; CDR begins with 0."""
+"""The first bytes of zstd data; CDR begins with 0."""

@@ -36,7 +36,7 @@ MAX_QUARTILE_RATIO = 1.5
 
 @dataclass(frozen=True)
 class Recording:
-    """What was read of one file or folder.
+    """The content of one file or folder.
 
     Args:
         name: of the file, for people.
@@ -142,13 +142,13 @@ class RecordingReader:
 
     @property
     def notes(self) -> list[str]:
-        """What is to be known of it, a sentence each."""
+        """Notes on it, a sentence each."""
         if self._has_clock:
             return [f"{self.name}: times are those of {CLOCK}, as the nodes had them"]
         return [f"{self.name}: has no {CLOCK}: times are those at which messages were recorded"] if self._is_ros else []
 
     def unreadable_lines(self) -> Iterator[str]:
-        """What could not be read of messages."""
+        """Lines on unreadable messages."""
         for topic, (count, text) in self.unreadable.items():
             messages = "message" if count == 1 else "messages"
             yield f"{self.name}: {topic}: {text}; of {count} {messages} only the times are used"

@@ -104,7 +104,7 @@ def describe_abort(
 
 
 def course(test: TestResult) -> str:
-    """What happened in a run, whether it failed or not: verdicts, outcomes, and what the human did."""
+    """The course of a run, whether it failed or not: verdicts, outcomes, and the human's actions."""
     lines = [f"{name} {test.requirements[name].verdict} ({counts(test.requirements[name])})" for name in _names(test)]
     return "\n".join(visible(line) for line in [*lines, *_course(test), "", *_actions(test)])
 
@@ -267,7 +267,7 @@ def _course(test: TestResult) -> Iterator[str]:
 def _actions(
     test: TestResult, at_s: float | None = None, event: str = "", most: int = action_lines.MAX_ACTIONS
 ) -> Iterator[str]:
-    """What the human did, to the end or around an instant (s) at which something happened."""
+    """The human's actions, to the end or around the instant (s) of an event."""
     name = f"abstract test {test.id}, own seed {test.seed}"
     who = enumerate_names(
         [*(actors_of(test.abstract) or ["the human"]), *actors_of(act for _, act in test.bystander_events)]
@@ -283,7 +283,7 @@ def _actions(
 
 
 def _log_around(logged: Sequence[LogLine], at_s: float) -> list[str]:
-    """What was logged around an instant (s), with an empty line; nothing where nothing was."""
+    """The log around an instant (s), after an empty line; nothing if there is none."""
     lines = [*log_lines.around(logged, at_s)]
     return [*lines, ""] if lines else []
 

@@ -64,7 +64,7 @@ class FailingTests:
         return {nodeid: _join_labels(of_test) for nodeid, of_test in labels.items()}
 
     def lines(self, columns: int | None, *, all_rows: bool = False) -> Iterator[Line]:
-        """What tests fail for, the first causes with some of their tests.
+        """Lines on why tests fail: the first causes with some of their tests.
 
         Args:
             columns: as many as a line may have; None for any number.

@@ -183,7 +183,7 @@ def _cause(
 
 
 def holes_of_suite(report: Report, suite: SuiteResult) -> Iterator[str]:
-    """What a suite hit nothing of, over all products."""
+    """The holes of a suite, over all products."""
     several = len(suite.cross.products) > 1
     for name, coverage in suite.cross.products.items():
         hit = {hits.bin for hits in coverage.hits}
@@ -192,7 +192,7 @@ def holes_of_suite(report: Report, suite: SuiteResult) -> Iterator[str]:
 
 
 def holes_of_all_suites(report: Report, name: str) -> tuple[str, ...]:
-    """What no suite hit anything of, of one product."""
+    """The holes of one product that no suite hit."""
     declared = report.cross_products[name]
     return tuple(_texts(declared, *_of_all(report, name)))
 

@@ -197,7 +197,7 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
 
 
 def _describe_versions(report: Report) -> str:
-    """What a report was made with, and of which revision: `pytest-hricdv 0.1.0, python 3.12.1; revision 1f2e3d`."""
+    """The versions and the revision of a report: `pytest-hricdv 0.1.0, python 3.12.1; revision 1f2e3d`."""
     origin = report.origin or next((each.origin for each in report.sessions if each.origin), None)
     if origin is None:
         return f"pytest-hricdv {report.version}"

@@ -109,7 +109,7 @@ def _head(report: Report) -> Iterator[str]:
 
 
 def _causes(report: Report) -> Iterator[str]:
-    """What tests fail for: of each cause what the terminal says, and its tests."""
+    """Why tests fail: the terminal's text for each cause, and its tests."""
     failing = FailingTests.of(report)
     if failing.causes is None:
         return

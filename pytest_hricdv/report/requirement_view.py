@@ -75,7 +75,7 @@ class RequirementView:
 
     @property
     def state(self) -> RequirementState:
-        """What came of it over all tests; the worst counts."""
+        """Its state over all tests; the worst counts."""
         if self.counts["Failed"]:
             return "known to fail" if self.known_reason and not self.outside else "failed"
         if self.counts["Passed"]:
@@ -180,7 +180,7 @@ def _nearness(missed: Missed) -> tuple[int, bool, float, str]:
 
 
 def plot_texts(report: Report, name: str) -> dict[str, Any]:
-    """What the page of a test shows of a requirement that failed: its title and formula, what this reads, its limits.
+    """The texts on a failed requirement for the page of a test: its title and formula, the names it reads, its limits.
 
     Args:
         report: that has it.

@@ -23,7 +23,7 @@ _LINE: Final = "unreachable line"
 
 @dataclass(frozen=True)
 class Sheet:
-    """What the sheet says besides the verdict and the figures.
+    """The content of the sheet besides the verdict and the figures.
 
     Attributes:
         date: when the session began; of a merged report, the last one. Empty where nobody knows.

@@ -205,7 +205,7 @@ _NUMBER = re.compile(r"\d+")
 
 
 def _cause(fault: str) -> str:
-    """What faults of several tests have in common where they are one: all but times, and the numbers of a crash."""
+    """The common part of equal faults of several tests: all but times, and the numbers of a crash."""
     cause = _TIME.sub("", fault)
     return _NUMBER.sub("", cause) if " raised " in cause else cause
 

@@ -153,7 +153,7 @@ def _action_times(test: TestResult) -> list[float | None]:
 def _row(
     report: Report, test: TestResult, requirements: Sequence[str], suite: int, plans: Mapping[PlanName, int]
 ) -> list[Any]:
-    """What `data.js` reads by position."""
+    """A row that `data.js` reads by position."""
     results = [test.requirements.get(name) for name in requirements]
     return [
         anchor(test.nodeid),

@@ -32,7 +32,7 @@ _OUTCOME_WORDS: Mapping[TestOutcome, tuple[str, str]] = {
 GapKind = Literal["lines", "branches", "plans", "bins"]
 
 GAP_NOUNS: Mapping[GapKind, str] = {"lines": "statement", "branches": "branch", "plans": "plan", "bins": "bin"}
-"""What is counted of each kind, code first."""
+"""The noun counted for each kind, code first."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class SessionDuration:
 
 @dataclass(frozen=True)
 class GapRow:
-    """What no test covers of one place: a source file, an agent's plans, a cross product.
+    """The gaps of one place: a source file, an agent's plans, a cross product.
 
     `items` are ranges of lines, branches, plans, or groups of bins; `count` is how many lines, branches, plans or bins.
     """
@@ -116,7 +116,7 @@ def outcomes(report: Report) -> dict[TestOutcome, int]:
 
 
 def outcome_word(outcome: TestOutcome) -> str:
-    """What a test with this outcome is called."""
+    """The word for a test with this outcome."""
     return _OUTCOME_WORDS[outcome][0]
 
 
@@ -164,7 +164,7 @@ def tests_text(report: Report, suite: SuiteResult) -> str:
 
 
 def list_gate_failures(report: Report) -> tuple[str, ...]:
-    """What failed the run besides its tests, a sentence each."""
+    """Gate failures: the reasons besides tests why the run failed, a sentence each."""
     return report.gates.failed if report.gates else ()
 
 
@@ -197,7 +197,7 @@ def _would_fail(report: Report, names: Iterable[str]) -> bool:
 
 
 def _nearest(report: Report, names: Iterable[str]) -> Iterator[str]:
-    """What was missing where a requirement was nearest to being triggered."""
+    """The condition that was missing when a requirement was closest to being triggered."""
     misses = []
     for name in names:
         results = ((test.id, test.requirements[name]) for test in report.tests if name in test.requirements)

@@ -37,7 +37,7 @@ class FailureGroup:
 
 @dataclass(frozen=True)
 class ReportVerdict:
-    """What came of a report.
+    """The verdict on a report.
 
     Args:
         text: `failed: 20 tests, 3 causes; 14 known`.
@@ -127,7 +127,7 @@ def _list_violations(report: Report, test: TestResult) -> Iterator[tuple[str, st
 
 
 def _situation(violation: Violation) -> str:
-    """What was the case; numbers differ from test to test."""
+    """The situation without its numbers, which differ from test to test."""
     plain = ((name, value) for name, value in sorted(violation.values.items()) if isinstance(value, bool | str))
     words = [f"{name} {value}" if isinstance(value, str) else name if value else f"not {name}" for name, value in plain]
     return ", ".join(words)

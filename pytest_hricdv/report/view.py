@@ -68,7 +68,7 @@ class FailureCause:
 
 @dataclass(frozen=True)
 class FailureCauses:
-    """What the tests of a report fail for: how many causes there are, each of them, and what this rests on."""
+    """The causes of a report's failures: how many there are, each of them, and their evidence."""
 
     headline: str
     causes: tuple[FailureCause, ...]
@@ -96,7 +96,7 @@ class RequirementNote:
 
 
 class View:
-    """What a feature shows, its `VIEW`; by default it shows nothing.
+    """The view of a feature, its `VIEW`; by default it shows nothing.
 
     Attributes:
         name: of the feature's folder.
@@ -115,7 +115,7 @@ class View:
         return ()
 
     def causes(self, report: Report, columns: int | None) -> FailureCauses | None:
-        """What its tests fail for, which the terminal shows first; None where nobody looked for it.
+        """The causes of its failures, which the terminal shows first; None if no feature looked for them.
 
         Args:
             columns: of the terminal; None where lines may have any width.
@@ -167,7 +167,7 @@ class View:
         return None
 
     def test_noun(self, report: Report) -> str:
-        """What the tests are that the report lists, where it does not list all runs; empty otherwise."""
+        """The noun for the listed tests, if the report does not list all runs; empty otherwise."""
         return ""
 
     def pictures(self, test: TestResult) -> Iterable[tuple[str, str]]:
@@ -181,7 +181,7 @@ def views() -> tuple[View, ...]:
 
 
 def failure_causes(report: Report, columns: int | None = None) -> FailureCauses | None:
-    """What tests fail for, as the first feature says that has looked for it; None where none has."""
+    """The causes of failures by the first feature that looked for them; None if none has."""
     return next(filter(None, (view.causes(report, columns) for view in views())), None)
 
 

@@ -38,7 +38,7 @@ def headline(
     units: Mapping[str, str],
     known_violations: Container[str] = (),
 ) -> str:
-    """What failed, in a line that stands alone: `R29 failed at 162.9 s by 0.128 m, then R21`; empty for nothing."""
+    """The failure in a line that stands alone: `R29 failed at 162.9 s by 0.128 m, then R21`; empty without one."""
     failed = order_failures(test, known_violations)
     if not failed:
         return ""

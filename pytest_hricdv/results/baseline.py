@@ -32,7 +32,7 @@ class BaselineError(InputError):
 
 
 class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
-    """What one suite reached: violating tests by requirement, tests in error or at fault, triggers, coverage.
+    """The results of one suite: violating tests by requirement, tests in error or at fault, triggers, coverage.
 
     A baseline that an older version wrote has none of the following.
 
@@ -60,7 +60,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
 
 
 class Baseline(PlainRecord, frozen=True, kw_only=True):
-    """What the suites of a testbench reached."""
+    """The results of a testbench's suites."""
 
     schema: Literal["hricdv-baseline/2"]
     testbench: str
@@ -68,7 +68,7 @@ class Baseline(PlainRecord, frozen=True, kw_only=True):
 
 
 def baseline_of(report: Report, old: Baseline | None = None) -> Baseline:
-    """What to keep of a report. Suites that the old baseline has and the report has not are kept as they are."""
+    """The baseline of a report. Suites that only the old baseline has are kept."""
     percents = {kind: dict(percentages(report, kind)) for kind in KINDS}
     now = {
         suite.name: _suite_baseline(report, suite, {kind: percents[kind].get(suite.name) for kind in KINDS})
@@ -114,7 +114,7 @@ def _behaviours(tests: Sequence[TestResult]) -> dict[str, Behaviour]:
 
 
 def behaviour_of(test: TestResult) -> Behaviour:
-    """What to keep of a test's run. Raises ReportError for a timeline that is none."""
+    """The behaviour of a test's run to keep. Raises ReportError for a timeline that is none."""
     timeline = test.timeline
     return Behaviour(
         record_sha256=test.record_sha256,

@@ -9,7 +9,7 @@ from pytest_hricdv.results.behaviour import Difference
 from pytest_hricdv.results.model import Report
 
 NEW_CAUSE = "new cause"
-"""What a difference is about that is one of causes; its item is the id."""
+"""The subject of a difference between causes; its item is the id."""
 
 _PERCENT = ("statements", "branches")
 
@@ -44,7 +44,7 @@ class _SuiteComparison:
         self.name, self.before, self.now = name, before, now
 
     def new_causes(self) -> Iterator[Difference]:
-        """What tests fail for now, and did not in the baseline."""
+        """The causes that the baseline lacks."""
         for name, words in (self.now.causes or {}).items():
             if self.before.causes is not None and name not in self.before.causes:
                 yield self._difference(NEW_CAUSE, ("-", "new"), f"new cause {name}: {words}", items=(name,), worse=True)
@@ -69,7 +69,7 @@ class _SuiteComparison:
             yield self._tests("in error or at fault", self.before.broken, self.now.broken, new, text, worse=True)
 
     def others(self) -> Iterator[Difference]:
-        """What is compared of whole suites only."""
+        """The differences that need whole suites."""
         yield from self._causes_gone()
         for requirement, tests in self.before.violations.items():
             still = self.now.violations.get(requirement, ())
@@ -128,7 +128,7 @@ def _tests(count: int) -> str:
 
 
 def _points(suite: SuiteBaseline) -> dict[str, set[str]]:
-    """What was covered, by name: plans of each agent, and bins of each cross product."""
+    """The covered points by name: plans of each agent, and bins of each cross product."""
     plans = {f"plans of {agent}": set(plans) for agent, plans in suite.plans.items()}
     return plans | {f"bins of {name}": {" x ".join(bin_) for bin_ in bins} for name, bins in suite.bins.items()}
 

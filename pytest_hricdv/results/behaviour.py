@@ -22,7 +22,7 @@ class BusMessage(NamedTuple):
 
 
 class Timeline(PlainRecord, frozen=True, kw_only=True):
-    """What happened in a run, thinned to what a picture can show.
+    """The timeline of a run, thinned to what a picture can show.
 
     Args:
         end_s: when the run ended.
@@ -42,7 +42,7 @@ class Timeline(PlainRecord, frozen=True, kw_only=True):
 
 
 class Behaviour(PlainRecord, frozen=True, kw_only=True):
-    """What one run did.
+    """The behaviour of one run.
 
     Args:
         record_sha256: of the whole record, bit by bit; None where no run came to an end.
@@ -118,7 +118,7 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
 
 
 class Difference(PlainRecord, frozen=True, kw_only=True):
-    """What a suite reached differently from the baseline.
+    """A difference of a suite from the baseline.
 
     Args:
         suite: of the run.

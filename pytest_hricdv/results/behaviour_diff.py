@@ -115,7 +115,7 @@ def headline(changes: BehaviourChanges) -> str:
 
 
 def change_of(before: Behaviour, now: Behaviour) -> BehaviourChange | None:
-    """What differs between two runs of a test; None where their records are the same to the bit, and their ends."""
+    """The change between two runs of a test; None if their records are bit-identical and their ends are equal."""
     if before.record_sha256 == now.record_sha256 and not any(_ends(before, now)):
         return None
     first = first_difference(before, now)
@@ -162,7 +162,7 @@ def _content(message: BusMessage) -> tuple[str, str, Mapping[str, Any]]:
 
 
 def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> FirstDifference:
-    """Of two sequences that begin with different messages. The earlier of the two is the first difference.
+    """The first difference of two sequences that begin with different messages: the earlier of the two.
 
     It comes early or late if the other run has it too, and sooner than the other message; else it is extra or missing.
     If neither run has the other's message, one is instead of the other.
@@ -303,7 +303,7 @@ def _other_signals(before: Behaviour, now: Behaviour) -> FirstDifference:
 
 
 def _also(before: Behaviour, now: Behaviour) -> Iterator[str]:
-    """What follows from the first difference: the end, outcomes, faults, verdicts, margins."""
+    """The consequences of the first difference: the end, outcomes, faults, verdicts, margins."""
     yield from (text for _, text in _ends(before, now))
     for name, (verdict, margin) in now.verdicts.items():
         old_verdict, old_margin = before.verdicts.get(name, ("", None))
@@ -347,7 +347,7 @@ def _notes(report: Report, suites: Mapping[str, SuiteBaseline | None], *, change
 
 
 def _causes(before: SuiteBaseline, report: Report, suite: SuiteResult) -> Iterator[str]:
-    """What other than the code under test can have changed the behaviour."""
+    """Possible causes of the changed behaviour other than the code under test."""
     for name, version in environment_of(report, suite).items():
         old = before.environment.get(name, version)
         if old != version:

@@ -89,7 +89,7 @@ def derive(report: Report) -> Report:
 
 
 def coverage_of(test: TestResult) -> TestCoverage:
-    """What a test covered, with its code as bits again."""
+    """The coverage of a test, with its code as bits again."""
     runs = tuple(
         RunCoverage(
             id=run.id,
@@ -155,7 +155,7 @@ def _gaps(
     total: Bits | None,
     tests: Sequence[TestCoverage],
 ) -> list[Gap]:
-    """What no test of any suite covers."""
+    """The gaps that no test of any suite covers."""
     runs = [run for test in tests for run in test.runs]
     products = cross_closure(report.cross_products, runs).products
     missing = {name: product.missing for name, product in products.items()}

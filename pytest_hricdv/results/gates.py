@@ -44,7 +44,7 @@ class Threshold:
 
 
 def threshold_kinds() -> tuple[str, ...]:
-    """What thresholds can be given for: coverage, and the shares that features measure."""
+    """The kinds of thresholds: coverage, and the shares that features measure."""
     return (*KINDS, *(share.kind for share in shares()))
 
 
@@ -158,7 +158,7 @@ def _causes(text: str | None, line: str) -> tuple[str, ...]:
 
 
 def _split(line: str) -> tuple[str, str, str]:
-    """What is before and after the first colon outside of brackets and quotes."""
+    """The text before and after the first colon outside of brackets and quotes."""
     match = _BEFORE_COLON.match(line)
     assert match is not None
     return match[0], line[match.end() : match.end() + 1], line[match.end() + 1 :]

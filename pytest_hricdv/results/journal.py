@@ -60,7 +60,7 @@ class NoResultRecord(msgspec.Struct, frozen=True, tag="hindered", tag_field="rec
 
 
 class FeatureRecord(msgspec.Struct, frozen=True, tag="kept", tag_field="record"):
-    """What an feature worked out after the tests: a session that goes on need not do so again.
+    """A feature's result after the tests, which a resumed session need not compute again.
 
     `part` is its name, `key` tells its values apart, and the last one of a key counts.
     """

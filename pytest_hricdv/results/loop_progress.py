@@ -17,12 +17,12 @@ NAME = "loop.json"
 
 
 class LoopProgress(PlainRecord, frozen=True, kw_only=True):
-    """What a loop has done.
+    """The progress of a loop.
 
     Args:
         began: date and time (UTC, ISO 8601).
         done: its runs.
-        most: so many runs it may do.
+        most: the number of runs it may do.
         workers: processes that run tests.
         wall_s: how long that took (s).
         sim_s: simulated time of all runs (s).
@@ -56,7 +56,7 @@ def forget(folder: Path) -> None:
 
 
 def told(folder: Path) -> LoopProgress | None:
-    """What the loop has done that runs now; None where there is none."""
+    """The progress of the running loop; None without one."""
     try:
         return from_json(read_text(folder / NAME), LoopProgress)
     except (OSError, MalformedError):

@@ -261,7 +261,7 @@ def _text(value: object) -> str:
 
 
 def _most_measured(share: CodeShare | None, other: CodeShare | None) -> CodeShare | None:
-    """What the run covered, by the report that measured most of it."""
+    """The run's coverage, from the report that measured most of it."""
     measured = [code for code in (share, other) if code is not None]
     return max(measured, key=lambda code: (code.bits[1] is not None, code.statements, canonical(code)), default=None)
 

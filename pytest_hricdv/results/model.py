@@ -232,7 +232,7 @@ class ModelSource(PlainRecord, frozen=True, kw_only=True):
 
 
 class RerunOptions(PlainRecord, frozen=True, kw_only=True):
-    """What `--hri-suite` was given, and the other options that a test needs to be run again."""
+    """The value of `--hri-suite`, and the other options needed to rerun a test."""
 
     suite: str
     options: tuple[RerunOption, ...]
@@ -268,7 +268,7 @@ class GatePolicy(PlainRecord, frozen=True, kw_only=True):
 
 
 class GateResult(PlainRecord, frozen=True, kw_only=True):
-    """What failed the session besides its tests, and what improved, a sentence each.
+    """Failures of the session besides its tests, and improvements, a sentence each.
 
     Args:
         differences: from the baseline; the sentences of each are in one of the others, too.

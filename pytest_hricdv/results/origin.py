@@ -77,7 +77,7 @@ def origin_of_session(
 
 
 def _git(folder: Path, *arguments: str) -> str:
-    """What git prints; nothing where there is no git, or no repository."""
+    """The output of git; empty without git or a repository."""
     git = shutil.which("git")
     if git is None:
         return ""

@@ -193,7 +193,7 @@ def write(replay: Replay, folder: Path) -> Path:
 
 
 def differences(replay: Replay, code: Mapping[str, str], environment: Mapping[str, str]) -> list[str]:
-    """What has changed of the things a run depends on, as `lamps/guide.py changed` or `python 3.11.2, now 3.12.1`."""
+    """The changed dependencies of a run, as `lamps/guide.py changed` or `python 3.11.2, now 3.12.1`."""
     changes = []
     for name in sorted(replay.code.keys() | code.keys()):
         if name not in code:

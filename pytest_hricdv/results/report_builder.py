@@ -45,7 +45,7 @@ from pytest_hricdv.testbench import Testbench
 
 
 class PytestOutcome(TypedDict):
-    """What pytest says of a test: how it ended, its duration (s), and the text of its failure."""
+    """The outcome of a test in pytest: how it ended, its duration (s), and the text of its failure."""
 
     outcome: TestOutcome
     wall_s: float
@@ -138,7 +138,7 @@ class GeneratedSuite:
 
 @dataclass(frozen=True)
 class SessionInfo:
-    """What a report says besides the results of the tests; `unmeasured` is why no code was measured."""
+    """The content of a report besides test results; `unmeasured` is why no code was measured."""
 
     testbench: Testbench
     requirements: tuple[Criterion, ...]
@@ -180,7 +180,7 @@ def _requirement_text(criterion: Criterion) -> RequirementText:
 
 
 def _acceptance(requirement: Requirement) -> dict[str, str]:
-    """What a suggested requirement rests on, and who accepted it and when."""
+    """The evidence of a suggested requirement, and who accepted it and when."""
     by = (requirement.accepted_by, f"on {requirement.accepted_on}" if requirement.accepted_on else "")
     return {"suggested": requirement.suggested, "accepted": " ".join(filter(None, by))}
 

@@ -21,7 +21,7 @@ KINDS = {
     THREADING: "threading, queue and the thread pool of concurrent.futures",
     ASYNCIO: "asyncio",
 }
-"""What `VirtualTime.apis` may name -> the modules that it is for."""
+"""Value of `VirtualTime.apis` -> the modules that it covers."""
 
 
 HAS_TERMINALS = all(find_spec(name) is not None for name in ("fcntl", "termios"))
@@ -109,7 +109,7 @@ def _module_of(function: ast.expr, frame: FrameType) -> str:
 
 
 def _value_of(expression: ast.expr, names: Mapping[str, object]) -> object:
-    """What names, attributes of objects, and items of lists and dictionaries stand for; `_UNKNOWN` for all else."""
+    """The value of names, attributes of objects, and items of lists and dictionaries; `_UNKNOWN` for all else."""
     match expression:
         case ast.Name(name):
             return names.get(name, _UNKNOWN)
@@ -123,7 +123,7 @@ def _value_of(expression: ast.expr, names: Mapping[str, object]) -> object:
 
 
 def _remedy(module: str, who: str, library: str, code: Collection[str], virtual: Collection[str]) -> str:
-    """What to do about code of a module that waits in real time, in something of another one."""
+    """Advice on code of one module that waits in real time in another one."""
     root = library.partition(".")[0].rpartition(" ")[2]
     if who == "run":
         return (

@@ -72,7 +72,7 @@ class Subscription(Generic[M]):
 
 @dataclass(frozen=True)
 class MessageFault:
-    """What happens to a message instead of its delivery: one copy is delivered at each delay (s) after publication.
+    """A fault that replaces the delivery of a message: one copy is delivered at each delay (s) after publication.
 
     The record calls it by its name: "lost" (no delay), "late" (one delay), "doubled" (two).
     """

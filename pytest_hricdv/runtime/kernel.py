@@ -76,7 +76,7 @@ class Node:
         self.wrap_thread: Callable[[Callable[[], None], bool], Callable[[], None]] = lambda body, daemon: body
         """Wraps the body of a thread that it starts, for instance so that it is measured."""
         self.own: dict[str, object] = {}
-        """What stand-ins of Python's modules keep for it, as its threads and its event loop."""
+        """State of replaced Python modules for this node, such as its threads and its event loop."""
         self.tasks = 0
         """How many tasks of asyncio its first one has started, and those."""
         self.greenlet = _NodeGreenlet(body)
@@ -143,9 +143,9 @@ class Kernel:
         self.code: tuple[str, ...] = ()
         """The packages in which they do."""
         self.own: dict[str, object] = {}
-        """What stand-ins of a library keep for the run, as the ROS graph."""
+        """State of replaced libraries for the run, such as the ROS graph."""
         self.trespasses: list[str] = []
-        """What threads that are no nodes did and no run may have, a sentence each."""
+        """Forbidden acts of threads that are no nodes, a sentence each."""
         self.refusals: list[KernelError] = []
         """Errors that were raised in nodes because they wait in real time, whether or not the code caught them."""
         self.notice_wake: Callable[[Node], None] | None = None

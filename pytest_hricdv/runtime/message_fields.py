@@ -11,7 +11,7 @@ from enum import Enum
 from pytest_hricdv.runtime.json_value import Value, plain, text_of
 
 FORMS = "dataclasses, named tuples, or classes of attrs, msgspec or pydantic"
-"""What can be a message, in words."""
+"""The classes that can be messages, in words."""
 
 
 def fields_of(kind: object) -> tuple[str, ...] | None:

@@ -29,7 +29,7 @@ _seed_global = random.seed
 
 
 class _Entropy:
-    """What a run has in place of the entropy of the operating system: a stream for itself, and one for each new thread.
+    """A run's replacement for the entropy of the operating system: a stream for itself, and one for each new thread.
 
     Args:
         key: the streams are those of this text.
@@ -254,7 +254,7 @@ class _ImportsApart(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None, /
     ) -> ModuleSpec | None:
-        """What the other finders find, with a loader that executes the module so."""
+        """The spec of the other finders, with a loader that executes the module so."""
         if fullname in self._searched:
             return None  # another finder, which asks all others as this one does, has asked this one
         self._searched.add(fullname)
@@ -285,7 +285,8 @@ def _execute(execute: Callable[[ModuleType], None], module: ModuleType) -> None:
     if _entropy is None or not _entropy.is_of_this_thread:
         execute(module)
         return
-    # What numpy's generator was takes longer to keep than all else here: once for a module and all that it imports.
+    # Saving the state of numpy's generator takes longer than all else here, so it is done once for a module and its
+    # imports.
     with _draw_from(f"{_IMPORT}{module.__name__}", with_numpy=not _entropy.key.startswith(_IMPORT)):
         execute(module)
 

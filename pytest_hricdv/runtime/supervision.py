@@ -104,7 +104,7 @@ class Supervision:
             self._is_watched = False
 
     def situation(self) -> WatchState:
-        """What runs now, for the watchdog."""
+        """The present activity, for the watchdog."""
         if self._kernel.inside is not None:
             waits_s, adds_up = self._node_waits_s, True
         else:

@@ -32,7 +32,7 @@ def word_of(error: BaseException | None) -> str:
 
 
 def refusal(error: BaseException) -> str:
-    """What is wrong about such an end, in a sentence with the line that asked for it."""
+    """The reason why such an end is refused, with the line that asked for it."""
     message = getattr(error, "msg", None) or text_of(error)
     return (
         f"{_place(error.__traceback__)}: {word_of(error)}({quote(message)}) in a run: only a test function or a "

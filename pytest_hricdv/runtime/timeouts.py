@@ -11,7 +11,7 @@ PRUNE_AT = 1024
 
 
 class Waiter(Protocol):
-    """What waits, again and again."""
+    """An object that waits repeatedly."""
 
     wait: int
     """The number of its current wait: what was kept of an earlier one is stale."""

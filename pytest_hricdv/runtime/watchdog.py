@@ -44,7 +44,7 @@ TICK_S = 0.1
 """How often the thread looks (s of real time). A look takes 40 us (`timeit` of `_Usage.tick`, 2 cores)."""
 
 YIELD_S = 0.5
-"""What keeps Python's lock lets the thread look so often (s of processor time)."""
+"""How often (s of processor time) the thread can look while other code keeps Python's lock."""
 
 AGAIN_S = 1.0
 """Who was interrupted and goes on has so long to clean up (s of processor time; chosen)."""
@@ -65,12 +65,12 @@ _IMPORTS = ("importlib._bootstrap", "importlib._bootstrap_external")
 
 @dataclass(frozen=True)
 class WatchState:
-    """What runs now, and what it may.
+    """The present activity, and its limits.
 
     Args:
         progress: any number that changes while time passes.
-        may_wait_s: so long it may wait (s of real time).
-        may_work_s: so long it may work without progress (s of processor time).
+        may_wait_s: how long it may wait (s of real time). may_work_s: how long it may work without progress (s of
+            processor time).
         adds_up: waiting adds up although there is progress.
         second: of simulated time.
         may_take_s: so long a second of simulated time may take (s of processor time).
@@ -86,11 +86,11 @@ class WatchState:
 
 @dataclass(frozen=True)
 class Hang:
-    """What has to end.
+    """A hang that has to end.
 
     Args:
         kind: it waits, it works without end, or it crawls: a second of simulated time takes too long.
-        taken_s: for so long (s of real time, or of processor time).
+        taken_s: its duration (s of real time, or of processor time).
     """
 
     kind: Literal["waits", "works", "crawls"]
@@ -278,7 +278,7 @@ def _wants_now(but: str) -> bool:
 
 
 def _state(task: str) -> bytes:
-    """What a thread is doing, a letter as in `ps`; empty where the system does not tell, or it has ended."""
+    """The state of a thread, a letter as in `ps`; empty if the system does not tell, or the thread has ended."""
     try:
         with _OPEN(f"/proc/self/task/{task}/stat", "rb") as file:
             return file.read().rpartition(b") ")[2][:1]  # its name comes before, in brackets, and may have some

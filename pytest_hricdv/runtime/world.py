@@ -12,7 +12,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author
 
 
 class World(Protocol):
-    """What happens while the nodes wait: physics, or any other process."""
+    """The world that advances while the nodes wait: physics, or any other process."""
 
     def advance(self, target_us: int) -> int:
         """Advance at most to `target_us` and return the time reached (us).
@@ -42,7 +42,7 @@ def advance_world(world: World, now_us: int, target_us: int) -> int:
 
 
 def _whole_us(world: World, reached_us: object) -> int:
-    """What a world's `advance` returned, as an integer: numpy's are some, and whole floats lose nothing.
+    """The result of a world's `advance` as an integer; numpy's integers and whole floats are allowed.
 
     Raises:
         KernelError: it is no whole number, such as the None of a function without `return`.
@@ -58,7 +58,7 @@ def _whole_us(world: World, reached_us: object) -> int:
 
 
 def _name(world: World) -> str:
-    """What a message calls the `advance` of a world, with its place."""
+    """The name of a world's `advance` in messages, with its place."""
     function = getattr(world.advance, "__func__", world.advance)
     code = getattr(function, "__code__", None)
     place = f"{code.co_filename}:{code.co_firstlineno}: " if code is not None else ""

@@ -64,7 +64,7 @@ class _Outcome(msgspec.Struct):
 
 
 class _Ran(msgspec.Struct, frozen=True):
-    """What is the same wherever a test runs."""
+    """The part of a result that is the same wherever a test runs."""
 
     outcome: str
     record_sha256: str | None = None
@@ -231,7 +231,7 @@ class Aggregation:
         ]
 
     def notes(self) -> list[str]:
-        """What xdist's ways to hand out tests mean for this session, a sentence each."""
+        """Notes on the effects of xdist's distribution modes on this session, a sentence each."""
         note = self.each_worker.note()
         one_file = len({nodeid.partition("::")[0] for nodeid in self.chosen}) == 1
         way = str(self.collection.config.getoption("dist", "no"))

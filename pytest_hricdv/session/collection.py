@@ -48,7 +48,7 @@ _LONG_S, _TELL_AGAIN_S = 2.0, 60.0
 
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:
-    """What xdist's controller sent to this worker; None in the controller, or without xdist."""
+    """The input from xdist's controller to this worker; None in the controller, or without xdist."""
     values: dict[str, object] | None = getattr(config, "workerinput", None)
     return values
 
@@ -186,7 +186,7 @@ class Collection:
             writer.line()
 
     def wait(self, what: str) -> Callable[[str], None]:
-        """What is told how far something is; it is shown from two seconds on, in a log once a minute."""
+        """A callback for progress, which is shown after two seconds, in a log once a minute."""
         began = told = time.monotonic()
 
         def tell(how_far: str) -> None:
@@ -274,7 +274,8 @@ class Collection:
         values.update(self.worker_values(), **{ONLY_CASES: self.only_cases, DONE: json.dumps(sorted(self.done))})
 
     def worker_values(self) -> dict[str, object]:
-        """What a process is handed that does not generate; to be told also which tests are collected, and are done."""
+        """The values passed to a process that does not generate; it also needs to know which tests are collected and
+        done."""
         return {
             WORKER_INPUT: to_text(self.suites),
             ONLY_CASES: False,

@@ -317,7 +317,7 @@ def _violations(test: TestResult, units: Mapping[str, str]) -> Iterator[tuple[fl
 
 
 def _list_undecided_events(test: TestResult) -> Iterator[tuple[float, str, str]]:
-    """What was triggered and is undecided, as it would look passed: where the run ended."""
+    """The triggers that are undecided at the end of the run; without them it would look passed."""
     for name, spans in test.timeline.triggers.items() if test.timeline else ():
         for span in spans.split():
             if span.endswith("?"):

@@ -105,9 +105,9 @@ class FeatureSession:
 
 
 class Feature(FeatureOptions[Settings]):
-    """What a feature does in a session, its `FEATURE`; by default it has no options, and the methods do nothing.
+    """A feature's part in a session, its `FEATURE`; by default it has no options, and the methods do nothing.
 
-    Its module is loaded by pytest in every project, used or not: heavy imports belong into methods.
+    Its module is loaded by pytest in every project, used or not: heavy imports belong in methods.
     """
 
     def header(self, context: RunContext) -> Iterable[str]:

@@ -14,7 +14,7 @@ from pytest_hricdv._base.hash_seed import own_hash_seed
 
 
 class Identity(msgspec.Struct, frozen=True):
-    """What a process reports about itself before its first run.
+    """The identity that a process reports before its first run.
 
     Args:
         project: name -> hash of the project's files. Runs of a process with other files are rejected.

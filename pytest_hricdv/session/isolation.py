@@ -52,7 +52,7 @@ class CaughtWarning:
 
 @dataclass(frozen=True)
 class CallResult:
-    """What a process sends after the call of a test.
+    """The message of a process after the call of a test.
 
     Args:
         report: of the call, as pytest sends reports; None where there is none.

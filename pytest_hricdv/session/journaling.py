@@ -45,9 +45,9 @@ class JournalKeeper:
 
     def __init__(self, folder: Path) -> None:
         self.notes: list[str] = []
-        """What to say before the first test."""
+        """Notes to print before the first test."""
         self.resumed: Journal | None = None
-        """What an earlier session has done, where this one goes on with it."""
+        """The journal of an earlier session that this one resumes."""
         self._folder = folder
         self._depends_on: Mapping[str, str] = {}
         self._lock: FolderLock | None = None
@@ -58,7 +58,8 @@ class JournalKeeper:
         self._earlier_is_whole = False
 
     def lines(self, *, had_header: bool) -> list[str]:
-        """What to say at the end; what was said before the first test only where this was not shown."""
+        """The lines to print at the end; the notes from before the first test are repeated only if they were not
+        shown."""
         said = [] if had_header else [*self.notes]
         if self.resumed is not None:
             said.append(
@@ -165,7 +166,7 @@ class JournalKeeper:
         self._append(FeatureRecord(part, key, self._at_s, msgspec.Raw(value)))
 
     def read_resumed_value(self, part: str, key: str) -> bytes | None:
-        """What the session that this one goes on with has worked out, as JSON; None where it has not."""
+        """A value that the resumed session has computed, as JSON; None if it has not."""
         value = None if self.resumed is None else self.resumed.kept.get(part, {}).get(key)
         return None if value is None else decompress(value)
 

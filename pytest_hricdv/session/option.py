@@ -114,7 +114,7 @@ class Repeatable:
 
 
 def _shown_help(option: Option) -> str:
-    """What `pytest --help` says; the reference has all options."""
+    """The help text in `pytest --help`; the reference has all options."""
     return option.help if option.shown else argparse.SUPPRESS
 
 
@@ -134,7 +134,7 @@ class OptionReader:
     config: pytest.Config
 
     def command_line_value(self, name: str) -> object:
-        """What the command line has; None where it does not name the option."""
+        """The value on the command line; None if the option is missing."""
         return self.config.getoption(f"hri_{name}")
 
     def text(self, name: str) -> str:
@@ -228,7 +228,7 @@ class FeatureOptions(Generic[Settings]):
         return False
 
     def settings(self, options: HasFeatures) -> Settings:
-        """What `read` returned."""
+        """The settings that `read` returned."""
         return cast("Settings", options.features[self.name])
 
     def rerun_options(self, reader: OptionReader) -> Iterable[str]:

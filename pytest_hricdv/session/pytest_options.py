@@ -47,7 +47,7 @@ def refuse_looponfail(config: pytest.Config, options: Options) -> None:
 
 
 def say_without_terminal(config: pytest.Config, problems: Iterable[str]) -> None:
-    """What failed a session, on standard error, where pytest's terminal is off: nothing else would say it."""
+    """Print why a session failed on standard error if pytest's terminal is off: nothing else would say it."""
     if not config.pluginmanager.hasplugin("terminalreporter"):
         for problem in problems:
             print(visible(f"FAILED {problem}"), file=sys.stderr)

@@ -130,7 +130,7 @@ def from_text(text: str) -> tuple[ReplayInput, ...]:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a run depends on, besides its test: files of the code under test, versions, and Python's hash seed."""
+    """The dependencies of a run besides its test: files of the code under test, versions, and Python's hash seed."""
 
     code: Mapping[str, str]
     environment: Mapping[str, str]
@@ -148,7 +148,7 @@ class Provenance:
         return cls(code.contents, environment, own_hash_seed())
 
     def replay(self, case: HriCase, result: TestResult, suite_seed: int, origin: ReplayOrigin | None = None) -> Replay:
-        """What to write of a test that was run here."""
+        """The replay file of a test that was run here."""
         return Replay(
             test=case.abstract,
             concrete=case.concrete,
@@ -174,7 +174,7 @@ class Provenance:
         )
 
     def note(self, file: ReplayInput) -> str:
-        """What to say of a file before its test runs: what is not as it was; empty where all is."""
+        """The note on a file before its test runs: what has changed; empty if nothing has."""
         before = {name: text for name, text in file.replay.environment.items() if name in self.environment}
         changed = differences(replace(file.replay, environment=before), self.code, self.environment)
         return f"{file.name}: {', '.join(changed)}: its run need not be the same again" if changed else ""

@@ -229,7 +229,7 @@ class SessionReporter:
         arguments = config.invocation_params.args
         origin = origin_of_session(arguments, config.rootpath, config.inipath, self._began_at, environment)
         origin = msgspec.structs.replace(origin, hash_seed=self.aggregation.hash_seed)
-        # What a report says that is rebuilt, should this session be killed.
+        # The content of a report that is rebuilt if this session is killed.
         return encode(msgspec.structs.replace(declared, origin=origin, problems=not_done(self.context))).encode()
 
     @property
@@ -238,7 +238,7 @@ class SessionReporter:
         return self._missing
 
     def session_info(self) -> SessionInfo:
-        """What the report is made of, besides results."""
+        """The content of the report besides results."""
         return SessionInfo(
             testbench=self.collection.testbench,
             requirements=self.context.requirements,
@@ -266,7 +266,8 @@ class SessionReporter:
 
     @cached_property
     def _reachability(self) -> Reachability:
-        """What the model makes impossible; of replayed tests too, so that their figures are of the same bins."""
+        """The points that the model makes impossible; also for replayed tests, so that their figures use the same
+        bins."""
         testbench = self.collection.testbench
         commands = tuple(testbench.concretization.commands)
         context = GenerationContext(model=testbench.model, space=testbench.beliefs, commands=commands)
@@ -340,7 +341,7 @@ class SessionReporter:
 
 
 def _unsaid_failures(report: Report) -> list[str]:
-    """What failed although pytest does not say so, as when a hook of another plugin changes what it is told."""
+    """Failures that pytest does not report, for instance because another plugin's hook changes the outcome."""
     failing = [test.nodeid for test in report.tests if test.outcome in FAILING]
     if not failing:
         return []

@@ -35,8 +35,8 @@ PRELOADED = (
     "pytest_hricdv.monitor.pattern_parser",
     *(f"pytest_hricdv.session.{name}" for name in ("aggregation", "exports", "preparation", "progress", "reporting")),
 )
-"""What the plugin imports when pytest is configured: done once here, and not again in each fork. By name, because what
-starts this process is among them."""
+"""Modules that the plugin imports when pytest is configured: imported once here, not again in each fork. They are named
+because the module that starts this process is among them."""
 
 
 UNWARNED = ("-W", "ignore::pytest.PytestAssertRewriteWarning")
@@ -131,7 +131,7 @@ def leave_no_core() -> None:
 
 
 def silence(descriptor: int) -> None:
-    """What is written to it goes nowhere."""
+    """Discard whatever is written to the descriptor."""
     with open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), descriptor)
 
@@ -233,7 +233,7 @@ def without_editor(arguments: Sequence[str]) -> tuple[str, ...]:
 
 
 def worker_values(config: pytest.Config, ours: Mapping[str, object]) -> dict[str, Any]:
-    """What a worker is handed: ours, and what plugins look for in it.
+    """The input of a worker: ours, and the entries that plugins look for.
 
     Args:
         config: of the session.

@@ -119,7 +119,8 @@ class Signals:
         return self.let_through()
 
     def let_go(self) -> None:
-        """What a signal raised has left all that should end: SIGTERM cuts off nothing of what is done from now on.
+        """Note that the error of a signal has left everything that should end: SIGTERM no longer interrupts the
+        following work.
 
         On a busy machine that takes longer than the time after which SIGTERM is raised again.
         """

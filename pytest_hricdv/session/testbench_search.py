@@ -42,7 +42,7 @@ def engines_not_installed(testbench: Testbench) -> tuple[str, ...]:
 
 
 def engine_modules(testbench: Testbench) -> tuple[str, ...]:
-    """What has to be imported for the engine in use: one module, or none."""
+    """The modules to import for the engine in use: one, or none."""
     engine = testbench.simulation.engine
     module = testbench.simulation.engines[engine] if engine else ""
     return (module,) if module else ()

@@ -18,7 +18,7 @@ _collection_action = partial(internal_action, inspects=True)
 
 
 def _note_change(invocation: Invocation) -> bool:
-    """What waits for a condition may hold now."""
+    """Note that conditions that intentions wait for may hold now."""
     invocation.agent.run.progress += 1
     invocation.agent.beliefs.version += 1
     return True

@@ -246,7 +246,7 @@ def _means_term(agent: AgentState, means: IntendedMeans) -> Structure:
 
 
 def _rest(agent: AgentState, means: IntendedMeans) -> Term:
-    """What is left of a plan, as a term whose free variables occur nowhere else."""
+    """The rest of a plan, as a term whose free variables occur nowhere else."""
     rest = PlanTerm(means.body[means.pc :])
     own: Bindings = {name: agent.fresh() for name in variables_of(rest) if name not in means.unifier}
     return agent.value(rest, means.unifier | own)

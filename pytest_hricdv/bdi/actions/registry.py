@@ -30,7 +30,7 @@ from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
 Parsed = TypeVar("Parsed")
 Expected = TypeVar("Expected")
 WRONG = "wrong_arguments"
-"""The kind of failure of an action that cannot do with the arguments it is given."""
+"""The kind of failure of an action with unsuitable arguments."""
 INTERNAL = "internal_action"
 """The kind of failure of an action that raises an error of its own."""
 MANY = 1_000
@@ -243,7 +243,7 @@ def _is_missing(call: Call) -> bool:
 
 
 def describe_missing(call: Call) -> str:
-    """What an action or function is that is not here, and what to write instead, with the place of its call."""
+    """Describe a missing action or function: what it is, what to write instead, and the place of its call."""
     return f"{call.location}: {_unknown_action(call.name, {*ACTIONS, *FUNCTIONS} - {VALUE_BY_RULE})}"
 
 
@@ -310,14 +310,14 @@ _INSTEAD = {
     "math.pow": "powers are written X ** Y",
     "math.mod": "the remainder is written X mod Y",
 }
-"""What there is instead, by the name of what there is not."""
+"""Missing name -> its replacement."""
 
 _OWN_PACKAGES = ("math.", "system.")
 """Functions here, under the names that Jason gives them; everything else with a name before the dot is a Java class."""
 
 _NAMES_OF_JASON = "fork get_src_info include join list_files namespace_get_prop namespace_set_prop"
 _OF_JASON = {f".{name}" for name in _NAMES_OF_JASON.split()}
-"""What Jason 1.4.2 or 3.3 has: no slip of a model that calls it."""
+"""Actions of Jason 1.4.2 or 3.3: calling one is not a typo."""
 
 
 def _is_foreign(name: str) -> bool:

@@ -294,7 +294,7 @@ class Agent(AgentState):
         """Whether the goal that a plan has posted again is all there is to do, until something comes from outside."""
         if len(self.events) > 1 or self.suspending or self.has_news():
             return False
-        # What the plan waits for may have come after the plan was selected.
+        # The awaited event may have come after the plan was selected.
         selected_now = self._busy_wait_tick == self.run.ticks
         # A rule may draw a random number or read the clock: then waiting may end without anything from outside.
         return selected_now and not self.beliefs.open and self.library.depends_on_beliefs_only(means.literal.key)

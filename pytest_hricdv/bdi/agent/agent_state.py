@@ -29,8 +29,8 @@ from pytest_hricdv.bdi.logic.unify import Trail
 Outcome = bool | Iterator[object]
 """Success or failure of an internal action, or an iterator that binds variables anew for each solution."""
 ActionResult = tuple[bool, bool, tuple[Term, ...]]
-"""What an internal action did as a statement: whether it succeeded; whether it has moved its own intention, which then
-does not go on to the next statement by itself; annotations for the failure event."""
+"""The result of an internal action as a statement: whether it succeeded; whether it moved its own intention, which then
+does not continue with the next statement by itself; annotations for the failure event."""
 
 
 class ActionTable(Protocol):
@@ -47,7 +47,7 @@ class ActionTable(Protocol):
 
 
 class AgentState:
-    """What an agent believes, intends, and has yet to react to.
+    """The beliefs and intentions of an agent, and the events that it has yet to react to.
 
     Args:
         name: the name of the agent.
@@ -82,7 +82,7 @@ class AgentState:
         self.awaits_goals = False
         """Whether an intention has ever waited for what becomes of a goal."""
         self.questions: dict[str, PendingQuestion] = {}
-        """What intentions have asked other agents, by the name of the message."""
+        """The questions of intentions to other agents, by the name of the message."""
         self.deadlines: list[HardDeadline] = []
         """The deadlines of goals, in the order of posting; some goals may have ended."""
         self.woken: list[Intention] = []
@@ -132,7 +132,7 @@ class AgentState:
             self.requeue(intention)
 
     def resume(self, intention: Intention) -> None:
-        """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
+        """Resume an intention whose wait is over: it is ready for the next statement, if any, in its turn."""
         # A plan that is at its end now is ended in the intention's next turn, not here as by `go_on`.
         means = intention.stack[-1]
         means.pc += 1
@@ -362,7 +362,7 @@ class AgentState:
         self._queries -= 1
 
     def activity(self) -> str:
-        """What the agent is doing, for error messages."""
+        """A description of the agent's activity, for error messages."""
         if self.current is not None and self.current.stack:
             means = self.current.top
             place = means.plan.location if means.is_finished else means.statement.location

@@ -22,7 +22,7 @@ NO_CODE = Structure("no_code")
 
 
 def fail(agent: AgentState, intention: Intention, error: str, message: str, extra: tuple[Term, ...] = ()) -> None:
-    """The statement an intention is at has failed.
+    """Handle the failure of the current statement of an intention.
 
     Args:
         agent: whose intention it is.
@@ -67,7 +67,7 @@ def _error_message(error: str, message: str, means: IntendedMeans) -> str:
 
 
 def _code(agent: AgentState, means: IntendedMeans) -> Term:
-    """What a plan was about to do, as a term where it is one, else as text."""
+    """The next statement of a plan, as a term if it is one, else as text."""
     statement = None if means.is_finished else means.statement
     if isinstance(statement, InternalActionCall):
         # Not as a call, which would be evaluated as a function.
@@ -120,7 +120,7 @@ def no_applicable_plan(agent: AgentState, event: Event) -> bool:
 
 
 def _reason(literal: Structure) -> str:
-    """What had failed, if the literal is that of a failure."""
+    """The reason of a failure, if the literal is that of one."""
     texts = [annot.args[0] for annot in literal.annots if isinstance(annot, Structure) and annot.key == _MESSAGE]
     return f" ({texts[0].value})" if texts and isinstance(texts[0], String) and texts[0].value else ""
 

@@ -113,7 +113,8 @@ class Intention:
     def __init__(self, number: int) -> None:
         self.number = number
         self.branch_of: ForkedIntention | None = None
-        """What goes on once it is done, for a branch of a fork: it has copies of the plans below."""
+        """For a branch of a fork: the intention that continues once it is done; the branch has copies of the plans
+        below."""
         self.stack: list[IntendedMeans] = []
 
     @property
@@ -174,8 +175,7 @@ class PendingWait:
     trigger: PlanTrigger | None = None
     condition: Formula | None = None
     elapsed: Term | None = None
-    """What to unify the time waited with, in ms; without it, a deadline reached while waiting for something is a
-    failure."""
+    """Unified with the time waited, in ms; without it, reaching the deadline of a wait for something is a failure."""
 
     def is_for(self, sign: str, literal: Structure) -> bool:
         """Whether an event is the one it waits for; then the plan's variables are bound."""
@@ -220,7 +220,7 @@ class SpeechAct:
 
     @property
     def name(self) -> str:
-        """What agents call it."""
+        """The name that agents use for it."""
         return f"mid{self.number}"
 
 
@@ -231,7 +231,7 @@ class PendingQuestion:
     intention: Intention
     force: str
     answer: Term
-    """What the answer is unified with, or the list of answers when several agents were asked."""
+    """Unified with the answer, or with the list of answers if several agents were asked."""
     deadline: float | None
     """When it stops waiting, in ticks of the virtual clock."""
     asked: int | None
@@ -240,18 +240,18 @@ class PendingQuestion:
 
 
 class PerceptSource(Protocol):
-    """What an agent perceives."""
+    """The percepts of an agent."""
 
     @property
     def version(self) -> int:
         """Grows with every change."""
 
     def literals(self) -> Iterable[Structure]:
-        """What is perceived now."""
+        """The present percepts."""
 
 
 class RunServices(Protocol):
-    """What a run offers to its agents."""
+    """The services that a run offers to its agents."""
 
     progress: int
     """Grows with everything that another agent, or the user, could notice, or that the agent could remember."""
@@ -283,7 +283,7 @@ class RunServices(Protocol):
         """An intention has begun to wait until then."""
 
     def percepts_of(self, agent: str) -> PerceptSource:
-        """What an agent perceives, now and from now on."""
+        """The percepts of an agent, now and later."""
 
     def deliver(self, receiver: str, message: SpeechAct) -> None:
         """Put a message into its receiver's mailbox."""

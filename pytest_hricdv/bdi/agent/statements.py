@@ -236,7 +236,7 @@ def _while(agent: AgentState, intention: Intention, means: IntendedMeans, statem
     """Enter the block again if the condition holds, or leave the loop."""
     # `means.loop` says that this is not the first iteration; it is taken away, for the body may have a loop of its own.
     loop, means.loop = means.loop or LoopState(statement, means.unifier, deque()), None
-    # What was bound in the last iteration is not bound any more.
+    # Bindings of the last iteration are dropped.
     solution = first(agent, statement.condition, loop.outer)
     if solution is None:
         _leave_loop(agent, intention, means, loop)
@@ -265,7 +265,7 @@ def _for(agent: AgentState, intention: Intention, means: IntendedMeans, statemen
 
 
 def _leave_loop(agent: AgentState, intention: Intention, means: IntendedMeans, loop: LoopState) -> None:
-    """What was bound in a loop is not bound after it."""
+    """Drop the bindings made in a loop after it."""
     means.unifier = loop.outer
     agent.go_on(intention)
 

@@ -1,8 +1,7 @@
 """Resource limits of a model's run, in steps and sizes, never in time: the same everywhere.
 
-Rules, lists and messages may grow without end, within one reasoning cycle. What they do is counted as work, at the
-places where their loops are, and a run that has done too much of it ends with an error. What an ordinary reasoning
-cycle does is not counted, it has the limit of rounds.
+Rules, lists and messages may grow without end within one reasoning cycle. Their loops count work, and a run that does
+too much of it ends with an error. Ordinary reasoning cycles are not counted: the limit of rounds bounds them.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ class LimitError(BdiError):
 
 
 class _Work:
-    """What the present run may still do (units); one number for all, because terms know no run."""
+    """The work that the present run may still do (units); one number for all, because terms know no run."""
 
     __slots__ = ("left",)
 
@@ -78,7 +77,7 @@ def too_much_work() -> LimitError:
 
 @contextmanager
 def count_work(run: WorkCounter) -> Iterator[None]:
-    """What is done inside counts as the run's; runs may contain others."""
+    """Count the work done inside as the run's; runs may be nested."""
     outside, WORK.left = WORK.left, run.work_left
     try:
         yield

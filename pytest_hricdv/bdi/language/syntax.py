@@ -63,7 +63,7 @@ class Comparison:
 
 Formula = Structure | Variable | AnnotatedVariable | QualifiedLiteral | Call | And | Or | Not | Comparison
 GoalTerm = Structure | Variable | AnnotatedVariable | QualifiedLiteral
-"""What can be achieved, tested or believed: a literal, or a variable that stands for one."""
+"""The object of a goal, test or belief: a literal, or a variable that stands for one."""
 
 
 def ground_event_literal(literal: GoalTerm | PlanTerm) -> Structure | None:
@@ -227,7 +227,7 @@ GOAL_STATE = "^!"
 STATE = (False, "state", 1)
 """The key of the annotation."""
 GOAL_STATES = ("started", "finished", "failed")
-"""What becomes of a goal, of Jason 1.4.2: the values of ``state``. It has ``suspended`` and ``resumed``, too."""
+"""The states of a goal in Jason 1.4.2: the values of ``state``. It has ``suspended`` and ``resumed``, too."""
 SIGNS = ("+", "-", "+!", "-!", "+?", "-?", GOAL_STATE)
 """The signs of events: of beliefs, achievement goals and test goals, and of the states of goals."""
 

@@ -127,7 +127,7 @@ def _starts_plan(token: Token, text: str) -> bool:
 
 
 def _expectation(accepted: set[str]) -> str:
-    """What the parser would accept: punctuation if any, else the kind of construct."""
+    """The input that the parser would accept: punctuation if any, else the kind of construct."""
     if {"BANG", "INTERNAL"} <= accepted and "SEMICOLON" not in accepted:
         return "a statement"
     signs = [f"'{sign}'" for name, sign in _PUNCTUATION.items() if name in accepted]

@@ -50,7 +50,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         self._text = text
         self._file = file
         self.warnings: list[str] = []
-        """What the author of the source should know, with its place."""
+        """Warnings for the author of the source, with their places."""
         self.has_spaces = False
         """Whether the source names name spaces."""
         self._functions: dict[tuple[str, int], str] = {}

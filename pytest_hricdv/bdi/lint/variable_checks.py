@@ -98,7 +98,7 @@ class _BindingAnalysis:
             for branch in statement.branches:
                 yield from self.body(branch, bound)
         elif isinstance(statement, (syntax.For, syntax.While)):
-            # What is bound in a loop is not bound after it.
+            # Bindings made in a loop do not hold after it.
             inside = set(bound)
             yield from self.formula(statement.condition, inside)
             yield from self.body(statement.body, inside)

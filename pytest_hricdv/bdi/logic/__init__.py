@@ -1,1 +1,1 @@
-"""What can be concluded from terms and formulas: substitution, unification, inference."""
+"""Reasoning with terms and formulas: substitution, unification, inference."""

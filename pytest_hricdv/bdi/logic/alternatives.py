@@ -24,7 +24,7 @@ from pytest_hricdv.bdi.logic.unify import Trail, match_annotations, stands_for, 
 
 
 class Reasoner(Protocol):
-    """What a query needs of the agent that asks it."""
+    """The interface of an agent that a query needs."""
 
     name: str
     beliefs: BeliefBase
@@ -47,17 +47,17 @@ class Reasoner(Protocol):
         """The end of a query."""
 
     def activity(self) -> str:
-        """What the agent is doing, for error messages."""
+        """A description of the agent's activity, for error messages."""
 
 
 Goals = tuple[Formula, Any] | None
-"""What is left to show, first things first."""
+"""The goals left to show, the next one first."""
 
 
 def alternatives(
     agent: Reasoner, goal: Formula, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
 ) -> Iterator[Goals]:
-    """What is left to show for each way to show the goal, with the bindings of that way made."""
+    """The goals left to show for each way to show this one, with its bindings made."""
     if isinstance(goal, Or):
         for part in goal.parts:
             yield (part, rest)
@@ -96,7 +96,7 @@ def alternatives(
 
 
 def _meaning(agent: Reasoner, goal: Formula, env: Bindings) -> Formula | FormulaTerm:
-    """What a variable in the place of a condition stands for: what was handed over, or itself if it has no value."""
+    """The value of a variable in the place of a condition: the term that was passed, or itself if it has none."""
     value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
     if not isinstance(value, (Structure, Call, FormulaTerm, Variable, AnnotatedVariable, QualifiedLiteral)):
         raise EvaluationError(f"{goal} is not a literal but {value}")

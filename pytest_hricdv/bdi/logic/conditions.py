@@ -1,4 +1,4 @@
-"""Contexts of plans, prepared for being evaluated often: a function for each, made once, that decides it.
+"""Plan contexts compiled for repeated evaluation: one function for each context decides it.
 
 Such a function gives the answer of :func:`~pytest_hricdv.bdi.logic.inference.first` by looking up beliefs by
 predicate and arguments, or the only belief of a predicate. A part of a context that needs a choice or a rule is left to
@@ -91,7 +91,7 @@ def _propositions(literals: tuple[Structure, ...]) -> Condition:
 
 
 def _negation(formula: Not) -> Condition:
-    # What a negated part binds on its way to failing must not be seen outside; a ground literal binds nothing.
+    # Bindings that a negated part makes before it fails must not leak; a ground literal binds nothing.
     part, decide = formula.part, condition_of(formula.part)
     copies = not (isinstance(part, Structure) and part.ground)
 

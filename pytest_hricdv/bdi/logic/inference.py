@@ -1,4 +1,4 @@
-"""What follows from an agent's beliefs: resolution with backtracking, newest beliefs first.
+"""Inference from an agent's beliefs: resolution with backtracking, newest beliefs first.
 
 The machine keeps its own stack of choices, so that deep rules cannot exhaust Python's, and stops
 runaway recursion with an error that names the rule.

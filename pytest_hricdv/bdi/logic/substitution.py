@@ -33,7 +33,7 @@ Functions = Callable[[Call, Bindings], Term]
 
 
 def walk(term: Term, bindings: Bindings) -> Term:
-    """What a variable stands for in the end; any other term as it is."""
+    """The final value of a variable; any other term unchanged."""
     # Chains of variables arise where rules call rules; they are short, and shortening them would need undoing.
     while type(term) is Variable:
         value = bindings.get(term)

@@ -152,7 +152,7 @@ def _unify_qualified(pattern: QualifiedLiteral, target: Term, bindings: Bindings
 
 
 def stands_for(pattern: AnnotatedVariable, target: Structure) -> Structure:
-    """What the variable in a pattern is bound to where the pattern is a literal.
+    """The literal that the variable in a pattern is bound to.
 
     As in Jason, a variable that is written with annotations stands for the literal without any, `~X` for one that is
     not negated.

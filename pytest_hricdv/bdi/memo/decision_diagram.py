@@ -33,7 +33,7 @@ class AtomDecision:
 
 @dataclass(slots=True, eq=False)
 class Segment:
-    """What happens from one node to the next.
+    """The events from one node to the next.
 
     Args:
         rounds: the rounds it takes.
@@ -111,7 +111,7 @@ def add(node: StateNode, answers: dict[str, bool], segment: Segment) -> None:
 
 Lines = tuple[str, ...]
 Content = tuple[Lines, int]
-"""What is of interest of a run: texts in order, and a bit set."""
+"""The relevant content of a run: texts in order, and a bit set."""
 Fold = Callable[[Sequence[tuple[str, str]], Sequence[tuple[str, list[str]]]], Content]
 Answers = frozenset[tuple[str, bool]]
 Runs = dict[Content, frozenset[str]]

@@ -142,7 +142,7 @@ def _mentions(plan: Plan, key: Key) -> int:
 
 
 class Dependencies:
-    """What the recorded part of a run depends on.
+    """The dependencies of the recorded part of a run.
 
     Args:
         forwarding: how the atoms are forwarded.
@@ -237,7 +237,7 @@ class ReceiverBeliefs(BeliefBase):
         return removed
 
     def content(self) -> Content:
-        """What does not depend on the forwarded atoms."""
+        """The state without the forwarded atoms."""
         held: dict[Key, tuple[Entry, ...]] = {key: () for key in self._settled if self._is_proposition(key)}
         for key, bucket in self.buckets.items():
             if bucket and not self._depends(key):
@@ -270,5 +270,5 @@ class SteeringBeliefs(BeliefBase):
             self._dependencies.note_look()
 
     def content(self) -> Content:
-        """What it believes besides the percepts to be forwarded."""
+        """Its beliefs besides the percepts to be forwarded."""
         return tuple([entry for entry in super().content() if entry[0] != self._dependencies.forwarding.key])

@@ -1,4 +1,4 @@
-"""The environment of the agents: what they perceive, and what their actions do."""
+"""The environment of the agents: their percepts, and the effects of their actions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Perceived = tuple[str | int | Structure, ...]
 
 
 class Percepts:
-    """What an agent perceives."""
+    """The percepts of an agent."""
 
     __slots__ = ("_literals", "_shown", "version")
 
@@ -24,14 +24,14 @@ class Percepts:
         """Grows with every change."""
         self._literals: dict[Structure, None] = {}
         self._shown: tuple[str | Structure, ...] | None = None
-        """What is perceived as it was given, as long as it is not parsed: the memo does not need that."""
+        """The percepts as they were given, until they are parsed: the memo does not need the parsed form."""
 
     def as_given(self) -> Collection[str | Structure]:
-        """What is perceived, as it was given."""
+        """The percepts as they were given."""
         return self._literals if self._shown is None else self._shown
 
     def literals(self) -> dict[Structure, None]:
-        """What is perceived, in the order added, with ``source(percept)``."""
+        """The percepts in the order added, with ``source(percept)``."""
         if self._shown is not None:
             self._literals, self._shown = dict.fromkeys(map(percept_of, self._shown)), None
         return self._literals
@@ -129,7 +129,7 @@ class Environment:
             self.show(agent, ())
 
     def percepts_of(self, agent: str) -> Percepts:
-        """What an agent perceives, now and from now on."""
+        """The percepts of an agent, now and later."""
         percepts = self._percepts.get(agent)
         if percepts is None:
             percepts = self._percepts[agent] = Percepts()
@@ -137,7 +137,7 @@ class Environment:
 
     @property
     def percepts_now(self) -> Perceived:
-        """What agents perceive now, for those that perceive anything."""
+        """The present percepts of all agents that have any."""
         perceived: list[str | int | Structure] = []
         for agent, percepts in self._percepts.items():
             literals = percepts.as_given()

@@ -42,7 +42,7 @@ class JitteredRun(SystemRun):
         return self.rounds + self._chance.randint(0, self._jitter)
 
     def percepts_of(self, agent: str) -> PerceptSource:
-        """What an agent perceives; it is late to learn of changes."""
+        """The percepts of an agent, which learns of changes late."""
         percepts = super().percepts_of(agent)
         return self._late.setdefault(agent, _LatePercepts(self, percepts)) if self._jitter else percepts
 
@@ -97,7 +97,7 @@ class JitteredRun(SystemRun):
 
 
 class _LatePercepts:
-    """What an agent perceives; the version is the one that the agent knows of, some rounds late."""
+    """The percepts of an agent; the version is the one that the agent knows of, some rounds late."""
 
     def __init__(self, run: JitteredRun, percepts: PerceptSource) -> None:
         self._run = run
@@ -122,5 +122,5 @@ class _LatePercepts:
         return self._arrived
 
     def literals(self) -> Iterable[Structure]:
-        """What is perceived now."""
+        """The present percepts."""
         return self._percepts.literals()

@@ -56,7 +56,7 @@ class AgentTemplate:
 
 
 class Result(NamedTuple):
-    """What happened in a run.
+    """The result of a run.
 
     A named tuple because learning makes thousands: a frozen dataclass takes four times as long.
 
@@ -135,7 +135,8 @@ class MultiAgentSystem:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What in the project has no effect here or would end a run, each once, with its place."""
+        """Warnings about parts of the project without an effect here, or that would end a run; each once, with its
+        place."""
         return self._warnings
 
     @property
@@ -248,7 +249,7 @@ class MultiAgentSystem:
 
 
 def _warnings_of(program: Program) -> list[str]:
-    """What the author of a source should know: how it was read, and what ends a run, each action once."""
+    """Warnings for the author of a source: how it was read, and what ends a run; each action once."""
     calls = {call.name: call for call in reversed(foreign_calls(program))}
     ends = [f"{describe_missing(call)}; a run ends where it is called" for call in reversed(calls.values())]
     return [*program.warnings, *ends]
@@ -299,7 +300,7 @@ def _message_plans() -> tuple[Plan, ...]:
 
 
 def _template(entry: AgentEntry, program: Program, library: PlanLibrary) -> AgentTemplate:
-    # What the project gives comes before what the source gives: the beliefs are older, the goals earlier.
+    # The project's beliefs and goals come before those of the source: they are older.
     given_beliefs, given_goals = beliefs_and_goals(entry)
     beliefs = [*program.beliefs, *reversed(given_beliefs)]
     goals = [*given_goals, *program.goals]

@@ -72,7 +72,7 @@ class SystemRun:
         self.messages = 0
         """The number of messages sent so far."""
         self.work_left = MAX_WORK
-        """What it may still do besides one statement in each cycle, see `pytest_hricdv.bdi.language.limits`."""
+        """The work left, besides one statement per cycle; see `pytest_hricdv.bdi.language.limits`."""
         self._seed = seed
         self._random: random.Random | None = None
         self._first_fresh = self._fresh = 0
@@ -104,7 +104,7 @@ class SystemRun:
         return self.ticks + ticks_of(wait_ms)
 
     def percepts_of(self, agent: str) -> PerceptSource:
-        """What an agent perceives, now and from now on."""
+        """The percepts of an agent, now and later."""
         return self.environment.percepts_of(agent)
 
     def print(self, agent: str, text: str) -> None:
@@ -320,7 +320,7 @@ class SystemRun:
 
     def _jump(self) -> bool:
         """Advance the clock to the next moment at which a wait is over; False if there is none."""
-        # What an agent waits for may have come before its time.
+        # An awaited event may have come before the deadline.
         self._find_earliest_deadline()
         if self.earliest_deadline == math.inf:
             return False
@@ -347,7 +347,7 @@ class SystemRun:
 
 
 def _limit(error: Exception, agent: Agent) -> str:
-    """What an agent did that has reached a limit: with its rule, and its plan."""
+    """The action of an agent that reached a limit, with its rule and its plan."""
     if isinstance(error, LimitError):
         return f"{error.rule}{agent.activity()}: {error}"
     if isinstance(error, MemoryError):

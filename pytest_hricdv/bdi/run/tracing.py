@@ -106,7 +106,7 @@ def _line(step: Step, width: int) -> str:
 
 
 class StepNotes(SystemRun):
-    """What notes the steps of a run of any kind; it takes what that kind takes."""
+    """A mixin that notes the steps of any kind of run; it takes the arguments of that kind."""
 
     def __init__(self, *arguments: Any) -> None:
         self.steps: list[Step] = []

@@ -13,7 +13,7 @@ MAX_OF_EVENT = 4
 
 
 def precedences(events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
-    """Of all pairs of events whose second one the code under test causes, or a message of the world.
+    """Precedences of all pairs whose second event is caused by the code under test, or is a message of the world.
 
     A signal of the world may have changed for a person.
     """

@@ -39,7 +39,7 @@ class _Delays:
 
 
 def responses(runs: Runs, events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
-    """Of all pairs of events whose second one the code under test or the world causes.
+    """Responses of all pairs whose second event the code under test or the world causes.
 
     What holds for all messages of a topic is not repeated for some of them.
     """

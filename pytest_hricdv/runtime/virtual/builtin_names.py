@@ -16,7 +16,8 @@ from typing import Any
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 
-# What libraries replace, as `rich` does with `print`: the session asks for none of these, and has them back afterwards.
+# Names that libraries replace, as `rich` does with `print`: the session uses none of these, and restores them
+# afterwards.
 _REPLACEABLE = {"__import__", "breakpoint", "copyright", "credits", "exit", "help", "input", "license", "open", "print"}
 _NAMES = frozenset(vars(builtins)) - _REPLACEABLE - {"_", "quit", "__doc__", "__loader__", "__spec__"}
 

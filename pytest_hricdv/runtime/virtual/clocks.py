@@ -268,4 +268,4 @@ MODULES = (
     stand_in(real_datetime, {"datetime": VirtualDatetime, "date": VirtualDate}),
     stand_in(uuid, {name: function for name, function in _IDENTIFIERS.items() if hasattr(uuid, name)}),
 )
-"""What the modules under test see."""
+"""The modules that the code under test sees."""

@@ -41,7 +41,7 @@ _NEW_EVENT_LOOP = asyncio.new_event_loop
 _LOOP = "event loop"
 _NUMBERED = re.compile(r"Task-\d+")
 _WAIT = getattr(getattr(asyncio.tasks, "_wait", None), "__code__", None)
-"""What `asyncio.wait` waits in."""
+"""The code object in which `asyncio.wait` waits."""
 
 
 class VirtualEventLoop(asyncio.SelectorEventLoop):
@@ -106,7 +106,8 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
                 coroutine.close()
             # It is over: whoever closes the loop has nothing to cancel.
             asyncio.tasks._unregister_task(task)
-        # What they cancelled in closing would go on in a closed coroutine, and asyncio would log its error.
+        # Callbacks that they cancelled in closing would continue in a closed coroutine, and asyncio would log the
+        # error.
         self._ready.clear()
 
     def _process_events(self, event_list: Any) -> None:
@@ -221,7 +222,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         _refuse("asyncio's socket")
 
     def __del__(self, _warn: Any = None) -> None:
-        # What a run leaves open is closed without a warning: it ended at any moment, and no program would have gone on.
+        # Whatever a run leaves open is closed without a warning: the run may end at any moment.
         if not self.is_closed() and not self.is_running():
             self.close()
 
@@ -363,4 +364,4 @@ _NAMES: dict[str, Any] = {
 }
 
 MODULES: tuple[ModuleType, ...] = (stand_in(asyncio, _NAMES),)
-"""What the modules under test see."""
+"""The modules that the code under test sees."""

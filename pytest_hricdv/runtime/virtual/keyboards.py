@@ -49,7 +49,7 @@ class RefusingModule(ModuleType):
 
 
 def refuse_in_nodes(value: Any) -> Any:
-    """What stands for a member of such a library: its modules, functions and classes refuse, in nodes."""
+    """The replacement for a member of such a library: its modules, functions and classes refuse to work in nodes."""
     if isinstance(value, ModuleType):
         return RefusingModule(value) if is_keyboard(value) else value
     if not callable(value) or (isinstance(value, type) and issubclass(value, BaseException)):

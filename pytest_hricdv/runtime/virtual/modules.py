@@ -47,7 +47,7 @@ def _stand_in(name: str) -> ModuleType:
 
 
 class Replacements:
-    """What stands for what, for the modules of the library that are loaded: nobody can have names of the others."""
+    """The replacements for loaded modules of the library: nobody can have names of the others."""
 
     def __init__(self) -> None:
         self._replaced: set[str] = set()
@@ -189,7 +189,8 @@ class VirtualModules:
                 self._done.add(name)
 
     def _references(self, name: str, module: ModuleType) -> Sequence[Reference]:
-        """What is to be replaced in a module. Libraries are searched once; the state of the code under test changes."""
+        """The references to replace in a module. Libraries are searched once; the state of the code under test
+        changes."""
         known = None if self._reach.is_code(name) else _IN_LIBRARIES.get(module)
         if known is None:
             search = ReferenceSearch(lambda value: is_keyboard(value) or value in _REPLACEMENTS, self._reach)
@@ -203,7 +204,7 @@ _IN_LIBRARIES: weakref.WeakKeyDictionary[ModuleType, tuple[Reference, ...]] = we
 
 
 def _import_result(name: str, module: ModuleType, has_names: bool) -> ModuleType:
-    """What an import statement gets: of `import a.b` without names it is `a`, in which `b` is the stand-in."""
+    """The result of an import statement: for `import a.b` without names it is `a`, in which `b` is the replacement."""
     other = _stand_in(name)
     if has_names or "." not in name:
         return other

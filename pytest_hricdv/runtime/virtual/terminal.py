@@ -48,7 +48,7 @@ class Terminal:
         self._record = record
         self.attributes = default_attributes()
         self._ready: deque[bytes] = deque()
-        """What can be read: lines, or else pieces of any length. An empty one is the end of the input."""
+        """The readable input: lines, or else pieces of any length. An empty one is the end of the input."""
         self._line = bytearray()
         """A line that is being edited."""
         self._is_closed = False

@@ -53,7 +53,7 @@ _READING = frozenset(
         "_checkReadable",
     )
 )
-"""What of a standard input is for reading it; all else, as its encoding, is harmless."""
+"""The members of standard input that read; all others, such as its encoding, are harmless."""
 
 
 class _Nobody:
@@ -73,7 +73,7 @@ class NodeStdin:
     """`sys.stdin` while a run goes on: in a node its terminal, elsewhere what it was before."""
 
     outside: Any = None
-    """What it was before."""
+    """Its previous value."""
 
     def _stream(self, name: str) -> Any:
         node = current_node()
@@ -187,7 +187,7 @@ _REAL_SELECT = select.select
 
 
 def _select_others(files: tuple[list[Any], list[Any], list[Any]], timeout: float | None) -> Any:
-    """What is ready of other files; without any, it is a way to sleep."""
+    """The other files that are ready; without any, `select` is a way to sleep."""
     if not any(files) and timeout is not None and timeout > 0:
         clocks.sleep(timeout)
     ready = _REAL_SELECT(*files, 0)
@@ -273,7 +273,7 @@ def _make_ask(real: Callable[..., str]) -> Callable[..., str]:
 
 
 def _do_nothing(terminal: Terminal, *_: Any) -> None:
-    """What concerns the output of a terminal."""
+    """Ignore a call about the output of a terminal."""
 
 
 _VIRTUAL: tuple[tuple[Any, str, Callable[..., Any]], ...] = (

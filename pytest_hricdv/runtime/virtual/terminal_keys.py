@@ -28,7 +28,7 @@ KEYS = {
 
 
 def default_attributes() -> list[Any]:
-    """What a new terminal on Linux has."""
+    """The attributes of a new terminal on Linux."""
     characters: list[Any] = [b"\x00"] * 32
     for index, value in (
         (termios.VINTR, b"\x03"),

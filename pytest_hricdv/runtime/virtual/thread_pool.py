@@ -48,7 +48,7 @@ class Future(real_futures.Future[Any]):
 
 
 WORK = "work"
-"""What a node of a pool does now: the future of a call, in `Node.own`."""
+"""Key in `Node.own` for the present work of a pool's node: the future of a call."""
 
 
 class ThreadPoolExecutor(real_futures.Executor):
@@ -183,4 +183,4 @@ _NAMES = {
 }
 
 MODULES = (stand_in(real_futures, _NAMES),)
-"""What the modules under test see."""
+"""The modules that the code under test sees."""

@@ -129,7 +129,7 @@ class Thread:
             self._over.set()
 
     def run(self) -> None:
-        """What it does; to be overridden, or given as `target`."""
+        """The thread's work; to be overridden, or given as `target`."""
         if self._target is not None:
             self._target(*self._args, **self._kwargs)
 
@@ -266,7 +266,7 @@ _LOW_LEVEL = stand_in(
 )
 
 MODULES = (_THREADING, _QUEUE, copy("sched", {"threading": _THREADING, "time": clocks.MODULES[0]}), _LOW_LEVEL)
-"""What the modules under test see."""
+"""The modules that the code under test sees."""
 
 
 def local_like(kind: type) -> type:
