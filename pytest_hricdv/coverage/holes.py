@@ -26,7 +26,7 @@ class Hole:
 
     Args:
         values: coordinate and value; all coordinates where it is a single bin.
-        bins: how many bins of it no larger hole has: so many are closed with it.
+        bins: number of its bins that no larger hole has, and that closing it adds.
     """
 
     values: tuple[tuple[str, str], ...]

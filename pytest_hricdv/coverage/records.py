@@ -151,7 +151,7 @@ class RequirementTally(PlainRecord, frozen=True, kw_only=True):
 
 
 class CurvePoint(PlainRecord, frozen=True, kw_only=True):
-    """Coverage after so many tests."""
+    """Coverage after a number of tests."""
 
     tests: Count
     statements: Count

@@ -20,7 +20,7 @@ KILLED = f"ended by {signal.Signals.SIGKILL.name}" if hasattr(signal, "SIGKILL")
 """How a process ended that somebody else has killed, as a system without memory does."""
 
 MAX_ATTEMPTS = 3
-"""Work whose process is killed so many times is at fault itself. Chosen: a system without memory kills what is large
+"""Work whose process is killed this many times is at fault itself. Chosen: a system without memory kills what is large
 just then, which a repetition need not be."""
 
 T = TypeVar("T")
@@ -58,8 +58,8 @@ class ProcessPool(Generic[T]):
 
     Args:
         work: works on an item, in its process; what it sends is a line.
-        processes: so many at a time.
-        silent_s: a process that writes nothing for so long (s of wall time, without pauses of this one) is ended.
+        processes: number of processes at a time.
+        silent_s: a process that writes nothing for this time (s of wall time, without pauses of this one) is ended.
     """
 
     work: Callable[[T, Send], None]

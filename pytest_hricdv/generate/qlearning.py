@@ -131,7 +131,7 @@ class QLearning:
         rounds: how often learning starts again; each round's policy gives a part of the suite. 0: as many as the reward
             needs, which is 1 for `published` and 10 for `uncovered`.
         tolerance: an iteration is quiet if no cell of Q changes by more than this.
-        quiet_iterations: learning has converged after so many quiet iterations in a row. One is not enough: the
+        quiet_iterations: learning has converged after this many quiet iterations in a row. One is not enough: the
             rewards of two agents can cancel in a short iteration, which then changes nothing.
         stop_when_converged: stop then; otherwise do all iterations, as for the paper's figure.
         suite_size: tests of the suite made from the policy.

@@ -15,7 +15,7 @@ SAMPLES = 2**MAX_OTHERS
 """Number of belief sets drawn: as many as one start belief has in the largest model that is explored completely."""
 
 DRAWS = 20 * SAMPLES
-"""After so many draws no more are made: of spaces with fewer sets, more than 19 of 20 draws repeat one."""
+"""Most draws: for spaces with fewer sets, more than 19 of 20 draws repeat one."""
 
 
 def explore_by_sampling(runner: ModelRunner, reason: str) -> Exploration:

@@ -41,7 +41,7 @@ class MonitorSet:
 
     Args:
         requirements: to be monitored.
-        most: so many violations and triggers of each are kept, the first ones; the others are counted.
+        most: number of violations and triggers of each that are kept, the first ones; the others are only counted.
 
     >>> from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
     >>> text = "always(closing -> distance >= 0.05)"

@@ -53,7 +53,7 @@ class RequirementMonitor(FormulaMonitor):
         self._verdict = VerdictBuilder(program.alternatives)
 
     def keep_at_most(self, most: float) -> None:
-        """Keep so many violations and triggers; the others are counted."""
+        """Keep this many violations and triggers; the others are only counted."""
         self._verdict.most = most
 
     def _can_start(self) -> bool:

@@ -154,7 +154,7 @@ class VerdictBuilder:
 
     Args:
         alternatives: the texts of the response's disjuncts; none where it is no disjunction.
-        most: so many violations and triggers are kept, the first ones; the others are counted.
+        most: number of violations and triggers kept, the first ones; the others are only counted.
     """
 
     def __init__(self, alternatives: Iterable[str] = (), most: float = math.inf) -> None:

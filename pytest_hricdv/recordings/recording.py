@@ -171,7 +171,7 @@ class RecordingReader:
             jitter_s: how far messages may be out of order.
             jumps: whether the clock may jump.
             from_zero: times are those of the recording, which begins at 0; otherwise they are since its first message.
-            most: so many messages and values can be kept by the caller; what comes then is not read.
+            most: number of messages and values that the caller can keep; later ones are not read.
         """
         self._begin()
         order = MessageOrder(self.name, jitter_s, jumps=jumps)

@@ -47,7 +47,7 @@ def around(
         at_s: the instant (s).
         name: of the test, for the first line.
         event: what happened there; empty at the end of a run, after which there is nothing.
-        most: so many actions are shown.
+        most: number of actions shown.
         who: did them.
     """
     at_ms_s = round(at_s, 3)  # as the times are: a disturbance may violate a requirement as it begins

@@ -12,7 +12,7 @@ from pytest_hricdv.results.model import Report, TestResult
 
 
 def lines(report: Report, columns: int) -> Iterator[Line]:
-    """How the tests behave, compared with the baseline, in lines of at most so many columns; none without one."""
+    """How the tests behave, compared with the baseline, in lines of limited width; none without a baseline."""
     changes = report.changes
     if changes is None or not report.reported:
         return

@@ -23,10 +23,10 @@ Part = list[Line]
 
 
 def brief_lines(report: Report, columns: int, notes: int = 0, *, is_red: bool = False) -> Iterator[Line]:
-    """Requirements, what is not covered, what changed, and what features say, in a few lines of so many columns.
+    """A few lines of limited width on requirements, gaps, changes, and results of features.
 
     Args:
-        notes: so many lines are shown beside.
+        notes: number of other lines shown.
         is_red: the session fails.
     """
     parts = [_requirements(report, columns), _describe_gaps(report, columns), [*behaviour_view.lines(report, columns)]]

@@ -34,7 +34,7 @@ class FailingTests:
 
     @classmethod
     def of(cls, report: Report, columns: int | None = None) -> FailingTests:
-        """Those of a report; what is said of causes fits into so many columns."""
+        """The failing tests of a report; texts on causes fit into this many columns."""
         tests = {test.nodeid: test for test in report.tests if test.outcome == "failed"}
         return cls(report, tests, failure_causes(report, columns))
 

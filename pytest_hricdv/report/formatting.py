@@ -118,7 +118,7 @@ def width(text: str) -> int:
 
 
 def fit(text: str, columns: int) -> str:
-    """The text, or its beginning and `...`, in at most so many columns."""
+    """The text, or its beginning and `...`, within a number of columns."""
     if width(text) <= columns:
         return text
     dots = "..."[: max(columns, 0)]
@@ -126,7 +126,7 @@ def fit(text: str, columns: int) -> str:
 
 
 def fit_list(texts: Iterable[str], columns: int) -> str:
-    """The first of the texts that takes at most so many columns, without `...`: the fullest first, each says less.
+    """The first of the texts that fits into the columns without `...`; the texts are ordered from full to short.
 
     Where not even the last fits, as much of it as there is room for.
     """
@@ -138,7 +138,7 @@ def fit_list(texts: Iterable[str], columns: int) -> str:
 
 
 def fit_path(path: str, columns: int) -> str:
-    """The path, or `...` and its end, in at most so many columns: its end is what tells files apart."""
+    """The path, or `...` and its end, within a number of columns: the end tells files apart."""
     if width(path) <= columns:
         return path
     dots = "..."[: max(columns, 0)]
@@ -152,7 +152,7 @@ def fit_path(path: str, columns: int) -> str:
 
 
 def pad(text: str, columns: int) -> str:
-    """The text cut or filled with blanks to exactly so many columns."""
+    """The text cut or padded with blanks to exactly this many columns."""
     cut = fit(text, columns)
     return cut + " " * (columns - width(cut))
 
@@ -177,7 +177,7 @@ def and_more(count: int) -> str:
 
 
 def wrap(words: Iterable[str], columns: int) -> list[str]:
-    """Words joined by blanks into lines of at most so many columns; a longer word is cut."""
+    """Words joined by blanks into lines of limited width; a longer word is cut."""
     lines: list[str] = []
     for word in words:
         if lines and width(lines[-1]) + 1 + width(word) <= columns:
@@ -188,7 +188,7 @@ def wrap(words: Iterable[str], columns: int) -> list[str]:
 
 
 def wrap_line(text: str, columns: int) -> list[str]:
-    """The text in lines of at most so many columns, the further ones indented by two more; of a long one, the begin."""
+    """The text in lines of limited width, from the second on indented by two more; a long text is cut."""
     if width(text) <= columns:
         return [text]
     words = text.lstrip(" ")

@@ -15,7 +15,7 @@ from pytest_hricdv.report.violations import NO_TEXT, margin_unit
 from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
 
 SHOWN = 25
-"""At most so many failures, tight passes and near misses are listed; the table of tests has the others."""
+"""Most failures, tight passes and near misses that are listed; the table of tests has the others."""
 _SPANS_S = (0.1, 0.5, 1, 2, 5, 10, 20, 60, 300, 1800, 86400)
 """Widths of the bars of a histogram (s): round ones, so that people can read them off."""
 

@@ -105,7 +105,7 @@ def anchor(nodeid: str) -> str:
 
 
 def packs(report: Report) -> Iterator[str]:
-    """The details of every so many tests as base64 of deflated JSON: a line each, in the order of the tests."""
+    """The details of the tests in chunks, each a line of base64 of deflated JSON, in the order of the tests."""
     for start in range(0, len(report.tests), TESTS_PER_PACK):
         part = (details(report, test) for test in report.tests[start : start + TESTS_PER_PACK])
         text = "\n".join(json.dumps(found, separators=(",", ":"), sort_keys=True) for found in part)

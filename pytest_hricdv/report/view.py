@@ -43,12 +43,12 @@ class PageSection:
 
 @dataclass(frozen=True)
 class FailureCause:
-    """What tests fail for.
+    """A cause of failures.
 
     Args:
-        label: what a line on a test calls it, as `cause 1`.
+        label: its name in a line on a test, as `cause 1`.
         title: a line that stands alone.
-        lines: what the terminal says of it, the title first.
+        lines: the terminal's text on it, the title first.
         tests: node ids, the best example first.
         place: the file and line of the code where it probably is; None where nobody knows.
         is_known: all of its violations are known ones.

@@ -248,7 +248,7 @@ def _message_text(
 
 
 def _value(value: object, exact: bool) -> str:
-    """Numbers with six digits, and texts of at most so many characters, unless they are to be exact."""
+    """Numbers with six digits, and texts of limited length, unless they have to be exact."""
     text = f"{value:.6g}" if isinstance(value, float) and not exact else _text(value)
     return text if exact or len(text) <= 40 else f"{text[:37]}..."
 

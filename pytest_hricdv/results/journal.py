@@ -134,7 +134,7 @@ class Journal:
         is_whole: and it ran all tests of its suites.
         wall_s: how long the sessions took, as far as it says.
         earlier_s: the same without the last session.
-        damaged: so many lines were torn or changed; whatever they said is missing.
+        damaged: number of torn or changed lines, whose content is missing.
         size: of the file up to its last whole line, in bytes.
     """
 
@@ -232,7 +232,7 @@ class JournalWriter:
 
     Args:
         path: of the file, which is created where it is missing.
-        size: goes on behind so many bytes, which are whole lines; what follows them is cut off.
+        size: appends after this many bytes, which are whole lines; the rest is cut off.
 
     Raises:
         OSError: the file cannot be opened.

@@ -17,7 +17,7 @@ from pytest_hricdv.runtime import Record, RecordedMessage
 from pytest_hricdv.runtime.json_value import Value
 
 SPANS = 80
-"""A signal's run is cut into so many spans of time; of each span its least and its greatest value are kept."""
+"""Number of time spans of a signal's run; the least and the greatest value of each span are kept."""
 
 _MARKS = {"passed": "", "failed": "!", "pending": "?"}
 

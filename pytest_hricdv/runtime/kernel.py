@@ -153,7 +153,7 @@ class Kernel:
         self.notice_wait: Callable[[Node, float | None], None] | None = None
         """Called with each node that begins to wait, and how long at most (s)."""
         self.pick: Callable[[int], int] | None = None
-        """Which of so many nodes or callbacks that are ready goes first; None for the first one. See `choose`."""
+        """Choose which of this many ready nodes or callbacks goes first; None for the first one. See `choose`."""
         self.notice_return: Callable[[Node], None] | None = None
         """Called with each node that has given control back."""
         self._look: Callable[[], None] = lambda: None
@@ -475,7 +475,7 @@ class Kernel:
         return node
 
     def choose(self, count: int) -> int:
-        """Which of so many that are ready at one instant goes first, from 0."""
+        """Choose which of this many that are ready at one instant goes first, from 0."""
         return 0 if self.pick is None or count < 2 else self.pick(count)
 
     def _resume(self, node: Node) -> None:

@@ -39,7 +39,7 @@ Token = tuple[str, str, tuple[tuple[str, object], ...]]
 
 @dataclass(frozen=True)
 class Cycle:
-    """What a run repeats.
+    """A cycle that a run repeats.
 
     Args:
         since_s: nothing was new after this time (s of simulated time).

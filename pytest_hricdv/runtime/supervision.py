@@ -76,7 +76,7 @@ class Supervision:
 
     Args:
         kernel: of the run.
-        stuck_after_s: so long code may work without time passing (s of processor time); infinity: nobody looks.
+        stuck_after_s: how long code may work without time passing (s of processor time); infinity: no limit.
     """
 
     def __init__(self, kernel: SupervisedKernel, stuck_after_s: float) -> None:

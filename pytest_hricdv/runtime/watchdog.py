@@ -73,7 +73,7 @@ class WatchState:
             processor time).
         adds_up: waiting adds up although there is progress.
         second: of simulated time.
-        may_take_s: so long a second of simulated time may take (s of processor time).
+        may_take_s: how long a second of simulated time may take (s of processor time).
     """
 
     progress: int
@@ -209,10 +209,10 @@ _OPEN = open  # as it is now: the code under test may replace it while it is wat
 
 
 class _Usage:
-    """What the process did since the last tick: the watched thread worked, or all waited.
+    """The activity of the process since the last tick: the watched thread worked, or all waited.
 
-    It waits if no thread of it had a processor, wanted one, or had to do with the disk, but for the thread of the
-    watchdog, which makes this. That others use all processors has no effect where Linux tells for how long threads
+    It waits if none of its threads, except the watchdog's own, had a processor, wanted one, or used the disk. That
+    others use all processors has no effect where Linux tells for how long threads
     wanted one, and which want one now: that is added to the former only when they get it, which on a busy machine takes
     longer than a tick. Elsewhere, being interrupted is a sign of it.
     """

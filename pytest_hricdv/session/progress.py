@@ -53,7 +53,7 @@ class Status:
     running: tuple[str, ...]
 
     def text(self, columns: int) -> str:
-        """`hri: 37 of 134, 2 failed, about 40 s left: rl-leg1-0f3a9c21 and 1 more`, in at most so many columns."""
+        """`hri: 37 of 134, 2 failed, about 40 s left: rl-leg1-0f3a9c21 and 1 more`, within a number of columns."""
         return fit_list(self._texts(), columns)
 
     def _texts(self) -> Iterator[str]:

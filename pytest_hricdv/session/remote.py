@@ -35,7 +35,7 @@ class Service:
         directory: where it starts; with an archive, relative to the folder with its files.
         project: files of project and code under test, name -> hash: a worker whose process has other ones refuses.
             Empty: whatever it has.
-        silent_s: a process that writes nothing for so long (s of wall time) is ended.
+        silent_s: a process that writes nothing for this time (s of wall time) is ended.
         root: the project's folder, relative to `directory`.
         sources: the files in it, name -> hash: a worker with other ones refuses before it imports any. Empty: it does
             not look.

@@ -26,7 +26,7 @@ _SECTIONS = frozenset(
     {"infrastructure", "environment", "executionControl", "agents", "classpath", "aslSourcePath", "directives"}
 )
 MAX_AGENTS = 10_000
-"""Most agents of a project, each copy counted: so many load in a second; `#99999999` would exhaust memory."""
+"""Most agents of a project, including copies: this many load in a second; `#99999999` would exhaust memory."""
 MAX_FOLDERS = 100
 """Most folders of a project: the source of each agent is searched for in all of them."""
 _AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})

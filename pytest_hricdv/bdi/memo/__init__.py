@@ -34,10 +34,10 @@ Why it is equal
       of messages;
     - an agent inspects or changes intentions or plans;
     - the steering agent queries its percepts a second time, or not at all;
-    - there is no progress for so many rounds that the run might have been checked for a livelock, which
+    - there is no progress for enough rounds that the run might have been checked for a livelock, which
       happens at certain rounds of a run and so depends on how long it took before;
     - the round limit is reached;
-    - it does so much work in so few rounds that a run of such segments could come to the limit of work.
+    - it does enough work in few rounds that a run of such segments could reach the limit of work.
 
     Such runs, and runs with other percepts, are executed and remembered as a whole, by all that they are given.
     A custom environment may do anything: with it nothing is remembered.

@@ -200,7 +200,7 @@ class Memo:
             reached = segment.then
 
     def _root(self, forwarding: ForwardingRule, atoms: int, seed: int) -> StateNode:
-        """Where a run with so many atoms begins."""
+        """The node where a run with this number of atoms begins."""
         return self._roots.setdefault((forwarding.steering, forwarding.key, atoms, seed), StateNode())
 
     def _at(

@@ -17,7 +17,7 @@ QUIET_ROUNDS = 40
 """Rounds without progress after which the mental states are compared in every round.
 
 With 5 to 160, 200 runs of the table's models and 70 programs of `tests/bdi` print, do and end the same; only
-those that end in a livelock take so many rounds more or fewer.
+with another number, those that end in a livelock take that many rounds more or fewer.
 """
 
 

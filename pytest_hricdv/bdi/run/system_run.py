@@ -127,7 +127,7 @@ class SystemRun:
         return self._random.random()
 
     def note_variables(self, last_number: int) -> None:
-        """An agent takes part whose source numbers so many: those made in the run come after them, as in Jason."""
+        """Reserve the first numbers for an agent's source: those made in the run come after them, as in Jason."""
         self._fresh += FRESH_OF_MESSAGES + last_number
         self._first_fresh = self._fresh
 
@@ -254,7 +254,7 @@ class SystemRun:
         return "round limit"
 
     def _do_part(self, livelock: LivelockDetector, until: int) -> str:
-        """Do rounds until the run ends by itself, as `go`, or has had so many: then empty."""
+        """Do rounds until the run ends by itself, as `go`, or has done this many: then empty."""
         while self.rounds < until:
             if not self.do_round():
                 if not self._jump():

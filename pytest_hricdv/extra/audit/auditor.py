@@ -255,7 +255,7 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
     for result in results:
         if result.nodeid in place and result.outcome != "not-run":
             ways[(not result.fails, result.outcome, result.end_reason, result.outcomes)].append(result)
-    # What ran late in its process has the most before it that may have left something.
+    # Late tests of a process have the most predecessors that may have left something behind.
     lists = [sorted(group, key=lambda result: (-place[result.nodeid], result.id)) for group in ways.values()]
     lists.sort(key=lambda group: -sum(result.sim_s for result in group) / len(group))
     failing = [group for group in lists if group[0].fails]
@@ -263,7 +263,7 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
     order = [*_in_turn(failing), *_in_turn(others)]
     if number is not None:
         return order[:number]
-    # What worked for too long was ended by real time: what it had sent until then is not the same twice.
+    # Real time ended tests that worked for too long, so their messages until then vary.
     order = [result for result in order if not took_long(result.errors)]
     budget_s = BUDGET * sum(result.wall_s or 0.0 for result in results)
     tests: list[TestResult] = []
@@ -284,7 +284,7 @@ NOTHING = "nothing further"
 
 
 def first_difference(one: TestResult | None, other: TestResult | None) -> tuple[str, str]:
-    """What the first event that differs is in each of two runs; two empty texts where none differs."""
+    """The first different event of each of two runs; two empty texts if none differs."""
     timelines = [result.timeline if result is not None else None for result in (one, other)]
     if timelines[0] is None or timelines[1] is None:
         said = tuple(_without_run(result) for result in (one, other))

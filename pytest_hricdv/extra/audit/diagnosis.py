@@ -204,7 +204,7 @@ class CauseSearch:
             f"state that {culprit} leaves", f"alone it repeats, and runs differently after {after}; {remedy}", culprit
         )
 
-    # What is there in one and not in the other
+    # Present in one and not in the other
 
     def _files(self) -> RepeatCause | None:
         return self._left_files(self.alone)

@@ -82,7 +82,7 @@ FEATURE = AuditFeature()
 
 
 class AuditView(View):
-    """What ran again, what came otherwise, and why."""
+    """The view of the audit: which tests reran, which gave another result, and why."""
 
     name = "audit"
 

@@ -34,7 +34,7 @@ class Unrepeatable(PlainRecord, frozen=True, kw_only=True):
 
 
 def sentence(record: Unrepeatable) -> str:
-    """What a report says of a test that does not repeat, after its id."""
+    """The sentence on a test that does not repeat, after its id."""
     if record.is_violation_unconfirmed:
         alone = {"passed": "passes alone", "none": "leaves no result alone"}.get(
             record.outcome_alone, f"{record.outcome_alone} alone, and for something else"
@@ -47,11 +47,11 @@ def sentence(record: Unrepeatable) -> str:
 
 
 class AuditResult(PlainRecord, frozen=True, kw_only=True):
-    """What was run again.
+    """The result of an audit.
 
     Args:
         tests: node ids of the tests that ran again, in order.
-        differing: those that came otherwise.
+        differing: those that gave another result.
         hash_seed: of the fresh process, and that of the session's own or "random".
         runs: how many runs it took, with all experiments.
         wall_s: how long it took.

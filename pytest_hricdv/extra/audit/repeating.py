@@ -28,7 +28,7 @@ PATIENCE_S = 120.0
 will. Chosen: collecting takes seconds, on a busy machine ten times that."""
 
 PATIENCE_FACTOR = 20.0
-"""A run that takes so many times what it took in the session does not end. Chosen: a busy machine makes a run ten times
+"""A run that takes this multiple of its time in the session does not end. Chosen: a busy machine makes a run ten times
 as long; other values were not measured."""
 
 SILENT = "no answer"
@@ -40,7 +40,7 @@ class StartError(Exception):
 
 @dataclass(frozen=True)
 class Rerun:
-    """What a test came to: what decides whether it is the same."""
+    """The result of a rerun test, as far as it decides whether the run is the same."""
 
     ran: RerunAnswer
 
@@ -57,7 +57,7 @@ def key_of(result: TestResult) -> tuple[str | None, str]:
 
 @dataclass(frozen=True)
 class Begin:
-    """What a session was like before its first test: variables of the environment, and where modules were found."""
+    """The conditions before a session's first test: variables of the environment, and where modules were found."""
 
     environment: Mapping[str, str]
     path: tuple[str, ...]

@@ -151,7 +151,7 @@ class SourceWatch:
         self._is_over = False
 
     def readings(self) -> tuple[Reading, ...]:
-        """What was read, in order, without duplicates."""
+        """The readings in order, without duplicates."""
         kept: dict[str, list[Reading]] = {}
         for reading in self._readings:
             kept.setdefault(reading.kind, []).append(reading)

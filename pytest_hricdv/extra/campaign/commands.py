@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def cluster_of_campaign() -> Remote:
-    """What runs it. Raises CampaignError where there is nothing."""
+    """The cluster that runs it. Raises CampaignError if there is none."""
     cluster = remote()
     if cluster is None:
         raise CampaignError("campaigns run on the feature 'cluster', which is not installed")
@@ -207,7 +207,7 @@ def report(options: argparse.Namespace) -> int:
 
 
 def _failures(made: Report) -> Iterator[str]:
-    """What fails a campaign in addition to the gates of a session, a sentence each."""
+    """The failures of a campaign besides the gates of a session, a sentence each."""
     result = CAMPAIGN.of(made)
     assert result is not None, "it is a campaign's"
     if result.not_run:

@@ -19,7 +19,7 @@ TASK_RUNS = 20
 """Runs of a task: seconds of work, so that handing it out costs nothing, and little is done again when it is lost."""
 
 SHARES = 4
-"""A thread has at least so many tasks: with fewer, the others would wait for the last one at the end. With four they
+"""Least number of tasks of a thread: with fewer, the others would wait for the last one at the end. With four they
 wait for a quarter of a thread's work at most; a campaign of thousands of runs has tasks of TASK_RUNS anyway."""
 
 TRIES = 3
@@ -38,7 +38,7 @@ class Execution:
         plan: what there is to run.
         store: of the campaign.
         workers: that run it.
-        run_s: a process that has no result for so long (s of wall time) is ended, and its run tried again.
+        run_s: time limit (s of wall time) for a result; without one the process is ended, and its run tried again.
         project: as workers find it.
         on_progress: called whenever something was stored, and from time to time.
     """
@@ -53,7 +53,7 @@ class Execution:
 
     @property
     def service(self) -> Service:
-        """What workers are asked."""
+        """The service of the workers."""
         planned, there = self.plan.planned, self.project
         job = msgspec.json.encode(SessionArguments((*there.arguments, *planned.arguments)))
         return there.service(run_process.__name__, job, planned.project, self.run_s)
@@ -85,7 +85,7 @@ class Execution:
         queue.append(question)
 
     def question(self, task: Sequence[RunKey], *, avoid: str = "", records: bool = False) -> WorkRequest:
-        """What is asked for these runs."""
+        """The question to a worker for these runs."""
         key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(run) for run in task], records, avoid)
         requests = tuple(self._request(run) for run in task)
         return WorkRequest(key[:24], msgspec.json.encode(RunBatch(requests, records)), avoid)

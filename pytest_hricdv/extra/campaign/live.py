@@ -1,4 +1,4 @@
-"""How far a campaign is, for those who look while it runs."""
+"""The progress of a running campaign, for viewers."""
 
 from __future__ import annotations
 

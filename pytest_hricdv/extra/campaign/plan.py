@@ -35,7 +35,7 @@ class PlannedTest(msgspec.Struct, frozen=True):
 
 
 class CampaignBasis(msgspec.Struct, frozen=True):
-    """What pytest finds.
+    """The tests and settings that pytest finds.
 
     Args:
         arguments: of pytest.
@@ -68,11 +68,10 @@ class PlannedRun:
 
 @dataclass(frozen=True)
 class CampaignPlan:
-    """What a campaign runs.
+    """The plan of a campaign.
 
     Args:
-        planned: what pytest found.
-        concretizations: of each test.
+        planned: tests and settings that pytest found. concretizations: of each test.
     """
 
     planned: CampaignBasis

@@ -23,7 +23,7 @@ Judgement = tuple[Literal["Passed", "Failed", "NC"], Count, Number | None]
 
 
 class RowSummary(msgspec.Struct, frozen=True):
-    """What a run contributes to sums; nothing for a lost run, but the reason.
+    """A run's contribution to sums; for a lost run only the reason.
 
     Args:
         note: the first line of why it failed or was lost.

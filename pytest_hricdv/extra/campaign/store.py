@@ -116,7 +116,7 @@ class Store:
             self._lock = None
 
     def plan(self) -> CampaignPlan:
-        """What the campaign runs. Of all runs that are stored, the tests are in it."""
+        """The plan of the campaign. It contains the tests of all stored runs."""
         with error_location(self.path):
             plan = CampaignPlan.from_json(unpack(self._get("plan") or b"", MAX_REPORT_BYTES))
             check_keys(self.path, self._connection, len(plan.tests))

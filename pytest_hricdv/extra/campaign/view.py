@@ -108,7 +108,7 @@ def _failure_rate(result: CampaignResult, name: str) -> float:
 
 
 def notes(result: CampaignResult) -> Iterator[str]:
-    """What is to be known about its runs, a sentence each."""
+    """Notes on its runs, a sentence each."""
     outcomes = ", ".join(f"{count:,} {name.replace('-', ' ')}" for name, count in result.outcomes.items())
     if outcomes:
         yield f"outcomes: {outcomes}"

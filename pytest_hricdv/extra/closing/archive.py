@@ -36,7 +36,7 @@ class ArchivedRun:
 
 
 class Archive:
-    """What is known of all runs so far.
+    """The archive of all runs so far.
 
     Args:
         targets: the points that are to be hit, in the order in which they are listed.

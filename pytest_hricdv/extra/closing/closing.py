@@ -176,7 +176,8 @@ class ClosureGenerator:
     def _run_others(
         self, archive: Archive, runs: ClosingRuns, tests: Sequence[AbstractTest], faults: list[str]
     ) -> ClosingEnd | None:
-        """What the other suites hit is not open. They are no part of the budget. Returns why there will be no loop."""
+        """Run the other suites, outside the budget: points that they hit are not open. Returns why there will be no
+        loop."""
         ended: ClosingEnd | None = None
         observed: dict[int, RunObservation] = {}
         if tests:
@@ -242,7 +243,7 @@ class ClosureGenerator:
 
     @cached_property
     def _coverage_model(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
-        """What there is to reach, and what the model says of it."""
+        """The points to reach, and the model's results on them."""
         testbench = self._collection.testbench
         code = self._context.code if self._collection.options.coverage else None
         return code, self._plans, testbench.cross, reachable(self._exploration, testbench.cross)

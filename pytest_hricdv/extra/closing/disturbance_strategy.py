@@ -30,7 +30,7 @@ MIN_CHANCE = 0.01
 """A known or synthesized combination is used if it leads to an outcome with at least this chance; see the package."""
 
 NEW_CHANCE = 0.015
-"""What is expected of a new intervention at least; see the package."""
+"""Least chance expected of a new intervention; see the package."""
 
 PROMISING = 0.75
 """How often a new intervention is of a disturbance that probably changes what is missing; see the package."""
@@ -173,7 +173,7 @@ class _Generation:
         )
 
     def rare(self, interaction: PlannedInteraction | None, commands: int, is_first: bool) -> Combination:
-        """What was rarely tried: a new intervention, or known ones of which one masks what another one changes."""
+        """Rarely tried combinations: a new intervention, or known ones of which one masks the effect of another."""
         is_known = interaction is not None and not self._is_new(self._experience.nominal(interaction))
         if interaction is not None and is_known and self._rng.random() < MASKED:
             synthesis = self._synthesis[interaction.product]
@@ -193,7 +193,8 @@ class _Generation:
         return (self._intervention(name, self._place(name, nominal, commands)),)
 
     def _place(self, name: str, nominal: Outcome | None, commands: int) -> int:
-        """After so many commands the disturbance was tried as rarely as any where the same outcome is nominal."""
+        """Whether the disturbance was tried as rarely as any after this many commands where the same outcome is
+        nominal."""
         places = [(name, nominal, place) for place in range(1, max(commands, 1) + 1)]  # of no commands, after the last
         return self._rarest(places, self._tries_at)[2]
 
@@ -220,8 +221,8 @@ class _Generation:
         return (self._intervention(name, self._place(name, self._experience.nominal(interaction), commands)),)
 
     def _vary(self, combination: Combination, commands: int, is_first: bool) -> Combination:
-        """What was put together; at times one intervention has another place and other parameters, as what it does
-        together with others may depend on them."""
+        """The combination; at times one intervention gets another place and other parameters, as its joint effect may
+        depend on them."""
         if not combination or self._rng.random() >= VARYING:
             return combination
         varied = pick(self._rng, combination)

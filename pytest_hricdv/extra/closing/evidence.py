@@ -46,7 +46,7 @@ def evidence(
     budget: int,
     without: Container[int] = (),
 ) -> ClosingResult:
-    """What the runs of an archive show.
+    """The evidence from the runs of an archive.
 
     Args:
         archive: all runs.
@@ -98,7 +98,7 @@ def rule_of_three(trials: int) -> float | None:
 
 
 class _HitCounts:
-    """What runs hit of the targets and of the points that were thought impossible."""
+    """Counts of hits of the targets and of the points that were thought impossible."""
 
     def __init__(self, archive: Archive, impossible: Iterable[ImpossiblePoint], without: Container[int]) -> None:
         points = dict.fromkeys([*archive.targets, *(point.point for point in impossible)])

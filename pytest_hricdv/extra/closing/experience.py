@@ -82,7 +82,7 @@ class Experience:
         return next((outcome for outcome in effect if outcome[0] == interaction.product), None)
 
     def open_outcomes(self, archive: Archive) -> dict[PlannedInteraction, dict[Outcome, Point]]:
-        """What interactions may be wanted to lead to: interaction -> outcome -> open bin.
+        """The outcomes wanted of interactions: interaction -> outcome -> open bin.
 
         A bin that no test plans may be reached by the interactions whose effects were nearest to it.
         """

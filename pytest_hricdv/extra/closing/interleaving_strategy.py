@@ -53,7 +53,7 @@ class Place(NamedTuple):
 
 
 class Order:
-    """What has to come before what in a test: its lanes, and what is caused.
+    """The order of the actions of a test: its lanes, and their causes.
 
     Args:
         lines: of the test.
@@ -218,7 +218,7 @@ class InterleavingStrategy:
 
     @cached_property
     def _acts(self) -> frozenset[str]:
-        """What is done in tests of the pool, with and without who does it."""
+        """The acts in tests of the pool, with and without their actors."""
         lines = {line for test in self._pool.tests for line in test.lines if actor_of(line)}
         return frozenset(lines | {act_of(line) for line in lines})
 

@@ -259,7 +259,7 @@ class InterventionEffects:
 
 
 def significance(came: float, tries: float, by_chance: float) -> float:
-    """The probability that something has an effect of its own, of which so many tries had the wanted result.
+    """The probability that something has its own effect, given the number of tries with the wanted result.
 
     By Bayes' theorem of two hypotheses: it has no effect, and results come by chance; or it has one, whose rate is not
     known (uniform from 0 to 1). A result of one try says little where sensors err, and less after a try in vain.

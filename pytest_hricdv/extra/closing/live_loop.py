@@ -1,4 +1,4 @@
-"""What a loop tells those who look while it runs: a small file in the report folder, written after each generation."""
+"""The progress of a running loop, for viewers: a small file in the report folder, written after each generation."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ at the end (Garivier, Moulines: On Upper-Confidence Bound Policies for Non-Stati
 
 
 class StrategyReward(NamedTuple):
-    """What a test has brought.
+    """The reward of a test.
 
     Args:
         strategy: that proposed it.
@@ -123,7 +123,7 @@ class BatchRunner(Protocol):
 
 
 class GivenUpError(Exception):
-    """What runs the tests was lost again and again; the text says how."""
+    """The process that runs the tests was lost repeatedly; the text says how."""
 
 
 class LoopError(Exception):
@@ -159,7 +159,7 @@ class Loop:
     search_only: bool = False
     let_through: Callable[[], AbstractContextManager[None]] = nullcontext
     faults: list[str] = field(default_factory=list)
-    """What went wrong in the loop itself, each in a sentence: it goes on without the strategy that it went wrong in."""
+    """Errors of the loop itself, a sentence each: it continues without the strategy that failed."""
     _drafts: list[AbstractDraft] = field(default_factory=list)
     _left_out: set[str] = field(default_factory=set)
 
@@ -235,7 +235,7 @@ class Loop:
         return len(last) == STALLED and not any(entry.new for entry in last)
 
     def _ask(self, strategy: Strategy, share: int, rng: Random) -> list[Proposal]:
-        """What a strategy proposes; nothing, from now on, once it has failed."""
+        """The proposals of a strategy; none any more once it has failed."""
         if strategy.name in self._left_out:
             return []
         try:

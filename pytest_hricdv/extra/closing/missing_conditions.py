@@ -32,7 +32,7 @@ MissingCondition = CharacterCondition | EffectCondition
 
 
 def find_missing(effect: Effect, wanted: Effect) -> tuple[MissingCondition, ...]:
-    """What an effect misses to be the wanted one."""
+    """The conditions that an effect lacks to be the wanted one."""
     characters = tuple(
         CharacterCondition(number, len(text), place, right)
         for number, (text, other) in enumerate(zip(chain(*effect), chain(*wanted), strict=False))

@@ -72,7 +72,7 @@ def observe(
     known_violations: Container[str],
     state: str = "",
 ) -> RunObservation:
-    """What a run yields.
+    """Observe a run.
 
     Args:
         test: that was run.

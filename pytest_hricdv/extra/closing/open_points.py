@@ -13,7 +13,7 @@ from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What is tested, as far as an open point is explained by it.
+    """The parts of the system under test that explain open points.
 
     Args:
         code: under test; None where it is not measured.
@@ -94,7 +94,7 @@ def _distance(bin_: Bin, other: Bin) -> tuple[int, tuple[bool, ...]]:
 
 
 def explain_gap(point: Point, entry: ArchivedRun | None, archive: Archive, surroundings: Surroundings) -> str:
-    """What a run missed to hit a point, or what else is known of the point; may be empty."""
+    """The condition that a run lacked to hit a point, or another note on the point; may be empty."""
     match point:
         case ("bin", product, *wanted) if entry is not None:
             hit = min(entry.observation.hits[product], key=lambda seen: _distance(tuple(wanted), seen))

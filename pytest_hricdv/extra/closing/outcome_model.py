@@ -74,7 +74,7 @@ class CombinationCandidate(NamedTuple):
 
 
 class OutcomeModel:
-    """What is known of the interactions of one cross product.
+    """A model of the interactions of one cross product.
 
     Args:
         coordinates: how many of its coordinates are planned.

@@ -131,7 +131,7 @@ class TestBatch:
 
 
 class ObservationReply(msgspec.Struct, frozen=True, tag=True):
-    """What the test with this number yielded, of the request with that number."""
+    """The observation of the test with this number, of the request with that number."""
 
     request: int
     number: int

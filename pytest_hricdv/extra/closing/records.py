@@ -96,7 +96,7 @@ class KindCount(PlainRecord, frozen=True, kw_only=True):
 
 
 class StrategyResult(PlainRecord, frozen=True, kw_only=True):
-    """What a strategy has brought: its runs, their simulated time (s), and kind -> new points."""
+    """The results of a strategy: its runs, their simulated time (s), and kind -> new points."""
 
     runs: Count
     sim_s: NotNegative

@@ -24,7 +24,7 @@ from pytest_hricdv.session.remote import Answer, LostRequest, Remote, Workers, W
 from pytest_hricdv.session.serving import arguments_of
 
 BATCH_S = 600.0
-"""A process on a cluster that has yielded nothing for so long (s) counts as lost: twice `LIMIT_S` of `process`, after
+"""A process on a cluster that has yielded nothing for this time (s) counts as lost: twice `LIMIT_S` of `process`, after
 which each run is ended."""
 
 
@@ -59,7 +59,7 @@ class ClosingRuns(ABC):
     def _observations(
         self, lines: Iterable[bytes], request: int, numbers: Sequence[int]
     ) -> Iterator[tuple[int, RunObservation]]:
-        """What an answer says of the tests with these numbers; what answers another request is dropped."""
+        """The observations of the tests with these numbers in an answer; answers to another request are dropped."""
         for line in lines:
             answer = msgspec.json.decode(line, type=ObservationReply | BatchEnd)
             if answer.request != request:

@@ -25,7 +25,7 @@ CANDIDATES = 48
 
 
 class Option(NamedTuple):
-    """What may be done with an interaction.
+    """An option for an interaction.
 
     Args:
         gain: how many open bins it will probably hit.
@@ -39,8 +39,8 @@ class Option(NamedTuple):
 
 
 Options = Callable[[PlannedInteraction, dict[Outcome, float]], list[Option]]
-"""What may be done with an interaction that is wanted to end so (outcome -> how open it still is, 1 to 0), best first;
-where nothing is wanted of it, what the strategy may try there."""
+"""The options for an interaction with wanted outcomes (outcome -> how open it still is, 1 to 0), best first; without
+wanted outcomes, what the strategy may try there."""
 
 
 class TestSelection(NamedTuple):

@@ -158,7 +158,7 @@ def headline(result: ClosingResult) -> str:
 
 
 def notes(result: ClosingResult) -> Iterator[str]:
-    """What is known of a further run, and of runs that came to no end, a sentence each."""
+    """Notes on another run, and on runs that came to no end, a sentence each."""
     if result.errored_runs:
         yield f"{plural(result.errored_runs, 'run')} came to no end"
     if result.good_turing is not None and result.open:
@@ -172,7 +172,7 @@ def notes(result: ClosingResult) -> Iterator[str]:
 
 
 def kinds_left_text(estimate: ViolationEstimate) -> str:
-    """What a further run would probably find; runs of a loop are not independent, so it is an estimate."""
+    """The probable finds of another run: an estimate, as runs of a loop are not independent."""
     if not estimate.once:
         bound = percent(100.0 * min(1.0, RULE_OF_THREE / estimate.runs))
         seen = f"no new violation in {plural(estimate.runs, 'run')}"
@@ -242,7 +242,7 @@ def tries_text(point: OpenPoint) -> str:
 
 
 def page(report: Report) -> dict[str, Any] | None:
-    """What the page shows; None where there was no closing loop."""
+    """The section of the page; None without a closing loop."""
     result = CLOSING.of(report)
     if result is None:
         return None
@@ -283,7 +283,7 @@ def _reasons(result: ClosingResult) -> list[tuple[str, str, str, int]]:
 
 
 def curves(report: Report) -> dict[str, Any] | None:
-    """Plain data for the plots: how many points were hit after so many runs and simulated seconds (s).
+    """Plain data for the plots: points hit over runs and simulated time (s).
 
     Returns:
         `kinds`: kind -> per cent of its possible points, over `runs` and over `sim_s`; `strategies`: strategy -> how
@@ -294,7 +294,7 @@ def curves(report: Report) -> dict[str, Any] | None:
         return None
     kinds = {}
     for kind, count in result.kinds.items():
-        # What is impossible is none of them, unless it was hit.
+        # Impossible points do not count, unless they were hit.
         share = 100.0 / max(count.hit + count.open, 1)
         kinds[kind_text(kind)] = _series(result, [(step, share * step.new.get(kind, 0)) for step in result.growth])
     strategies = {}

@@ -32,13 +32,12 @@ WIDE = 0.5
 
 @dataclass(frozen=True)
 class Aim:
-    """What is searched for: a violation of a requirement, or that a part of it decides once.
+    """A search goal: a violation of a requirement, or a run in which a part of it decides.
 
     Args:
         target: of the proposals for it.
         starts: the runs that are varied, the nearest first.
-        margin: the least one of these runs; None where nothing is compared.
-        spread: by how much margins of all runs differ.
+        margin: the least one of these runs; None if nothing is compared. spread: the spread of the margins of all runs.
     """
 
     target: Point

@@ -55,7 +55,7 @@ def violation_points(
 
 
 class _StateTimeline:
-    """What the code under test named as its state over a run: read once, as a run may have a violation an event."""
+    """The states that the code under test reported over a run: read once, as a run may have a violation per event."""
 
     def __init__(self, result: CaseResult, state: str) -> None:
         topic, _, name = state.partition(".")

@@ -122,7 +122,7 @@ class Cluster:
     def _result(
         self, future: Future[Any], question: WorkRequest, queue: deque[WorkRequest]
     ) -> Answer | LostRequest | None:
-        """What came of a question; None where it is asked again."""
+        """The result of a question; None if it is asked again."""
         from distributed import KilledWorker
 
         try:

@@ -30,7 +30,7 @@ _SETTINGS = (".pytest.ini", ".pytest.toml")
 
 
 class ArchiveError(Exception):
-    """What was sent cannot be unpacked; the text says why."""
+    """The archive cannot be unpacked; the text says why."""
 
 
 def files_to_send(root: Path, state: Path | None = None, hidden: Sequence[str] = ()) -> list[Path]:

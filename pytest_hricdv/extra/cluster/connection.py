@@ -64,7 +64,7 @@ class Address:
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """What an option says. Raises ClusterError."""
+        """Parse an option's value. Raises ClusterError."""
         local = _LOCAL.fullmatch(text)
         if local is not None:
             workers = int(local[1]) if local[1] else os.cpu_count() or 1

@@ -27,7 +27,7 @@ from pytest_hricdv.session.identity import Identity
 from pytest_hricdv.session.remote import Answer, Service, WorkerName
 
 BEGIN_S = 120.0
-"""A process that is silent for so long (s of wall time) while it loads the project will not begin."""
+"""A process that is silent for this time (s of wall time) while it loads the project will not begin."""
 
 
 def ask(service: Service, message: bytes) -> Answer:

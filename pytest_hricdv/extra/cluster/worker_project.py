@@ -41,7 +41,7 @@ class WorkerProject:
         return (f"--rootdir={self.root}",) if self.archive else ()
 
     def service(self, module: str, job: bytes, project: Mapping[str, str], silent_s: float) -> Service:
-        """What workers are asked; see `Service`."""
+        """The service of the workers; see `Service`."""
         there = {name: text for name, text in project.items() if name not in self.left_out}
         return Service(
             module,

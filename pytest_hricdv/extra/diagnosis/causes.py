@@ -166,7 +166,7 @@ def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: PairS
 
 
 def _keep(session: FeatureSession, causes: tuple[Cause, ...], basis: Diagnosis) -> None:
-    """So that a report that is rebuilt has them."""
+    """Keep them for a report that is rebuilt."""
     session.aggregation.journaling.keep(NAME, CAUSES.name, msgspec.json.encode((causes, basis)))
 
 
@@ -196,10 +196,10 @@ def cause_of(
     switched: Sequence[tuple[str, int]] = (),
     traces: Sequence[ViolationTrace] = (),
 ) -> Cause:
-    """What a report says of a group of failures.
+    """The cause of a group of failures, for the report.
 
     Args:
-        subject: what the failures are of.
+        subject: whose failures they are.
         group: the failures.
         evidence: of experiments.
         decision: what decides; None where nobody tried.

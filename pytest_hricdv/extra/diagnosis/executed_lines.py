@@ -54,7 +54,7 @@ class _Burst:
 
 
 def collect_executed_lines(steps: Iterable[TraceStep], violation_s: float | None) -> ExecutedLines:
-    """What is kept of the steps of a run.
+    """The executed lines to keep of a run.
 
     Args:
         steps: in the order in which they were executed.

@@ -79,14 +79,14 @@ class Experiments:
     runs: dict[str, list[RunSummary]] = field(default_factory=dict)
     """Node id -> all runs of variations of the test, and of itself."""
     switched: dict[tuple[str, str, str], list[tuple[str, int]]] = field(default_factory=dict)
-    """What fails first for a cause -> file and line of decisions with which its tests pass, reversed."""
+    """First failure of a cause -> file and line of decisions whose reversal makes its tests pass."""
     together: set[tuple[str, str, str]] = field(default_factory=set)
     """See `ExperimentEvidence`."""
     _tried: set[tuple[str, Change]] = field(default_factory=set)
 
     @property
     def evidence(self) -> ExperimentEvidence:
-        """What they have shown."""
+        """The evidence from the experiments."""
         apart = frozenset(self._apart())
         shown = ExperimentEvidence(self.confirmed, self.refuted, apart=apart, together=frozenset(self.together))
         return evidence_of(list_experiments(shown))

@@ -1,4 +1,4 @@
-"""Diagnosis in a session: its option, and what it does after the last test where tests failed."""
+"""Diagnosis in a session: its option, and its experiments after the last test if tests failed."""
 
 from __future__ import annotations
 

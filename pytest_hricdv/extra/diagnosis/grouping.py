@@ -51,7 +51,7 @@ Kind = tuple[Change, str, str, str]
 
 @dataclass(frozen=True)
 class ExperimentEvidence:
-    """What experiments have shown of failures: their node id and requirement -> changes.
+    """Evidence from experiments: node id and requirement of failures -> changes.
 
     With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come. `apart`
     has a node id and two requirements: where the first passed, the second still failed, so it does not follow from it.
@@ -247,7 +247,8 @@ def _unite_nominal(
     tests: int,
     evidence: ExperimentEvidence,
 ) -> None:
-    """What comes without a disturbance: what follows from another, or violates the same at the same places in the code.
+    """Unite failures without a disturbance: those that follow from another, or violate the same at the same places in
+    the code.
 
     Requirements that fail in different tests are one cause only if an experiment has shown it. One overrules what comes
     in the same tests, too.
@@ -290,7 +291,7 @@ def _follows(some: Mapping[str, float], others: Mapping[str, float], tests: int)
 
 
 def _by_chance(both: int, some: int, others: int, tests: int) -> float:
-    """How probably two sets of so many tests have so many in common, or more.
+    """The probability that two sets of these sizes have this many tests in common, or more.
 
     By Fisher's exact test, one-sided (R. Fisher: Statistical Methods for Research Workers, 1934).
     """

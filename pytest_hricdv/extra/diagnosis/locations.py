@@ -40,7 +40,7 @@ def traces_of(experiments: Experiments, group: Group) -> list[ViolationTrace]:
 
 
 def variation_coverage(experiments: Experiments, group: Group) -> list[tuple[Bits, bool]]:
-    """What runs of variations of a cause's tests executed, and whether they failed for it; others show nothing."""
+    """Coverage of runs that vary a cause's tests, and whether they failed for it; other runs show nothing."""
     shown = []
     for result in (result for name in group.nodeids for result in experiments.runs.get(name, ())):
         bits, fails = Bits.of(result.code), not {*group.requirements}.isdisjoint(result.violated)

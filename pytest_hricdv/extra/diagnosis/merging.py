@@ -44,7 +44,7 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
 
 
 def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Decision | None:
-    """What decides, of a cause of one of the reports, if the same failure is in this group."""
+    """The decision on a cause of one of the reports, if the same failure is in this group."""
     failures = {(subject.tests[failure.nodeid].id, failure.requirement) for failure in group.failures}
     decided = (
         cause.minimal_pair

@@ -51,7 +51,7 @@ class NeighborSearch:
         failing: its run.
         wanted: the requirements that are to pass.
         run: runs a test.
-        budget: at most so many runs.
+        budget: most runs.
     """
 
     test: ConcreteTest
@@ -67,7 +67,7 @@ class NeighborSearch:
     """The first variation that passes because it does not check the requirement any more."""
 
     def decision(self, before: Iterable[Tried] = ()) -> Decision | None:
-        """What decides; None where no run was made.
+        """The deciding change; None if no run was made.
 
         Args:
             before: variations that have run before: they come first, and are not run again.
@@ -127,7 +127,7 @@ class NeighborSearch:
             return None
 
     def _words(self, passing: Tried) -> str:
-        """What the variation changes; for a value, from which value on the test passes."""
+        """The words for the variation; for a value, from which value on the test passes."""
         variation, result = passing
         verb = "is" if len(self.wanted) == 1 else "are"
         reason = f", but only because {', '.join(self.wanted)} {verb} then never triggered"

@@ -54,7 +54,7 @@ def shrunk(
         control: its run.
         requirement: that it violates.
         run: runs a test.
-        budget: at most so many runs.
+        budget: most runs.
 
     Raises:
         KeyboardInterrupt: the user pressed Ctrl-C.
@@ -102,7 +102,7 @@ of four actions takes some eight runs."""
 
 @dataclass
 class PairSearch:
-    """What decides, of causes.
+    """The search for the deciding changes of causes.
 
     Args:
         experiments: that have been made; further runs are counted with theirs.
@@ -183,7 +183,7 @@ class PairSearch:
         )
 
     def _before(self, nodeid: str) -> Iterator[Tried]:
-        """What was run of this test without a disturbance."""
+        """The runs of this test without a disturbance."""
         for (name, change), result in self.experiments.without.items():
             if name == nodeid and result is not None:
                 test = without(self.experiments.tests[nodeid], change)

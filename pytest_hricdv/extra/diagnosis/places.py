@@ -36,7 +36,7 @@ DEFINED = 0.9
 faults in three testbenches: with 0.8, one of them less is among the first five; with 0.95, as many."""
 
 REPEATED = 0.07
-"""What a run executed n times until it violated has done no harm n - 1 times: its score is divided by n to this power.
+"""A statement executed n times before the violation did no harm n - 1 times: its score is divided by n to this power.
 Chosen over the same faults: with 0.07, two more of them are among the first five; from 0.1 on, fewer."""
 
 MAX_TIMES = 8
@@ -50,13 +50,13 @@ SHOWN = 0.5
 """The least score of a statement without which a failing test passes, as an experiment has shown."""
 
 WAITING = 1
-"""A wait comes after so many statements before it."""
+"""Number of statements that precede a wait in the order."""
 
 WAITS = re.compile(r"\b\w*(?:sleep|wait|poll|join|spin)\w*\(")
-"""What only waits. Other calls that go on, as of an arm that moves, are what the code does then."""
+"""Calls that only wait. Other calls that take time, as of an arm that moves, are the code's actions."""
 
 AROUND = 4
-"""A call that goes on counts as executed so many statements ago: it began earlier, and what it leads to is now."""
+"""A call in progress counts as executed this many statements ago: it began earlier, but takes effect now."""
 
 
 def weight_suspects(
@@ -112,10 +112,10 @@ def _weights(trace: ViolationTrace, texts: Mapping[str, Sequence[str]]) -> dict[
 
 
 def _recent(trace: ViolationTrace, texts: Mapping[str, Sequence[str]]) -> list[Place]:
-    """What the run executed, the last first.
+    """The executed statements, the last first.
 
-    Of each node in turn, as one that only polls is always the last; two statements of the node that executes most for
-    one of each other.
+    Nodes take turns, as one that only polls is always the last; the busiest node gives two statements for one of each
+    other.
     """
     nodes: dict[int, list[Place]] = {}
     for statement in trace.executed:

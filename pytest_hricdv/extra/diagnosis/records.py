@@ -147,7 +147,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         stood: where each node of the code was at the violation, `file:line in function`; of a traced run only.
         deciding_change: what makes the difference between failing and passing, in words; empty where nobody tried.
         minimal_pair: how this came out, and where both runs part; None where nobody tried.
-        confirmed: in so many tests an experiment has shown that they fail for it.
+        confirmed: number of tests that, as an experiment has shown, fail for it.
         is_known: all of its violations are known ones.
         probability: in a campaign all runs of which are in the report; else None.
     """
@@ -202,7 +202,7 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         runs: of experiments.
-        budget: so many runs were allowed.
+        budget: number of runs allowed.
         end_reason: why they ended.
         experiments: what they have shown.
         signals: of the testbench, with their types: in these conditions are learned.

@@ -50,7 +50,7 @@ class RunEvent(PlainRecord, frozen=True, kw_only=True):
 
 
 class RunSummary(PlainRecord, frozen=True, kw_only=True):
-    """What is kept of a run.
+    """The kept results of a run.
 
     Args:
         violated: the requirements that it violated, `failures.FAULT` among them.
@@ -124,12 +124,12 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
 
 
 def run_in_fork(rerunner: TestRerunner, work: Callable[[], RunSummary | None]) -> RunSummary | None:
-    """What a fork gives; None where it came to no end."""
+    """The result of a fork; None if it came to no end."""
     return _DECODER.decode(in_fork(rerunner, work))
 
 
 def in_fork(rerunner: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
-    """What a fork gives, as JSON; null where it came to no end, or took longer than `RUN_S`."""
+    """The result of a fork as JSON; null if it came to no end, or took longer than `RUN_S`."""
     process = fork()
     if isinstance(process, InFork):
         message = b"null"
@@ -167,7 +167,7 @@ def _names(requirement: Requirement) -> frozenset[str]:
 
 
 def ran(result: CaseResult, settings: RunSettings, statements: int = 0) -> RunSummary:
-    """What is kept of a run.
+    """Summarize a run.
 
     Args:
         result: of the run.

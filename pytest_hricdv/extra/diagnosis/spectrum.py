@@ -178,11 +178,11 @@ def _transpose(rows: Iterable[tuple[int, int]], size: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class Spectra:
-    """What each test executes.
+    """The spectra of all tests.
 
     Args:
         code: None where none was measured.
-        bits: node id -> what the test executes; tests that were not measured are not among them.
+        bits: node id -> what the test executes; unmeasured tests are left out.
     """
 
     code: CodeMap | None = None

@@ -15,7 +15,7 @@ from pytest_hricdv.results.model import Report, TestResult
 
 @dataclass(frozen=True)
 class Subject:
-    """What a diagnosis is about: a report's tests and their failures."""
+    """The subject of a diagnosis: a report's tests and their failures."""
 
     report: Report
     tests: Mapping[str, TestResult]

@@ -25,7 +25,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 DECIDE = "__hricdv_decide__"
-"""What instrumented code calls with the outcome of a decision."""
+"""The function that instrumented code calls with the outcome of a decision."""
 
 SWITCHED = "passes with this decision reversed"
 
@@ -107,7 +107,7 @@ def _run(
 
 @dataclass
 class DecisionRecord:
-    """What instrumented code asks in a run.
+    """The record that instrumented code consults in a run.
 
     Args:
         wanted: the decision to reverse; None for none.
@@ -172,7 +172,7 @@ class SwitchSearch:
 
     Args:
         run: runs tests.
-        budget: at most so many runs.
+        budget: most runs.
     """
 
     run: RunSwitched

@@ -63,7 +63,7 @@ class ExecutedStatement(PlainRecord, frozen=True, kw_only=True):
 
 
 class ViolationTrace(PlainRecord, frozen=True, kw_only=True):
-    """What a run executed up to a time.
+    """The statements that a run executed up to a time.
 
     Args:
         until_s: this time (s of simulated time).
@@ -165,15 +165,15 @@ class Tracer:
         return bisect_right(self._times_s, time_s), False
 
     def steps(self) -> Iterator[TraceStep]:
-        """What was executed, in this order."""
+        """The executed steps, in order."""
         for time_s, node, place in zip(self._times_s, self._nodes, self._places, strict=True):
             if place != _RETURNED:
                 yield TraceStep(time_s, node, *self._all[place])
 
     def until(self, time_s: float, names: Collection[str] | None = None, *, to_end: bool = False) -> ViolationTrace:
-        """What was executed up to a violation.
+        """The trace up to a violation.
 
-        Virtual time stands still while code runs, so it may go on at the same time after what it did wrong.
+        Virtual time stands still while code runs, so the code may continue at the same time after its mistake.
 
         Args:
             time_s: when (s of simulated time).

@@ -105,7 +105,7 @@ class TriageEntry:
 
 @dataclass(frozen=True)
 class TriageProposal:
-    """What is proposed for a cause: its failures, and an entry for each of its requirements."""
+    """The proposal for a cause: its failures, and an entry for each of its requirements."""
 
     group: Group
     entries: tuple[TriageEntry, ...]
@@ -253,7 +253,7 @@ def _entry_lines(entry: TriageEntry) -> Iterator[str]:
 
 
 def compare_with_entries(report: Report, entries: Mapping[str, Exemption]) -> Iterator[tuple[bool, str]]:
-    """What the causes of known violations are otherwise than entries say: whether it is new, and a sentence.
+    """Differences between the causes of known violations and their entries: whether the cause is new, and a sentence.
 
     Args:
         report: of all tests: association over a part of them may come to other causes.

@@ -26,7 +26,7 @@ _LABEL = 9
 def cause_lines(
     number: int, cause: Cause, report: Report, columns: int | None, status: str = "", *, is_first: bool = False
 ) -> tuple[Line, ...]:
-    """What it is, where, why, what happened, and the command that runs it again.
+    """Lines on a cause: what it is, where, why, what happened, and the command that repeats it.
 
     Args:
         number: of the cause, from 1.
@@ -62,7 +62,7 @@ def cause_lines(
 
 
 def _label_lines(label: str, text: str, columns: int | None, most: int) -> Iterator[Line]:
-    """A text behind its label in at most so many lines, the last of which is cut."""
+    """A text behind its label, in a limited number of lines, the last of which is cut."""
     shown = visible(text)
     if columns is None:
         yield Line(f"  {label:5}  {shown}")

@@ -129,7 +129,7 @@ def _with_states(messages: Sequence[Message], machines: Sequence[StateMachine]) 
 
 
 def questions(model: CodeModel) -> Iterator[Question]:
-    """What only a person can say of the code; what it receives and publishes first."""
+    """Questions that only a person can answer; those on received and published messages come first."""
     for endpoint in model.ros.endpoints:
         yield from _endpoint_questions(endpoint)
     if not model.inputs and all(endpoint.is_outgoing for endpoint in model.ros.endpoints):

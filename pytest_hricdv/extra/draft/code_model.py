@@ -175,7 +175,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Operation:
-    """What the code does with a port: a method that it calls, or an attribute that it reads or sets.
+    """An operation on a port: a method that the code calls, or an attribute that it reads or sets.
 
     Args:
         name: of the method or attribute; `__call__` where the port itself is called.
@@ -236,7 +236,7 @@ class Port:
 
 @dataclass(frozen=True)
 class Entry:
-    """What runs the code.
+    """The entry that runs the code.
 
     Args:
         name: of a function, or of a class.
@@ -266,7 +266,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Question:
-    """What only a person can say; `about` is its subject in a word, such as a field or a port."""
+    """A question that only a person can answer; `about` is its subject in a word, such as a field or a port."""
 
     text: str
     about: str
@@ -275,7 +275,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Problem:
-    """What keeps code from running as it is; the rest is drafted.
+    """A problem that keeps code from running unchanged; the rest is drafted.
 
     `kind` is "syntax", "missing module", "missing messages", "terminal", "launch", "recording", "side effect",
     "raised", "unrepeatable".
@@ -288,7 +288,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class CodeModel:
-    """What is known of the code under test.
+    """A model of the code under test.
 
     Args:
         package: its name, as it was asked for.

@@ -167,7 +167,7 @@ def _of_nodes(
 
 
 def _observations(paths: tuple[Path, ...]) -> tuple[Observations | None, tuple[Path, ...]]:
-    """What recordings of `record` have seen, and the other recordings: bags.
+    """The observations of `record`'s recordings, and the other recordings: bags.
 
     Raises:
         DraftError: a recording cannot be read.
@@ -241,7 +241,7 @@ def _summary(model: CodeModel) -> Iterator[str]:
 
 
 class InitCommand:
-    """What `hricdv init` does with code."""
+    """The command `hricdv init` for code."""
 
     def draft(self, asked: Mapping[str, str | None], options: Mapping[str, Any]) -> Iterator[str]:
         """Draft for the first way that is not None. Raises DraftError where it cannot."""

@@ -88,7 +88,7 @@ class CodeReader:
         self._chosen: Entry | None = None  # what was observed is of this one
 
     def model(self, seen: Observations | None = None, faulty: frozenset[str] = frozenset()) -> CodeModel:
-        """What a draft is made of.
+        """The model that a draft is made of.
 
         Args:
             seen: what was observed.
@@ -98,7 +98,7 @@ class CodeReader:
         return with_deep_stack(lambda: self._model(seen, faulty))
 
     def _model(self, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
-        """What the code declares; what was observed is added to it, and takes nothing away."""
+        """The declarations of the code; observations add to them, and take nothing away."""
         model = analyse_sources(self._sources, self.name, self._asked, self._used, self._flow)
         if self._chosen is None or _key(self._chosen) in faulty:
             self._chosen = self._choose(model, seen, faulty) or self._chosen
@@ -149,7 +149,7 @@ class CodeReader:
         return replace(model, questions=tuple(questions(model)))
 
     def _calls_outside(self, model: CodeModel, seen: Observations | None) -> Iterator[Message]:
-        """What the code tells its ports."""
+        """The calls of the code to its ports."""
         entry = model.entry
         assert entry is not None
         is_typed = any(message.direction != "received" and message.form != "state" for message in model.messages)
@@ -160,7 +160,7 @@ class CodeReader:
         yield from messages_for_answers(model.inputs, seen) if seen is not None else ()
 
     def _calls(self, entry: Entry, seen: Observations | None, has_inputs: bool) -> Iterator[Message]:
-        """What gets to the entry as calls."""
+        """The calls that reach the entry."""
         called = methods_from_outside(seen, entry) if seen is not None else frozenset()
         handed = list(self._stimuli.callbacks(entry))
         yield from handed

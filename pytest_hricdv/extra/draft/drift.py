@@ -38,7 +38,7 @@ class Drift:
 
     @property
     def key(self) -> str:
-        """What it is called in `hri_known_drift`."""
+        """Its name in `hri_known_drift`."""
         return f"{self.kind} {self.name}"
 
 
@@ -64,7 +64,7 @@ def models_of(code: Iterable[str], roots: Sequence[Path]) -> tuple[list[CodeMode
 
 
 def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[TestResult] | None) -> list[Drift]:
-    """What the code has that the testbench lacks.
+    """Find parts of the code that the testbench lacks.
 
     Args:
         models: of the packages under test.

@@ -1,4 +1,4 @@
-"""Drift in a session: its options, and what it looks for after the last test."""
+"""Drift in a session: its options, and the search after the last test."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class DriftFeature(Feature[DriftOptions]):
     )
 
     def read(self, reader: OptionReader) -> DriftOptions:
-        """What is looked for. Raises pytest.UsageError for drift of a kind that there is not."""
+        """The kinds of drift to look for. Raises pytest.UsageError for an unknown kind."""
         known = {}
         for line in reader.texts("known_drift"):
             key, _, reason = line.partition(": ")

@@ -106,13 +106,13 @@ class FirstRuns:
 
     @property
     def cause(self) -> str:
-        """What is in the way of a session that passes, requirements aside; empty where nothing is."""
+        """The obstacle to a passing session, requirements aside; empty if there is none."""
         return self.error or self.unrepeatable or next(iter(self.problems), "")
 
 
 @dataclass(frozen=True)
 class _Session:
-    """What a session of a draft said, its report if there is one, and what it took (s of processor time)."""
+    """The output of a draft's session, its report if there is one, and its processor time (s)."""
 
     text: str
     status: int | None
@@ -122,7 +122,7 @@ class _Session:
     seen: Observations | None = None
     raised_at: CodeLine | None = None
     error: str = ""
-    """What kept it from its tests."""
+    """The error that kept it from its tests."""
 
 
 def _session(draft: Draft, options: Sequence[str], limit_s: float) -> _Session:
@@ -149,7 +149,7 @@ def _session(draft: Draft, options: Sequence[str], limit_s: float) -> _Session:
 
 
 def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> FirstRuns:
-    """Run one suite of a draft, or so many of its tests, for at most so many seconds of processor time."""
+    """Run one suite of a draft, or a number of its tests, within a limit of processor time (s)."""
     options = [f"--hri-suite={suite}"]
     options += [] if tests is None else [f"--hri-tests={tests}", "--hri-audit=off"]
     session = _session(draft, options, limit_s)
@@ -169,7 +169,8 @@ def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> F
 
 
 def _run_command(command: Sequence[str], folder: Path, observed: Path, limit_s: float) -> tuple[str, int | None, float]:
-    """What a command says; its status, None where it was ended, as a session that still reports; and what it took."""
+    """The output of a command; its status, None if it was ended, as a session that still reports; and its processor
+    time."""
     process = subprocess.Popen(
         command, cwd=folder, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", OBSERVE: str(observed)}, text=True,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",
@@ -209,7 +210,7 @@ def _processor_s(pid: int) -> float:
 
 
 def _last_error(text: str) -> str:
-    """What kept a session from its tests."""
+    """The error that kept a session from its tests."""
     lines = [line for line in text.splitlines() if line.startswith(("ERROR", "E  ", "INTERNALERROR"))]
     return " ".join(lines[-3:])[:600] if lines else text.strip()[-300:]
 
@@ -273,12 +274,12 @@ def _has_raised(test: dict[str, Any]) -> bool:
 
 
 def _commands(test: dict[str, Any]) -> frozenset[str]:
-    """What was said in a test, and what was set."""
+    """The messages said and values set in a test."""
     return frozenset(map(_what, test.get("abstract") or ()))
 
 
 def _last_command(test: dict[str, Any]) -> str:
-    """What was said or set last before a test ended; empty where nothing was."""
+    """The last message or value before a test ended; empty without one."""
     done = [*(test.get("abstract") or ())][: len(test.get("action_times_s") or ())]
     return next((_what(command) for command in reversed(done) if not command.startswith("wait_")), "")
 
@@ -317,7 +318,7 @@ def _line_of(error: str, root: Path) -> CodeLine | None:
 
 
 def sentence_of(failure: str) -> str:
-    """What was raised, without the way to it; the last one where it was raised while another was handled."""
+    """The raised error without its traceback; the last one of a chain."""
     last = re.split(r"^(?:The above exception was|During handling of the above)", failure, flags=re.MULTILINE)[-1]
     lines = last.strip().splitlines()
     raised = [line[1:].strip() for line in lines if line.startswith("E ")]

@@ -1,4 +1,4 @@
-"""What a draft for a launch file is made of: the nodes that it starts, together as one system under test."""
+"""The analysis of a launch file for a draft: the nodes that it starts are one system under test."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pytest_hricdv.extra.draft.ros_model import CodeLine, Endpoint, LaunchedNode
 T = TypeVar("T")
 
 _ENDS = {"subscription": "publisher", "service": "client", "action server": "action client"}
-"""What a node receives from -> what another node of the system sends by."""
+"""Kind of a receiving endpoint -> kind of the sending endpoint of another node of the system."""
 
 
 def read_launch_file(asked: str, start: Path) -> LaunchedNodes:
@@ -53,7 +53,7 @@ def read_launch_file(asked: str, start: Path) -> LaunchedNodes:
 
 
 def analyse_launch(nodes: LaunchedNodes, start: Path) -> tuple[CodeModel, RosStart, Executable]:
-    """What a testbench for these nodes needs, how it starts them, and one of their executables.
+    """The model for a testbench of these nodes, how it starts them, and one of their executables.
 
     Raises:
         DraftError: none of them is a node of Python.
@@ -140,7 +140,7 @@ def _outside(declared: Sequence[Sequence[Endpoint]]) -> tuple[Endpoint, ...]:
 def _from_outside(
     model: CodeModel, analysed: Sequence[tuple[CodeModel, RosStart, Executable, StartedNode]]
 ) -> CodeModel:
-    """What nodes of the system receive from each other, a person does not send them."""
+    """Drop messages that nodes of the system send each other: a person does not send them."""
     inside = {name for _, name in _inside([own.declared for _, own, *_ in analysed])}
     return replace(model, messages=tuple(_internal(model.messages, inside)))
 

@@ -1,4 +1,4 @@
-"""What a draft for a node of ROS 2 is made of: the messages of its topics, services and actions, with their fields."""
+"""The analysis of a ROS 2 node for a draft: the messages of its topics, services and actions, with their fields."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ OWN = "rclpy"
 
 
 def analyse_node(executable: Executable, started: StartedNode | None = None) -> tuple[CodeModel, RosStart]:
-    """What a testbench for the node needs, and how it starts it.
+    """The model for a testbench of the node, and how it starts it.
 
     Args:
         executable: the code of the node.
@@ -97,7 +97,7 @@ def with_state_topic(model: CodeModel, seen: Observations | None) -> CodeModel:
 
 
 def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Problem, ...]]:
-    """What is declared and provided; and what is missing."""
+    """The declarations and replacements for the start, and what is missing."""
     guarded = find_guarded_imports(executable.sources)
     needed = {dotted.partition(".")[0]: location for dotted, location in reversed(executable.sources.outside)
               if len(dotted.split(".")) > 1 and dotted.split(".")[1] in FOLDERS}  # fmt: skip
@@ -212,7 +212,7 @@ def _questions(model: CodeModel) -> Iterator[Question]:
 
 
 def _with_names(nodes: RosNodes, started: StartedNode) -> RosNodes:
-    """What nodes have, under the names that they have when they are started like this."""
+    """The nodes' endpoints, under the names that they have when started like this."""
     endpoints = tuple(_rename(endpoint, started) for endpoint in nodes.endpoints)
     names = tuple((started.name or name, location) for name, location in nodes.nodes)
     return replace(nodes, nodes=names, endpoints=endpoints)

@@ -1,4 +1,4 @@
-"""What recordings show: ranges of numbers, texts, times between messages, and times to reactions."""
+"""Observations in recordings: ranges of numbers, texts, times between messages, and times to reactions."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def spread(values: Collection[float], source: str) -> Spread | None:
 
 @dataclass(frozen=True)
 class ObservedTopic:
-    """What was observed of a topic.
+    """Observations of a topic.
 
     Args:
         name: as it was recorded.
@@ -130,11 +130,11 @@ Keyed = tuple[tuple[str, RecordedSample], ...]
 
 @dataclass(frozen=True)
 class Observation:
-    """What recordings show.
+    """Observations in recordings.
 
     Args:
         source: the names of the files.
-        topics: key of a topic (`arm_moving`) -> what was observed of it.
+        topics: key of a topic (`arm_moving`) -> its observations.
     """
 
     source: str
@@ -158,7 +158,7 @@ class Observation:
 
 
 def observe(recordings: Sequence[Recording]) -> Observation:
-    """What recordings show together; times are those within each part of one."""
+    """Merge the observations of recordings; times are those within each part of one."""
     source = ", ".join(dict.fromkeys(recording.name for recording in recordings if recording.parts))
     if len(recordings) > 2:
         source = f"{len(recordings)} recordings"

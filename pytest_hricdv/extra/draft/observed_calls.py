@@ -111,7 +111,7 @@ def _find_methods(port: Port, entry: Entry, seen: Observations) -> Iterator[str]
 
 
 def _sites(port: Port, method: str, entry: Entry, seen: Observations) -> dict[str, Site]:
-    """What was observed of a method, by topic."""
+    """The observed calls of a method, by topic."""
     for owner in _owners(port, entry):
         head = f"{owner}.{method}"
         found = {key[len(head) :].strip(): site for key, site in seen.calls.items()

@@ -1,4 +1,4 @@
-"""What a recording of the border adds to the model of the code: its entry, values, answers of devices, and states."""
+"""Adds a recording of the border to the model of the code: its entry, values, answers of devices, and states."""
 
 from __future__ import annotations
 

@@ -128,7 +128,7 @@ def _times(count: int) -> str:
 
 
 def _differences(messages: Sequence[Message], seen: Observation) -> Iterator[tuple[str, CodeLine | None]]:
-    """What only the code has, and what only the recordings have."""
+    """The parts that only the code has, and those that only the recordings have."""
     for message in messages:
         topic = seen.topics.get(key_of(message.topic))
         if topic is None:

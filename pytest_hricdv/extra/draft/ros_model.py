@@ -57,7 +57,7 @@ class StartedNode:
 
 @dataclass(frozen=True)
 class LaunchedNodes:
-    """What a launch file starts.
+    """The nodes that a launch file starts.
 
     Args:
         file: its path.
@@ -117,7 +117,7 @@ class RosParameter:
 
 @dataclass(frozen=True)
 class RosNodes:
-    """What the nodes of a package have.
+    """The nodes of a package and their endpoints.
 
     Args:
         nodes: name of each node, with its location; the name is empty where the source does not say it.
@@ -161,7 +161,7 @@ class RosStart:
 
 
 def ros_lines(nodes: RosNodes) -> Iterator[str]:
-    """What was read of nodes, for the terminal and the README."""
+    """Lines on nodes for the terminal and the README."""
     counted = (
         ("subscribes", nodes.of("subscription")),
         ("publishes", nodes.of("publisher")),

@@ -1,4 +1,4 @@
-"""A draft while first runs settle it: how it is run, and what is taken out of it where it fails."""
+"""A draft while first runs settle it: how it runs, and which parts are removed when it fails."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How first runs settle a draft: what fails in them is taken out and becomes a question, until it is green.
+"""Settles a draft by first runs: parts that fail are removed and become questions, until all tests pass.
 
 Everything has a budget of processor time. What it does not suffice for is smaller: fewer tests, fewer things to say.
 """

@@ -236,7 +236,7 @@ class EnginesFeature(Feature[str]):
         return CROSS_CHECK.put(result, compare(run, run.cross_check, context.collection.testbench))
 
     def discrepancies(self, result: TestResult) -> tuple[EngineDifference, ...]:
-        """What depends on the engine."""
+        """The differences between engines."""
         second = CROSS_CHECK.of(result)
         return () if second is None else second.differences
 

@@ -119,7 +119,7 @@ class EnginesView(View):
         yield from _tests_that_differ(agreed, columns)
 
     def section(self, report: Report) -> PageSection | None:
-        """What depends on the engine, and how far each requirement's verdicts agree."""
+        """The verdicts that depend on the engine, and the agreement for each requirement."""
         agreed = agreement(report.tests)
         if agreed is None:
             return None
@@ -136,7 +136,7 @@ class EnginesView(View):
         )
 
     def facts(self, test: TestResult) -> dict[str, str]:
-        """What depends on the engine."""
+        """The differences between engines."""
         second = CROSS_CHECK.of(test)
         differences = () if second is None else second.differences
         return {"Engines differ": "; ".join(difference.text for difference in differences)}

@@ -72,7 +72,7 @@ def _rows(report: Report, listed: Path | None) -> tuple[EvidenceRow, ...]:
 
 
 def _derive(report: Report, rows: Sequence[EvidenceRow]) -> dict[str, bytes]:
-    """What follows from the report: name -> content."""
+    """The files derived from the report: name -> content."""
     facts = outputs.facts_of(report)
     return {
         name: text.encode()
@@ -92,7 +92,7 @@ def verify_evidence(folder: Path, project: Path, rerun: int) -> Iterator[str]:
     Args:
         folder: of the evidence.
         project: where its tests are run again.
-        rerun: so many tests, evenly over the report.
+        rerun: number of tests, evenly over the report.
 
     Raises:
         ReportError: there is no statement, or no report to check the files against.

@@ -21,7 +21,7 @@ PREDICATE_TYPE = "https://in-toto.io/attestation/test-result/v0.1"
 
 
 class SessionFacts(PlainRecord, frozen=True, kw_only=True):
-    """What the tests ran on.
+    """Facts about the session of the tests.
 
     Args:
         testbench: its name.

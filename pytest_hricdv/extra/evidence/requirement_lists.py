@@ -77,7 +77,7 @@ class _NeedsVersion(Struct):
 
 
 class _NeedsFile(Struct):
-    """What is read of `needs.json`."""
+    """The parts read from `needs.json`."""
 
     current_version: str
     versions: dict[str, _NeedsVersion]

@@ -129,7 +129,7 @@ def _file_name(result: CaseResult) -> str:
 
 
 def _film_subjects(failed: Sequence[str]) -> Sequence[str]:
-    """What the film of a failure counts for: without a requirement, for an assertion."""
+    """The requirements that a film counts for; without one, it counts for an assertion."""
     return failed or [""]
 
 

@@ -194,7 +194,7 @@ def _font(size: int) -> FreeTypeFont | BitmapFont:
 
 
 class RunView(Protocol):
-    """What captions show of a run: its messages and verdicts so far."""
+    """The view of a run for captions: its messages and verdicts so far."""
 
     def messages(self) -> Sequence[RecordedMessage]: ...
 

@@ -67,7 +67,7 @@ def all_mutants(code: CodeMap) -> tuple[Mutant, ...]:
 
 
 def sample(mutants: Sequence[Mutant], seed: int, most: int | None) -> list[Mutant]:
-    """Mutants in the order in which they are tried: shuffle, so that the first ones stand for all; at most so many."""
+    """Mutants in the order in which they are tried, up to a limit: shuffled, so that the first ones represent all."""
     return shuffle(make_rng("mutants", seed), mutants)[:most]
 
 
@@ -95,7 +95,7 @@ def _texts_with_change(source: Source, names: Names) -> Iterator[tuple[str, int,
 
 
 def _compile(text: str, path: str) -> object:
-    """What a text compiles to, without places in the text, to be compared; None where it is no Python."""
+    """The code of a text without locations, for comparison; None if it is no Python."""
     try:
         return _content(compile(text, path, "exec", dont_inherit=True))
     except SyntaxError:  # a change that is right by itself and wrong where it stands, such as a break outside of a loop
@@ -162,4 +162,4 @@ OPERATORS: Mapping[str, Changes] = {
     **ROBOT,
     **{name: partial(_by_library, kind, operator) for name, (kind, operator) in _LIBRARY.items()},
 }
-"""What is shown of an operator -> the operator."""
+"""Name of an operator in reports -> the operator."""

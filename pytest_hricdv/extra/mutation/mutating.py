@@ -42,10 +42,10 @@ from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import arguments_of
 
 LEAST_RUN_S, FACTOR = 10, 10
-"""A run that takes more processor time (s) than this, and than so many times the slowest test, does not end."""
+"""A run that takes more processor time (s) than this, and than this multiple of the slowest test, does not end."""
 
 STEPS = 10
-"""Progress is told so many times."""
+"""Number of progress reports."""
 
 
 class MutationError(Exception):
@@ -154,7 +154,7 @@ class _Trials:
         self._done: set[str] = set()
 
     def plan(self, context: RunContext) -> list[MutantTrial]:
-        """What is to be tried: not the mutants whose statement no test executes."""
+        """The plan of the trials, without mutants whose statement no test executes."""
         paths = {file.name: str(file.path) for file in context.code.files}
         plans = [
             (mutant, (*self._order.tests(mutant.statement), *self._order.schedules(mutant))) for mutant in self._mutants
@@ -190,7 +190,7 @@ class _Trials:
                 self._note(msgspec.json.decode(line, type=TrialEvent), total)
 
     def _left(self, job: MutationJob) -> MutationJob:
-        """What is still to be done of a job: all of a mutant whose trial was cut off."""
+        """The rest of a job, including all of a mutant whose trial was cut off."""
         left = tuple(trial for trial in job.trials if trial.mutant not in self._done)
         for trial in left:
             self.runs[trial.mutant].clear()
@@ -198,7 +198,7 @@ class _Trials:
         return replace(job, trials=left)
 
     def result(self, mutant: Mutant) -> MutantResult:
-        """What became of a mutant."""
+        """The result of a mutant."""
         executing = self._order.suites_of(mutant.statement)
         runs, complete = tuple(self.runs[mutant.id]), not executing or mutant.id in self._done
         status = mutant_status(runs, executed=bool(executing), complete=complete)
@@ -277,7 +277,7 @@ class TrialOrder:
 
     Args:
         tests: of all suites.
-        most: so many tests of each suite at most; None: all that execute the mutant's statement.
+        most: most tests of each suite; None: all that execute the mutant's statement.
         deciding: runs of tests with schedules.
     """
 

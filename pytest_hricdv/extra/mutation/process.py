@@ -34,7 +34,7 @@ from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import in_session, limit_time, preload, session, silence
 
 SILENCE = 30
-"""A mutant that gives no sign of life for so many times the processor time of a run waits for what never comes."""
+"""A mutant that is silent for this multiple of a run's processor time waits for something that never comes."""
 
 _ADDRESS = re.compile(r"\b0x[0-9a-f]+")
 
@@ -68,7 +68,7 @@ class MutantTrial:
 
 @dataclass(frozen=True)
 class MutationJob:
-    """What the process is to do.
+    """The job of the process.
 
     Args:
         arguments: of pytest, as the session was started with.
@@ -77,7 +77,7 @@ class MutationJob:
         trials: in order.
         processes: at the same time.
         run_s: a run that takes more processor time (s) does not end.
-        seconds: no mutant is begun after so many seconds; None: no limit.
+        seconds: no mutant is begun after this time; None: no limit.
         matrix: try a mutant on all of its tests; otherwise up to the first of each suite that fails.
     """
 

@@ -69,7 +69,7 @@ class MutantResult(PlainRecord, frozen=True, kw_only=True):
     difference: str = ""
 
     def status_in(self, suite: str) -> MutantStatus:
-        """What became of it in the tests of one suite."""
+        """Its status in the tests of one suite."""
         runs = [run for run in self.runs if run.suite == suite]
         return mutant_status(runs, executed=suite in self.executing, complete=self.complete)
 
@@ -80,7 +80,7 @@ class MutantResult(PlainRecord, frozen=True, kw_only=True):
 
 
 def mutant_status(runs: Iterable[MutantRun], *, executed: bool, complete: bool) -> MutantStatus:
-    """What became of a mutant in these runs.
+    """The status of a mutant in these runs.
 
     Args:
         executed: a test executes its statement.
@@ -122,7 +122,7 @@ class MutationResult(PlainRecord, frozen=True, kw_only=True):
         mutants: in the order of files and lines.
         generated: how many there are; more than `mutants` where only some were drawn.
         seed: that the order of trials was drawn with.
-        tests_per_mutant: a mutant was tried on at most so many tests of a suite; None: on all that execute it.
+        tests_per_mutant: most tests of a suite on which a mutant was tried; None: all that execute it.
         matrix: a mutant was tried on further tests after one failed.
         excluded_tests: tests that fail, or were not measured, without any fault.
         processes: in which the runs were made.

@@ -42,7 +42,7 @@ def wait_skipped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Ch
 
 
 def reset_forgotten(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
-    """What is left of earlier is not cleared."""
+    """Drop a reset, so that earlier state stays."""
     if _words(node) & _RESET:
         yield node, cst.Pass()
 
@@ -55,7 +55,7 @@ def call_dropped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Ch
 
 
 def call_repeated(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
-    """What is to be done or said once is done or said twice; a wait is not: a longer one is another operator's."""
+    """Repeat an action or message; not a wait: another operator makes it longer."""
     line, words = source.parent(node), _words(node)
     if words and not words & (_WAIT | _RESET) and isinstance(line, cst.SimpleStatementLine) and len(line.body) == 1:
         (call,) = line.body
@@ -103,7 +103,7 @@ def states_swapped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[
 
 
 def assignment_forgotten(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
-    """What is kept over time is not set again; outside of constructors, where the attribute would be missing."""
+    """Drop an assignment to state; outside of constructors, where the attribute would be missing."""
     function = source.around(node, cst.FunctionDef)
     if isinstance(function, cst.FunctionDef) and function.name.value not in _CONSTRUCTORS:
         kept = isinstance(node, cst.Assign) and isinstance(node.targets[0].target, cst.Attribute | cst.Subscript)
@@ -299,4 +299,4 @@ ROBOT: Mapping[str, Changes] = {
     "loop left early": loop_left_early,
     "returned early": return_early,
 }
-"""What is shown of an operator -> the operator."""
+"""Name of an operator in reports -> the operator."""

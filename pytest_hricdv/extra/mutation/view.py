@@ -25,7 +25,7 @@ WHY: Mapping[MutantStatus, str] = {
     "no coverage": "no test executes the statement",
     "not run": "time ran out before all of its tests had run",
 }
-"""What a mutant that was not killed tells."""
+"""The meaning of a mutant that was not killed."""
 
 
 class MutationView(View):
@@ -108,7 +108,7 @@ def score_text(score: MutationScore) -> str:
 
 
 def notes(result: MutationResult) -> Iterator[str]:
-    """What is to be known about a score, a sentence each."""
+    """Notes on a score, a sentence each."""
     if result.generated > len(result.mutants):
         yield f"{len(result.mutants)} of {result.generated} mutants were drawn"
     most = result.tests_per_mutant

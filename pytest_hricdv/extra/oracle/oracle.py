@@ -22,7 +22,7 @@ from pytest_hricdv.monitor import Vocabulary
 
 @dataclass(frozen=True)
 class Oracle:
-    """What all runs of a testbench are followed with; made by `load_oracle`. It is a `monitor.Criterion`.
+    """The oracle that follows all runs of a testbench; made by `load_oracle`. It is a `monitor.Criterion`.
 
     Args:
         declaration: of the testbench.
@@ -49,7 +49,7 @@ class Oracle:
 
     @property
     def title(self) -> str:
-        """What is required, in a sentence."""
+        """The requirement in a sentence."""
         return f"The code under test does what the agent {self.agent.name} does, in time, and nothing else"
 
     @property
@@ -59,7 +59,7 @@ class Oracle:
 
     @property
     def group(self) -> str:
-        """What reports put it under."""
+        """Its group in reports."""
         return "model"
 
     @property

@@ -20,7 +20,7 @@ NOTHING = "nothing"
 
 @dataclass(frozen=True)
 class ModelPercept:
-    """What the agent hears: a literal, from whom, and whether it is a goal."""
+    """A percept of the agent: a literal, from whom, and whether it is a goal."""
 
     literal: Structure
     source: str
@@ -101,7 +101,7 @@ class Product:
         number, self._count = self._count, self._count + 1
         if event.heard and self.follower.due_s <= event.time_s + self._tolerance_s:
             self.races.append(number)
-        # What comes after something unexpected waits for its turn. A failure that nobody waits for is none.
+        # Events after an unexpected one wait for their turn. A failure that nobody waits for is none.
         if event.does and (self._early or not self._match(event)):
             self._early.append(event)
         elif not event.does:

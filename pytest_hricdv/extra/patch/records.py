@@ -28,7 +28,7 @@ class FilePatch(PlainRecord, frozen=True, kw_only=True):
 
 
 class Patch(PlainRecord, frozen=True, kw_only=True):
-    """What changed in the code under test, and what the tests reach of it. Waived statements are left out.
+    """The changes in the code under test, and the tests' coverage of them. Waived statements are left out.
 
     Args:
         revision: as it was given.
@@ -65,7 +65,7 @@ class Patch(PlainRecord, frozen=True, kw_only=True):
 
 
 def measure(report: Report, revision: str, base: str, changed: Mapping[str, Iterable[int]], suite: str = "") -> Patch:
-    """What the tests of a report reach of changed statements.
+    """Measure how a report's tests cover changed statements.
 
     Args:
         report: with the map of the code.

@@ -1,4 +1,4 @@
-"""What changed since a revision, according to git."""
+"""Changes since a revision, according to git."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _HUNK = re.compile(r"^@@ -\d+(?:,\d+)? \+(\d+)(?:,(\d+))? @@", re.MULTILINE)
 
 
 class PatchError(Exception):
-    """What git cannot compare."""
+    """Git cannot make the comparison."""
 
 
 class Repository:
@@ -63,7 +63,7 @@ class Repository:
         return frozenset(line for first, count in hunks for line in range(int(first), int(first) + int(count or 1)))
 
     def _run(self, *arguments: str, lacks: str = "") -> str:
-        """What git prints; PatchError where it fails, with `lacks` as what there is not, or with git's own words."""
+        """The output of git; PatchError if it fails, with `lacks` as the missing thing, or with git's own words."""
         try:
             done = subprocess.run(
                 [self._git, "-C", str(self._folder), *arguments],

@@ -277,4 +277,4 @@ KNOWN_ANSWERS: tuple[tuple[str, Callable[[Workshop], None]], ...] = (
         MonitorCase("always(rise(near) -> eventually[0:20](distance > 5.0))", {**_STOP, **_DISTANCE}, "NC", None),
     ),
 )
-"""What has to hold, and how it is checked: 20 answers."""
+"""The facts that must hold, and their checks: 20 answers."""

@@ -35,7 +35,7 @@ _INT64 = range(-(2**63), 2**63)
 
 
 def _scalar(text: str) -> bool | int | float | str:
-    """What rcl makes of a value without quotes: YAML 1.1 has dates, too, `1:30` is 90 in it, and `1e-3` a text."""
+    """Parse an unquoted value as rcl does: YAML 1.1 would read dates, `1:30` as 90, and `1e-3` as a text."""
     if text in _TRUE or text in _FALSE:
         return text in _TRUE
     if _INTEGER.fullmatch(text):
@@ -80,7 +80,7 @@ class _Rule:
 
 @dataclass
 class Arguments:
-    """What the ROS arguments say. Names of nodes are patterns: `*` is one token, `**` any number of them."""
+    """The parsed ROS arguments. Names of nodes are patterns: `*` is one token, `**` any number of them."""
 
     remappings: list[_Rule] = field(default_factory=list)
     parameters: list[tuple[str, str, Any]] = field(default_factory=list)

@@ -19,11 +19,11 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 ROSOUT = "rosout"
 
 _TERMINAL = "terminal_input"
-"""What `run.terminal` records when keys are pressed."""
+"""The message that `run.terminal` records when keys are pressed."""
 
 
 def vocabulary(declared: Ros2) -> dict[str, dict[str, Kind]]:
-    """What requirements can name of a declared system: name in requirements -> its fields with their types.
+    """The vocabulary of a declared system: name in requirements -> its fields with their types.
 
     Raises:
         Ros2Error: a name or type is none, or two have the same name in requirements.
@@ -60,7 +60,7 @@ def _kinds(declared: Ros2) -> Iterator[tuple[str, dict[str, Kind]]]:
 
 
 def requirement_name(full_name: str) -> str:
-    """What a topic, service or action is called in requirements.
+    """The name of a topic, service or action in requirements.
 
     Raises:
         Ros2Error: the name is not full.
@@ -78,7 +78,7 @@ _PARAMETER_EVENTS = "/parameter_events"
 
 @dataclass(frozen=True)
 class Route:
-    """What is recorded of a topic, or of one direction of a service: its name, and the fields of a message."""
+    """The record of a topic, or of one direction of a service: its name, and the fields of a message."""
 
     name: str
     fields: Callable[[Any], Mapping[str, Value]]

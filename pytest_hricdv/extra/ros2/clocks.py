@@ -15,10 +15,10 @@ from pytest_hricdv.runtime.virtual.clocks import EPOCH
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _BOOT_NS = 3600 * 1_000_000_000
-"""What a steady clock shows when a run begins: the machine was on before, so that a time before is none below 0."""
+"""The steady clock's time when a run begins: positive, so that earlier times are not below 0."""
 
 EPOCH_NS = round(EPOCH.timestamp()) * 1_000_000_000
-"""What the system's clock shows when a run begins (ns since 1970)."""
+"""The system clock's time when a run begins (ns since 1970)."""
 
 
 def whole_ns(duration_s: float) -> int:

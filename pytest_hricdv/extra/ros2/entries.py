@@ -1,4 +1,4 @@
-"""Entries "package.module:name" of nodes: importing them, and what their processes call."""
+"""Entries "package.module:name" of nodes: their import, and the function that their processes call."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def _with_arguments(main: Callable[..., object], command_line: list[str]) -> Cal
 
 
 def _spin_main(kind: Callable[[], Any]) -> Callable[[], object]:
-    """What the main function of a node is, for a class of nodes."""
+    """The main function for a class of nodes."""
 
     def main() -> None:
         import rclpy  # type: ignore[import-not-found, unused-ignore]

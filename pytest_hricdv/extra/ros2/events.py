@@ -44,7 +44,7 @@ class PublisherEventType(IntEnum):
 
 @dataclass
 class EventStatus(ABC):
-    """What has happened, and in fields that end with `_change`, how much of it since the status was last taken."""
+    """The totals of an event; fields that end with `_change` count since the status was last taken."""
 
     @abstractmethod
     def has_changed(self) -> bool:
@@ -113,7 +113,7 @@ class MatchedStatus(CountStatus):
 
 @dataclass
 class EndpointEvents:
-    """What has happened to a publisher or a subscription."""
+    """The events of a publisher or a subscription."""
 
     matched: MatchedStatus = field(default_factory=MatchedStatus)
     incompatible: QosIncompatibleStatus = field(default_factory=QosIncompatibleStatus)
@@ -162,7 +162,7 @@ class EndpointEvents:
 
 
 class EventSource(Protocol):
-    """What events need of a publisher or a subscription."""
+    """The interface of a publisher or a subscription that events need."""
 
     events: EndpointEvents
     profile: Profile
@@ -277,6 +277,6 @@ class EventHandle(Waitable):
             self._counted_ns = due_ns
 
     def take_event(self) -> Any:
-        """What has happened."""
+        """Take the event's status."""
         self.is_ready()
         return self._status.take()

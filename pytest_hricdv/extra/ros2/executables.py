@@ -73,7 +73,7 @@ def is_container(name: str) -> bool:
 
 
 def command(words: Sequence[str]) -> Command:
-    """What a list of words starts: terminals and debuggers before a node are left out."""
+    """The command in a list of words, without terminals and debuggers before a node."""
     for number, word in enumerate(words):
         parts = Path(word).parts[-_PATH_LENGTH:]
         if len(parts) == _PATH_LENGTH and parts[0] == "lib" and Path(word).is_absolute():
@@ -118,7 +118,7 @@ class Executables:
         raise self._executable_error(package, executable, scripts)
 
     def replacement(self, *names: str) -> Process | str | None:
-        """What the testbench has in the place of what has one of these names; None if there is nothing."""
+        """The testbench's replacement for one of these names; None if there is none."""
         patterns = self.launch.executables
         exact = next((patterns[name] for name in names if name in patterns), None)
         if exact is not None:
@@ -126,10 +126,10 @@ class Executables:
         return next((patterns[key] for key in patterns if any(fnmatchcase(name, key) for name in names)), None)
 
     def component(self, package: str, plugin: str) -> Process | str:
-        """What replaces a composable node.
+        """The replacement for a composable node.
 
         Raises:
-            LaunchError: nothing does.
+            LaunchError: there is none.
         """
         name = f"{package}/{plugin}"
         replaced = self.replacement(name)
@@ -213,7 +213,7 @@ def _not_a_script(node: RosNode, scripts: Sequence[str], sources: Mapping[str, S
 
 
 def _describe_program(package: str, executable: str) -> str:
-    """What an installed program is that is no console script; empty if there is none."""
+    """A description of an installed program that is no console script; empty if there is none."""
     file = find_executable(package, executable)
     if file is None:
         return ""

@@ -1,4 +1,4 @@
-"""ROS 2 in the execution of tests: what requirements can name of the graph, and `rclpy` in virtual time."""
+"""ROS 2 in the execution of tests: the vocabulary of the graph, and `rclpy` in virtual time."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Ros2Execution(ExecutionFeature):
         return Ros2Overlay(testbench.ros2, testbench.code)
 
     def before_imports(self, testbench: Testbench) -> tuple[str, ...]:
-        """What replaces the extension of `rclpy`."""
+        """The modules that replace the extension of `rclpy`."""
         return () if testbench.ros2 is None else ("pytest_hricdv.extra.ros2.overlay:replace_extension",)
 
 

@@ -185,7 +185,7 @@ class Entities:
             if ready or any(woken) or is_over:
                 return ready, is_over
             awaited = [handle for _, _, _, handle in self._plain] + self._waitables.wait_set.entities + self._guards
-            # What is due already is not ready for another reason: its callback is being executed.
+            # An overdue entity is not ready for another reason: its callback is being executed.
             due = [due_ns for entity in awaited if (due_ns := entity.due_ns()) is not None and due_ns > now_ns]
             block_until_woken(kernel, awaited, min(due if end_ns is None else [*due, end_ns], default=None))
 

@@ -115,7 +115,7 @@ class RosoutNode(contexts.GraphNode):
 
 
 def _no_op(*_: object) -> None:
-    """What has no effect in a simulated run."""
+    """A function without effect in a simulated run."""
 
 
 _SAME_NAMES = (

@@ -100,7 +100,7 @@ class FrameTree:
         return 1, ""
 
     def invalid(self, frame: str, where: str) -> str:
-        """What is wrong with the name of a frame that was passed somewhere; empty if nothing is."""
+        """The fault of a passed frame name; empty without one."""
         rationale = _name_fault(frame) or ("" if frame in self._frames else "frame does not exist")
         return f'Invalid frame ID "{frame}" passed to {where} - {rationale}' if rationale else ""
 

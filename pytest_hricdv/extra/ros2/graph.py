@@ -71,9 +71,9 @@ class GraphEntity(Destroyable):
 
 @dataclass
 class Graph:
-    """What there is in one domain of a run, each in the order of creation: full name of a topic or service -> entities.
+    """The entities of one domain of a run, in the order of creation: full name of a topic or service -> entities.
 
-    It is below those whom it lists, so it does not know their classes.
+    It is a layer below them, so it does not know their classes.
     """
 
     nodes: list[Any] = field(default_factory=list)
@@ -139,7 +139,7 @@ def service_names_and_types(node: Any) -> NamesAndTypes:
 
 
 def _of_node(part: str, node: Any, *arguments: Any) -> NamesAndTypes:
-    """What a node has of a part of the graph.
+    """A node's entities in a part of the graph.
 
     Args:
         part: attribute of the graph.

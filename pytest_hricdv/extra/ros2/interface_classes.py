@@ -47,7 +47,7 @@ _MAX_FLOAT32 = 3.4028234663852886e38
 
 
 class _Interface(type):
-    """What `rclpy` asks of a class of messages: it has a type support, which nothing is converted with."""
+    """The interface of a message class in `rclpy`: it has a type support, which converts nothing."""
 
     _CREATE_ROS_MESSAGE = _CONVERT_FROM_PY = _CONVERT_TO_PY = _DESTROY_ROS_MESSAGE = _TYPE_SUPPORT = "not converted"
 
@@ -57,7 +57,7 @@ class _Interface(type):
 
 
 class _Message(metaclass=_Interface):
-    """What all messages have in common."""
+    """The base class of all messages."""
 
     __slots__ = ()
     _FIELDS: tuple[InterfaceField, ...] = ()

@@ -148,7 +148,7 @@ def check_arguments(file: LaunchFile, description: Any) -> None:
     names = f"it declares {', '.join(declared) or 'none'}"
     arguments = file.launch.arguments
     unknown = [name for name in arguments if name not in declared]
-    # What is declared nowhere may still be read, by a configuration with a default of its own.
+    # An undeclared argument may still be read, by a configuration with its own default.
     if unknown and not _may_use(description.entities, unknown[0]):
         raise LaunchError(f"{file.launch}: no argument {unknown[0]!r}{nearest(unknown[0], list(declared))}; {names}")
     for name, (argument, inclusions) in declared.items():

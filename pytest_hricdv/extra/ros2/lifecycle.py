@@ -37,7 +37,7 @@ _COMMANDS = (
     (6, "shutdown", "inactive", "shuttingdown"),
     (7, "shutdown", "active", "shuttingdown"),
 )
-"""What a node can be told: number, label, from where, and the state in which its callback is called."""
+"""The transitions of a node: number, label, start states, and the state in which its callback is called."""
 
 _OUTCOMES = (
     (10, "configuring", ("inactive", "unconfigured", "errorprocessing")),

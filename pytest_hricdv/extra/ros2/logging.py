@@ -32,7 +32,7 @@ class Severity(IntEnum):
 
 @dataclass(frozen=True)
 class LogEntry:
-    """What was logged, when (s of simulated time), by which logger, and where."""
+    """A log entry: its text, when (s of simulated time), by which logger, and where."""
 
     time_s: float
     severity: Severity

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 
 NameFault = tuple[str, int]
-"""What is wrong with a name, and the index of the character that is."""
+"""The fault of a name, and the index of the wrong character."""
 
 _MAX_LENGTH = 255  # of rmw, RMW_NODE_NAME_MAX_NAME_LENGTH
 _Rules = tuple[tuple[str, str], ...]
@@ -45,23 +45,23 @@ def _first_fault(name: str, rules: _Rules) -> NameFault | None:
 
 
 def node_name_fault(name: str) -> NameFault | None:
-    """What is wrong with the name of a node; None if nothing is."""
+    """The fault of a node's name; None without one."""
     return _first_fault(name, _NODE)
 
 
 def full_topic_name_fault(name: str, kind: str = "topic name") -> NameFault | None:
-    """What is wrong with a name that is not to be expanded any more; None if nothing is."""
+    """The fault of an expanded name; None without one."""
     fault = _first_fault(name, _FULL)
     return (f"{kind} {fault[0]}", fault[1]) if fault else None
 
 
 def namespace_fault(name: str) -> NameFault | None:
-    """What is wrong with a namespace; None if nothing is."""
+    """The fault of a namespace; None without one."""
     return None if name == "/" else full_topic_name_fault(name, "namespace")
 
 
 def topic_name_fault(name: str) -> NameFault | None:
-    """What is wrong with a name as code gives it, which may be relative, private or have substitutions."""
+    """The fault of a name as code gives it, which may be relative, private or have substitutions."""
     fault = _first_fault(name, _TOPIC)
     braces = re.match(r"[^{}]*(?:\{[^{}]*\}[^{}]*)*", name)
     if fault or braces is None or braces.end() == len(name):

@@ -215,7 +215,7 @@ class Process:
     def _leave(self) -> Body:
         for variable in self._variables:
             value = variable.module[variable.name]
-            # What it has set once is its own from then on, also while it has the initial value again.
+            # A variable that a process has set is its own from then on, even if it has the initial value again.
             if value is not variable.initial or variable in self._values:
                 self._values[variable] = value
                 variable.module[variable.name] = variable.initial

@@ -265,7 +265,7 @@ def _longer(offered_ns: int, requested_ns: int) -> bool:
 
 
 def _doubts(offered: Profile, requested: Profile) -> list[str]:
-    """What may not match, as one of the two leaves it to the system."""
+    """Policies that may not match, as one of the two leaves them to the system."""
     doubts = []
     for name, could_be, wanted, unknown, offers, requests in (
         ("Reliability", BEST_EFFORT, RELIABLE, _UNKNOWN, offered.reliability, requested.reliability),

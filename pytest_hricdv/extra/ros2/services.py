@@ -91,7 +91,7 @@ class ServiceInfo:
 
 
 class _ServiceEndpoint(GraphEntity, QueueHandle):
-    """What services and clients have in common: a name, a queue, and introspection."""
+    """The base of services and clients: a name, a queue, and introspection."""
 
     def __init__(self, node: GraphNode, kind: type[Any], name: str) -> None:
         super().__init__(node.kernel)

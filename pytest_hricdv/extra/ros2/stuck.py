@@ -81,7 +81,8 @@ class _Wait:
         self.functions = {_function(frame) for frame in self.frames}
 
     def block_reason(self, least_s: float) -> str:
-        """What it waits for in vain, if it has for at least so long, or if it is certain; empty if it may go on."""
+        """What it waits for in vain, if it has waited for at least this long, or certainly; empty if it may
+        continue."""
         since_s, why = self._for_server(least_s)
         if not why and self.kernel.waits_for_ever(self.node):
             since_s, why = self.node.blocked_s, self._for_ever(least_s)
@@ -103,7 +104,7 @@ class _Wait:
         return 0.0, ""
 
     def _for_ever(self, least_s: float) -> str:
-        """What it waits for without a time-out that cannot come, or does not for so long."""
+        """What it waits for without a time-out that cannot come, or has not come for this long."""
         clients = self._last_clients() if self.functions & _WAITING_FOR_RESPONSES else []
         for client in clients:
             if not client.servers():
@@ -158,6 +159,6 @@ def _open_requests(node: Any) -> Iterator[tuple[Client, list[int]]]:
 
 
 def _client_text(client: Client) -> str:
-    """What it asks, as its author calls it."""
+    """The client's service, as its author calls it."""
     name, _, part = client.service_name.partition("/_action/")
     return f"the action {name}" if part else f"the service {name}"

@@ -56,7 +56,7 @@ class Ros2Overlay:
     """
 
     virtual = frozenset({"time", "threading"})
-    """What nodes of ROS 2 wait with."""
+    """The APIs that ROS 2 nodes wait with."""
 
     def __init__(self, declared: Ros2, code: Sequence[str]) -> None:
         prepare()
@@ -64,7 +64,7 @@ class Ros2Overlay:
         self._packages = (*_LIBRARIES, *LAUNCH_SYSTEM, *code, *declared.packages)
         self.modules = VirtualModules(self._packages)
         self.notes: tuple[str, ...] = ()
-        """What is to be known of the run, though it fails nothing, a sentence each."""
+        """Notes on the run that fail nothing, a sentence each."""
         self._delivery: Delivery | None = None
         self.stuck_nodes: list[str] = []
         """Nodes that wait for what never comes, a sentence each."""

@@ -91,7 +91,7 @@ class BufferCore:
         return (0, fault) if fault else self._tree.connects(target_frame, source_frame, _ns(time))
 
     def _invalid(self, **frames: str) -> str:
-        """What is wrong with the name of the first wrong frame; empty if nothing is."""
+        """The fault of the first wrong frame name; empty without one."""
         faults = (self._tree.invalid(frame, f"canTransform argument {name}") for name, frame in frames.items())
         return next(filter(None, faults), "")
 
@@ -151,7 +151,7 @@ def _parts(transform: Any) -> tuple[Vector, tuple[float, float, float, float]]:
 def _faults(
     parent: str, child: str, authority: str, moved: Vector, turned: tuple[float, float, float, float]
 ) -> Iterator[str]:
-    """What is wrong with a transform, in the words of tf2."""
+    """The faults of a transform, in the words of tf2."""
     ignoring = f'Ignoring transform from authority "{authority}"'
     if child == parent:
         text = f'{ignoring} with frame_id and  child_frame_id "{child}" because they are the same'

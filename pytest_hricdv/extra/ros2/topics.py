@@ -20,7 +20,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class _TopicEndpoint(GraphEntity):
-    """What publishers and subscriptions have in common."""
+    """The base of publishers and subscriptions."""
 
     node: GraphNode
     profile: Profile

@@ -89,7 +89,7 @@ class Transform:
 
 @dataclass(frozen=True)
 class StampedTransform(Transform):
-    """What the buffer has of a frame at a time.
+    """The buffered transform of a frame at a time.
 
     Args:
         stamp_ns: when.
@@ -140,15 +140,15 @@ class StaticFrame:
         return "" if self.stored is None else self.stored.parent
 
     def clear(self) -> None:
-        """What is static stays."""
+        """Clear the buffer, except static transforms."""
 
 
 @dataclass
 class MovingFrame:
-    """What is known of a frame in the course of time, the oldest first.
+    """The transforms of a frame over time, the oldest first.
 
     Args:
-        keeps_ns: for how long, before the latest.
+        keeps_ns: how long before the latest one they are kept.
     """
 
     keeps_ns: int

@@ -98,9 +98,9 @@ class SearchOptions:
 
     Args:
         shrink: whether tests are shrunk.
-        shrink_runs: at most so many runs for each of them.
+        shrink_runs: most runs for each of them.
         shrink_seconds: at most so long (s) for each of them.
-        search: at most so many runs for each requirement; 0: there is no search.
+        search: most runs for each requirement; 0: there is no search.
     """
 
     shrink: bool = False

@@ -70,7 +70,7 @@ class RecordingJob:
         versions: in order.
         processes: at the same time.
         run_s: a run that takes more processor time (s) does not end.
-        seconds: no version is begun after so many seconds; None: no limit.
+        seconds: no version is begun after this time; None: no limit.
         formulas: more requirements to judge runs by; a run goes on until they are decided.
     """
 

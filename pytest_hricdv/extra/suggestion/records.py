@@ -25,7 +25,7 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
         faults: how many of the seeded faults it notices.
         new: how many of these no requirement notices.
         added: how many of those no suggestion above it notices, either.
-        validation_runs: so many further tests checked it, and did not refute it.
+        validation_runs: number of further tests that checked it, and did not refute it.
     """
 
     id: str

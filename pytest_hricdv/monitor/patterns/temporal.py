@@ -138,10 +138,10 @@ def existence(
     """The event happens at most `at_most` times: in the run, in any `within_s` seconds, or in a scope.
 
     Formula: `always(event -> count(event) <= at_most)`; with a time, `count[0:within_s](event)`; for a scope,
-    `always(after -> always(!next) until until)`, where `next` is an event that so many others precede in the scope:
-    for one, `event & !after & previously(!after since event)`. Scope: the whole run, or see the module; each `after`
-    begins to count anew, and in a scope messages of one instant count once. Source: Dwyer et al., Bounded Existence.
-    (That something happens at all is a `response`.)
+    `always(after -> always(!next) until until)`, where `next` is an event with a given number of predecessors in the
+    scope: for one, `event & !after & previously(!after since event)`. Scope: the whole run, or see the module; each
+    `after` begins to count anew, and in a scope messages of one instant count once. Source: Dwyer et al., Bounded
+    Existence. (That something happens at all is a `response`.)
 
     Raises:
         PatternError: `at_most` is below 1 (in a scope, or above 20), arguments that do not go together, or an argument

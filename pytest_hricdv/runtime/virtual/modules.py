@@ -78,9 +78,9 @@ class Replacements:
         return id(value) in self._by_identity or type(value) in self._renewed or issubclass(_kind(value), local)
 
     def of(self, value: object) -> object:
-        """What stands for a value; the value itself if nothing does.
+        """The replacement for a value; the value itself if there is none.
 
-        A lock or queue that a module has is a new one in each run: what is left in it by one run is not in the next.
+        A module's lock or queue is a new one in each run, without leftovers of the last one.
         """
         _, other = self._by_identity.get(id(value), (value, value))
         if other is value and issubclass(_kind(value), local):

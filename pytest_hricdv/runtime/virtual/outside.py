@@ -77,7 +77,7 @@ timers of the machine strike by its own clock, or never, as a run is over soon. 
 nobody can give back: the session would go on with less."""
 
 _REAP_S = 1.0
-"""A process that was ended because its wait was refused is waited for so long (s; chosen: it takes milliseconds)."""
+"""Time limit (s) for the end of a process whose wait was refused (chosen: it takes milliseconds)."""
 
 
 class _Guard:

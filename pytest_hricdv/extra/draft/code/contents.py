@@ -27,7 +27,7 @@ MAX_HANDOVERS = 2
 
 @dataclass(frozen=True)
 class Argument:
-    """What a parameter gets: the fields of the message `m` from which an expression makes it."""
+    """The origin of a parameter: the fields of the message `m` from which an expression makes it."""
 
     source: str
     fields: tuple[MessageField, ...] = ()
@@ -49,7 +49,7 @@ class ContentReader:
         self._places: dict[str, list[tuple[Scope, ast.AST]]] = {}
 
     def of_result(self, scope: Scope, node: ast.Call) -> list[tuple[str, Argument]]:
-        """What a call returns, by what is done with it under the names that it gets: each kind with its name."""
+        """The result of a call, inferred from the uses of the names that it gets: each kind with its name."""
         parent = self._flow.parents.get(id(node))
         parent = self._flow.parents.get(id(parent)) if isinstance(parent, ast.Await) else parent
         if isinstance(parent, ast.Assign) and isinstance(parent.targets[0], ast.Tuple):

@@ -1,4 +1,4 @@
-"""What runs the code, and what it has to be given."""
+"""The entry that runs the code, and the arguments that it needs."""
 
 from __future__ import annotations
 

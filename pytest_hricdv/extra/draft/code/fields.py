@@ -155,7 +155,7 @@ class FieldReader:
                     yield float(number)
 
     def _arguments(self, scope: Scope, name: str) -> Iterator[Origin]:
-        """What a field of a message is made of, wherever one is made."""
+        """The expressions for a field, wherever a message is made."""
         assert isinstance(scope.node, ast.ClassDef)
         names = [
             s.target.id for s in scope.node.body if isinstance(s, ast.AnnAssign) and isinstance(s.target, ast.Name)
@@ -169,7 +169,7 @@ class FieldReader:
                 yield value, call.module, call.scope
 
     def _others(self, scope: Scope, name: str) -> Iterator[Origin]:
-        """What a field is compared with, or looked up in, where a message can be of this class."""
+        """The values that a field is compared with, or looked up in, where a message can be of this class."""
         for module, at, node in self._flow.nodes:
             if isinstance(node, ast.Attribute) and node.attr == name and name_with_dots(node.value) != "self":
                 owner = self._flow.owner_of(node.value, module, at)
@@ -177,7 +177,7 @@ class FieldReader:
                     yield from self._comparisons(node, module, at, 0)
 
     def _comparisons(self, node: ast.AST, module: Module, scope: Scope | None, names: int) -> Iterator[Origin]:
-        """What is compared with an expression where it stands, and under the names that it gets."""
+        """The values compared with an expression, directly and under the names that it gets."""
         parent = self._flow.parents.get(id(node))
         if isinstance(parent, ast.Compare):
             yield from ((other, module, scope) for other in (parent.left, *parent.comparators) if other is not node)

@@ -57,7 +57,7 @@ class Flow:
 
     @cached_property
     def parents(self) -> dict[int, ast.AST]:
-        """What is around each node, by the identity of the node."""
+        """The parents of each node, by the identity of the node."""
         return {id(child): node for _, _, node in self.nodes for child in ast.iter_child_nodes(node)}
 
     @cached_property
@@ -79,7 +79,7 @@ class Flow:
 
     @cached_property
     def attributes(self) -> dict[tuple[int, str], list[tuple[Scope, ast.expr]]]:
-        """What methods assign to attributes of `self`: (identity of the class, attribute) -> where, and what."""
+        """Assignments of methods to attributes of `self`: (identity of the class, attribute) -> where, and what."""
         assigned: dict[tuple[int, str], list[tuple[Scope, ast.expr]]] = defaultdict(list)
         for _, scope, node in self.nodes:
             if scope is not None and scope.owner is not None:
@@ -124,7 +124,7 @@ class Flow:
         return None
 
     def _values_of(self, owner: ast.ClassDef | None, module: Module, name: str) -> list[tuple[Scope, ast.expr]]:
-        """What a class, or else its bases, assign to an attribute."""
+        """The values that a class, or else its bases, assign to an attribute."""
         if owner is None:
             return []
         bases = [base.node for base in self.sources.base_classes(Scope(module, owner))]
@@ -181,7 +181,7 @@ class Flow:
         return node.id in parameter_names(scope.node) or any(isinstance(part.ctx, ast.Store) for part in uses)
 
     def _origins(self, node: ast.expr, module: Module, scope: Scope | None) -> Iterator[Origin]:
-        """What an expression comes from, one step back."""
+        """The origins of an expression, one step back."""
         if isinstance(node, ast.Await | ast.NamedExpr):
             yield node.value, module, scope
         elif isinstance(node, ast.IfExp):
@@ -211,7 +211,7 @@ class Flow:
                     yield value, module, scope
 
     def _arguments(self, scope: Scope, function: Function, name: str) -> Iterator[Origin]:
-        """What a parameter is called with."""
+        """The arguments passed for a parameter."""
         is_begin = scope.owner is not None and function.name == "__init__"
         for call in self._constructions[id(scope.owner)] if is_begin else self.calls[function.name]:
             value = argument_of(call.node, function, name, is_method=scope.owner is not None)
@@ -298,7 +298,7 @@ def default_of(function: Function, name: str) -> ast.expr | None:
 
 
 def argument_of(call: ast.Call, function: Function, name: str, is_method: bool) -> ast.expr | None:
-    """What a call passes for a parameter; None where it does not say."""
+    """The argument of a call for a parameter; None if it is not known."""
     for keyword in call.keywords:
         if keyword.arg == name:
             return keyword.value

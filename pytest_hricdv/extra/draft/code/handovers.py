@@ -22,7 +22,7 @@ class Handovers:
         self._sources, self._flow = sources, flow
 
     def title(self, methods: Mapping[str, Scope], name: str) -> str:
-        """What a method of an object is known as where it is handed over; empty where it never is.
+        """The name of an object's method where it is handed over; empty if it never is.
 
         Args:
             methods: of the object.

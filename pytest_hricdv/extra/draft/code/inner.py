@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.code_model import Entry, Port
 
 SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server", "asyncio.start_server",
            "asyncio.open_connection")  # fmt: skip
-"""What makes a connection to the outside."""
+"""Calls that make a connection to the outside."""
 
 
 class InnerObjects:
@@ -67,7 +67,7 @@ class InnerObjects:
                                       location=functions[0].location)  # fmt: skip
 
     def _sockets(self, entry: Entry, own: Scope | None) -> Iterator[Port]:
-        """What the entry makes of the network, under whatever name, and classes do of which it makes objects."""
+        """Connections that the entry makes, under whatever name, or the classes whose objects it makes."""
         ports = PortReader(self._sources, self._flow)
         owners = [own.node] if own is not None else []
         for (owner, _), assigned in self._flow.attributes.items() if own is not None else ():

@@ -1,4 +1,4 @@
-"""What names say: units, topics, names of classes."""
+"""The meaning of names: units, topics, names of classes."""
 
 from __future__ import annotations
 

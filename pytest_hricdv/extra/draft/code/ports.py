@@ -154,7 +154,7 @@ class PortReader:
     # --- what the code does with it
 
     def _of_parameter(self, scope: Scope, name: str, handovers: int) -> Iterator[Operation]:
-        """What a function does with a parameter, and those do to which it is passed on."""
+        """The operations of a function on a parameter, and those of functions to which it is passed on."""
         for node in ast.walk(scope.node) if handovers <= MAX_HANDOVERS else ():
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == name:
                 yield from self._operations(node, scope.module, scope)
@@ -170,7 +170,7 @@ class PortReader:
                     yield from self._of_attribute(scope.owner, name_with_dots(target)[5:], handovers + 1)
 
     def _of_attribute(self, owner: ast.ClassDef, attribute: str, handovers: int) -> Iterator[Operation]:
-        """What is done with an attribute of a class."""
+        """The operations on an attribute of a class."""
         for module, scope, node in self._flow.nodes if handovers <= MAX_HANDOVERS else ():
             if scope is None:
                 continue
@@ -213,7 +213,7 @@ class PortReader:
         return self._flow.owner_of(node.value, scope.module, scope) is owner
 
     def _operations(self, node: ast.Attribute, module: Module, scope: Scope) -> Iterator[Operation]:
-        """What is done with a method or attribute, and with the parts of what it returns: `nearest().distance`."""
+        """The operations on a method or attribute, and on the parts of its result: `nearest().distance`."""
         whole = self._operation(node, module, scope)
         parent = self._flow.parents.get(id(node))
         value = parent if isinstance(parent, ast.Call) and parent.func is node else node
@@ -249,7 +249,7 @@ class PortReader:
                          is_registration=self._is_function(value), result=self._used_as(node, scope))  # fmt: skip
 
     def _used_as(self, node: ast.expr, scope: Scope, returns: int = 0) -> MessageField | None:
-        """What the code takes a value for: a truth that it tests, or what it compares; None where it does neither."""
+        """The use of a value: a truth that is tested, or the value it is compared with; None if neither."""
         part = self._fields.read_value(node, scope, "value")
         if part.kind:
             return part

@@ -50,7 +50,7 @@ class _Builder:
             self.transitions.append(Transition(source, target, location, event))
 
     def build(self) -> StateMachine:
-        """What was read."""
+        """The states that were read."""
         states, transitions = tuple(self.states.values()), tuple(self.transitions)
         return StateMachine(self.name, self.kind, states, transitions, self.location, held_in=self.held_in)
 

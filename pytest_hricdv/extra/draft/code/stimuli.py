@@ -1,4 +1,4 @@
-"""What makes code act that no message class describes: its methods, its callbacks, and dicts and texts that it takes.
+"""Stimuli without a message class: methods and callbacks of the code, and dicts and texts that it takes.
 
 Each becomes a message of the draft, with the expression that makes of it what the code gets.
 """
@@ -201,7 +201,8 @@ class StimulusReader:
                           (scope.location,), "call", scope.node.name, made, imports)  # fmt: skip
 
     def _arguments(self, scope: Scope, part: ast.arg) -> list[tuple[str, Argument]]:
-        """What a parameter gets: of each kind that the function tells apart, or of the only one, without a name."""
+        """The arguments for a parameter: for each kind that the function tells apart, or for the only one, without a
+        name."""
         annotation = parse_annotation(part.annotation)
         is_open = annotation is None or name_with_dots(annotation) in ("dict", "str", "bytes", "object", "Any")
         is_open |= isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value) in ("dict", "Mapping")

@@ -1,4 +1,4 @@
-"""How demos, tests and main programs use the code: what they call again and again, without running them."""
+"""How demos, tests and main programs use the code: the calls that they repeat, without running them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_FILES, MAX_BYTES = 100, 200_000
 
 
 def read_calls(sources: Sources) -> Counter[str]:
-    """What programs call, beside the code or in it -> how many of the calls are in loops, and pass no text."""
+    """Calls of programs, next to the code or in it -> how many of them are in loops, and pass no text."""
     calls: Counter[str] = Counter()
     read = {module.file for module in sources.modules}
     roots = [sources.root, *(sources.root / name for name in sources.top_level), sources.root.parent]

@@ -1,4 +1,4 @@
-"""What the code does with a value, which says its kind where nothing is compared with it."""
+"""Uses of a value, which tell its kind if it is never compared."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ VIRTUAL = {"time": "time", "datetime": "time", "sched": "time", "threading": "th
 
 
 def virtual(sources: Sources) -> tuple[str, ...]:
-    """What `VirtualTime.apis` has to name."""
+    """The APIs that `VirtualTime.apis` has to name."""
     tops = {name.partition(".")[0] for name, _ in sources.outside}
     return tuple(dict.fromkeys(VIRTUAL[top] for top in VIRTUAL if top in tops))
 
@@ -147,7 +147,7 @@ def _is_guard(node: ast.AST) -> bool:
 
 
 def _imports_with_fallback(module: Module) -> Iterator[str]:
-    """What a module imports within `try: ... except ImportError` and the like: it runs without."""
+    """Optional imports of a module, within `try: ... except ImportError` and the like."""
     for node in ast.walk(module.tree):
         if isinstance(node, ast.Try | ast.With | ast.If) and _is_guard(node):
             for statement in (part for body in node.body for part in ast.walk(body)):

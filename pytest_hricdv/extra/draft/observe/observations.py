@@ -1,4 +1,4 @@
-"""What was observed of code while it ran, as one file of JSON."""
+"""Observations of running code, as one JSON file."""
 
 from __future__ import annotations
 

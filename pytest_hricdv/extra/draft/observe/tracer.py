@@ -227,7 +227,7 @@ def _self_of(frame: FrameType) -> Any:
 
 
 def _arguments(frame: FrameType) -> dict[str, Any]:
-    """What a function was called with, by parameter, without `self`."""
+    """The arguments of a call, by parameter, without `self`."""
     code, local = frame.f_code, frame.f_locals
     names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
     arguments = {name: local[name] for name in names if name != "self" and name in local}

@@ -1,4 +1,4 @@
-"""What the testbenches of all drafts declare alike: times, the model with its beliefs, and commands."""
+"""Declarations common to all drafted testbenches: times, the model with its beliefs, and commands."""
 
 from __future__ import annotations
 

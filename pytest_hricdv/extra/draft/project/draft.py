@@ -1,4 +1,4 @@
-"""What a draft is made of: the names, values and times of all its files, computed once from the model of the code."""
+"""The draft: the names, values and times of all its files, computed once from the model of the code."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class Draft:
 
     @cached_property
     def code(self) -> CodeModel:
-        """What is known of the code, as far as runs have it: without what failed in the first ones."""
+        """The model of the code without the parts that failed in first runs."""
         code, out = self.declared, self.taken_out
         if "entry" in out:
             return replace(
@@ -153,7 +153,7 @@ class Draft:
 
     @property
     def entry(self) -> Entry | None:
-        """What is called."""
+        """The entry that is called."""
         return self.code.entry
 
     @property
@@ -177,14 +177,14 @@ class Draft:
 
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
-        """What a person can say."""
+        """The messages that a person can say."""
         said = self.code.inputs if not self.is_silent else ()
         made = (variants_of(message).without(self.left_out) for message in said)
         return tuple(thing for thing in made if thing.variants)
 
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:
-        """What devices return, as far as it is known."""
+        """The known return values of devices."""
         every = (
             Sensor(port.name, operation, operation.result, self.left_out)
             for port in ((*self.devices, *self.code.inner) if not self.is_silent else ())
@@ -202,7 +202,7 @@ class Draft:
 
     @cached_property
     def answers(self) -> tuple[Message, ...]:
-        """What the robot tells people: messages of its own, or else what it calls, or else its states."""
+        """The robot's answers to people: its messages, or else its calls, or else its states."""
         state_topic = self.code.state.partition(".")[0]
         own = tuple(m for m in self.code.outputs if m.form not in ("called", "state") and m.topic != state_topic)
         called = tuple(message for message in self.code.outputs if message.form == "called")

@@ -16,7 +16,7 @@ from pytest_hricdv.extra.draft.project.ranges import number_range
 
 
 def say_lines(draft: Draft, table: ImportTable) -> list[str]:
-    """What people say; and, as comments, what the code declares too, and first runs did without."""
+    """Lines for what people say; declarations that first runs did without are comments."""
     said = {command for thing in draft.inputs for command, _ in thing.commands}
     lines = list(_say_rows(draft, draft.inputs, table))
     if said:
@@ -27,14 +27,14 @@ def say_lines(draft: Draft, table: ImportTable) -> list[str]:
 
 
 def unset_lines(draft: Draft) -> list[str]:
-    """What the code declares that a device returns, and nobody sets in the draft."""
+    """Lines for declared return values of devices that the draft never sets."""
     there = {(sensor.name, level) for sensor in draft.sensors for level, _ in sensor.levels}
     return [f'    "set_{word(sensor.name)} {level}"  # {sensor.operation.location}' for sensor in draft.whole.sensors
             for level, _ in sensor.levels if (sensor.name, level) not in there]  # fmt: skip
 
 
 def comment_lines(lines: list[str], indent: str = "") -> list[str]:
-    """What the code declares, and first runs did without; nothing where there is none."""
+    """Declarations that first runs did without, as comments."""
     head = f"{indent}# The code declares this, too. First runs did without: QUESTIONS.md says why."
     return [head, *(f"{indent}# {line.strip()}" for line in lines)] if lines else []
 
@@ -141,7 +141,7 @@ def _inner(draft: Draft, table: ImportTable) -> list[str]:
 
 
 def _port(draft: Draft, port: Port, table: ImportTable) -> str:
-    """What the code gets for a port."""
+    """The argument of the code for a port."""
     if port.role == "bus":
         return "BusPort()"
     if port.role == "clock":

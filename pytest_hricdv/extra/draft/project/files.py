@@ -157,7 +157,7 @@ def _command_options(draft: Draft) -> str:
 
 
 def _nodes(draft: Draft) -> list[str]:
-    """What nodes of ROS 2 publish, subscribe, serve and use."""
+    """The publishers, subscriptions, services and clients of ROS 2 nodes."""
     nodes = draft.code.ros
     if not nodes.nodes and not nodes.endpoints:
         return []

@@ -1,4 +1,4 @@
-"""What a person can say to a drafted robot: variants of each message that the robot receives."""
+"""Inputs of a drafted robot from a person: variants of each message that the robot receives."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ _Choice = tuple[str, str, str, CodeLine]
 
 
 def variants_of(message: Message) -> Input:
-    """What a person can say by a message."""
+    """The variants of a message that a person can say."""
     choices: list[list[_Choice]] = []
     numbers = []
     for part in message.fields:

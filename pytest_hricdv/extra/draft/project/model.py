@@ -19,8 +19,8 @@ LEAVES = ("leaves_when_quiet", "leaves_at_once")
 carried it out yet."""
 
 ORDERS = ("each_once", "all_in_order", "all_quickly")
-"""What a person says in a round: each message once, or all that there is to say, one after the other, also without
-waiting for answers."""
+"""The order in which a person speaks in a round: each message once, or all messages in a row, also without waiting for
+answers."""
 
 MAX_IN_ORDER = 12
 """A round of more would take too long."""

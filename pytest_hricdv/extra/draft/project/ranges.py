@@ -73,7 +73,7 @@ def _unit_of_count(part: MessageField) -> str:
 
 
 def topic_of(draft: Draft, thing: Input) -> ObservedTopic | None:
-    """What was observed of a thing."""
+    """The observed topic of a message or device."""
     return draft.observed.topics.get(key_of(thing.message.topic)) if draft.observed is not None else None
 
 

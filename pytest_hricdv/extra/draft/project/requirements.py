@@ -1,4 +1,4 @@
-"""The first requirements of a draft: what holds of many robots. Those that fail in the first runs become questions."""
+"""The first requirements of a draft, which hold for many robots. Those that fail in the first runs become questions."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _answers(draft: Draft) -> Iterator[DraftedRequirement]:
 
 
 def _cause(draft: Draft) -> DraftedRequirement:
-    """What holds of each robot that publishes only what it was asked for."""
+    """A requirement for robots that publish only on request."""
     message = draft.answers[0]
     received = " | ".join(f"on({thing.message.topic})" for thing in draft.inputs)
     return DraftedRequirement(
@@ -109,7 +109,7 @@ def _cause(draft: Draft) -> DraftedRequirement:
 
 
 def _sign_of_life(draft: Draft) -> DraftedRequirement:
-    """What can be asked of a robot that nobody has to tell anything."""
+    """A requirement for robots that act without being told anything."""
     answers = " | ".join(f"on({message.topic})" for message in draft.answers)
     return DraftedRequirement(
         "sign of life",
@@ -140,7 +140,7 @@ def _transitions(draft: Draft) -> Iterator[DraftedRequirement]:
 
 
 def _repetition(message: Message) -> DraftedRequirement:
-    """What holds of each robot that does not publish the same twice at one instant."""
+    """A requirement for robots that do not publish the same message twice at one instant."""
     topic = message.topic
     differs = "".join(f" | {_differs(f'{topic}.{part.name}', part.kind)}" for part in message.fields if part.kind)
     return DraftedRequirement(
@@ -158,7 +158,7 @@ def _differs(field: str, kind: str) -> str:
 
 
 def _presence(draft: Draft) -> Iterator[DraftedRequirement]:
-    """What can be asked of a robot of which nobody knows what it publishes."""
+    """A requirement for robots whose messages are unknown."""
     # Where the first runs refuted all that was asked, nobody knows whether the code may end before the person leaves.
     if draft.ros is None and not draft.has_dropped_all:
         yield DraftedRequirement(

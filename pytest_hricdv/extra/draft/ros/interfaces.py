@@ -47,7 +47,7 @@ def is_installed(package: str) -> bool:
 
 
 def fields(kind: str, part: int, packages: Mapping[str, Path], location: CodeLine) -> tuple[MessageField, ...] | None:
-    """What can be set of a message, or of the first or a later part of a service or an action.
+    """The fields of a message, or of the first or a later part of a service or an action.
 
     Args:
         part: 0 for a message, a request, a goal; 1 for a response, a result.

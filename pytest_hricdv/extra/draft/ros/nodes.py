@@ -28,7 +28,7 @@ _PARAMETERS: dict[str, tuple[EndpointKind, int, tuple[str, ...], tuple[str, ...]
 
 FOLDERS = ("msg", "srv", "action")
 NODES = ("rclpy.node.Node", "rclpy.lifecycle.Node", "rclpy.lifecycle.LifecycleNode", "rclpy.create_node", "rclpy.Node")
-"""What makes a node: classes, and the function."""
+"""The classes, and the function, that make a node."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class _NodeName:
 
 
 def ros_nodes(sources: Sources, flow: Flow) -> RosNodes:
-    """What the nodes of the code have; nothing where it does not use `rclpy`."""
+    """The endpoints and parameters of the code's nodes; none if it does not use `rclpy`."""
     if not any(name.partition(".")[0] == "rclpy" for module in sources.modules for name in module.imports.values()):
         return RosNodes()
     reader = _NodeReader(sources, flow)
@@ -48,7 +48,7 @@ def ros_nodes(sources: Sources, flow: Flow) -> RosNodes:
 
 
 def ros_parameters(flow: Flow) -> Iterator[RosParameter]:
-    """What nodes declare with `declare_parameter` and `declare_parameters`."""
+    """The parameters that nodes declare with `declare_parameter` and `declare_parameters`."""
     for call in flow.calls.get("declare_parameter", ()):
         yield from _parameter(flow, call, _argument(call.node, 0, "name"), _argument(call.node, 1, "value"), "")
     for call in flow.calls.get("declare_parameters", ()):

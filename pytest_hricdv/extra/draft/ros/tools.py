@@ -1,4 +1,4 @@
-"""What a draft for nodes needs of ROS 2: the feature `ros2` offers it, if the installation has that feature."""
+"""ROS 2 functions for drafts of nodes, which the feature `ros2` offers if it is installed."""
 
 from __future__ import annotations
 

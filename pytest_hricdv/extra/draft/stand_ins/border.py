@@ -1,4 +1,4 @@
-"""The border of the code in one run: what goes in and out, through the stand-ins."""
+"""The border of the code in one run: all data in and out through the stand-ins."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ REPEATS_S = 1.0
 
 @dataclass
 class RunBorder:
-    """What the stand-ins of one run share.
+    """The state that the stand-ins of one run share.
 
     Args:
         run: of the test.

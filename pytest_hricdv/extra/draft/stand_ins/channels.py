@@ -86,7 +86,7 @@ class Inbox:
         return False
 
     def put(self, *_: Any, **__: Any) -> None:
-        """What the code itself puts here is not delivered: a person would not know of it."""
+        """Discard an item that the code itself puts here: a person would not know of it."""
 
     put_nowait = put
 
@@ -140,7 +140,7 @@ class AsyncInbox:
         return False
 
     async def put(self, *_: Any, **__: Any) -> None:
-        """What the code itself puts here is not delivered."""
+        """Discard an item that the code itself puts here."""
 
     def put_nowait(self, *_: Any) -> None:
         """The same."""
@@ -199,7 +199,7 @@ class AsyncOutbox(Outbox):
 
 
 class CodeBus:
-    """What a bus of classes does: it calls back, or has an inbox for each subscription."""
+    """A bus of classes: it calls back, or has an inbox for each subscription."""
 
     def __init__(self, border: RunBorder, name: str) -> None:
         self._border, self._name = border, name

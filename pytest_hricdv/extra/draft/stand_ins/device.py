@@ -105,7 +105,7 @@ class DeviceStandIn(Neutral):
 
 
 def _value_of_sense(border: RunBorder, name: str) -> Any:
-    """What a person has set; a truth with parts has them."""
+    """The value that a person has set; a truth with parts has them."""
     value = border.senses[name]
     if isinstance(value, bool) and any(other.startswith(f"{name}.") for other in border.senses):
         return _Answer(border, name, truth=value)
@@ -164,7 +164,7 @@ class _Method(_Unknown):
 
 
 class _Answer(_Unknown):
-    """What an unknown method returns; as a decorator, it keeps the function as a callback.
+    """The result of an unknown method; as a decorator, it keeps the function as a callback.
 
     A coroutine that waits for something of it, as for the next message of a subscription, waits for the rest of the
     run: nobody knows what comes.

@@ -96,7 +96,7 @@ class Driver:
 
     @property
     def signals(self) -> dict[str, type[bool | float | str]]:
-        """What is recorded beside messages, for `Testbench.signals`: what devices return, and who is there."""
+        """The recorded signals, for `Testbench.signals`: return values of devices, and who is present."""
         senses = {signal_name(name): type(value) for name, value in self.senses.items()}
         return {**senses, "person_is_there": bool, "robot_works": bool}
 

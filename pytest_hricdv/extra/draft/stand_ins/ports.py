@@ -63,7 +63,7 @@ class Make:
     function: Callable[[], Any]
 
     def make(self, border: RunBorder, name: str) -> Any:
-        """What it makes."""
+        """The object that it makes."""
         return self.function()
 
 

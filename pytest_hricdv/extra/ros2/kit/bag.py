@@ -181,7 +181,7 @@ class BagEntry(NamedTuple):
 
 @dataclass
 class BagContent:
-    """What was read of a bag.
+    """The content of a bag.
 
     Args:
         path: of the bag.
@@ -218,7 +218,7 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> BagContent:
 
 
 def _parts(path: Path) -> list[Path]:
-    """What is read one after the other: the folder if it has metadata, else its files, or the one file."""
+    """The parts to read in sequence: the folder if it has metadata, else its files, or the one file."""
     if not path.exists():
         raise BagError(f"bag {path.absolute()}: there is no such file or folder; paths begin where pytest was started")
     if path.is_file() or (path / _METADATA).is_file():

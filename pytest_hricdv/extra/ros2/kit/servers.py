@@ -258,7 +258,7 @@ class ManagedNode:
         system: of `run.ros2`.
         name: of the node, in the namespace "/".
         on_transition: called with "configure", "activate", "deactivate", "cleanup" or "shutdown"; whether it
-            succeeds. It may block: so long the transition lasts.
+            succeeds. It may block: the transition lasts as long.
 
     Raises:
         Ros2Error: `lifecycle_msgs` is missing.
