@@ -43,7 +43,7 @@ class Lanes:
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """Actors whose actions nobody has asked for."""
+        """Actors whose actions were never requested."""
         return tuple(actor for actor in self._lanes if actor not in self.taken)
 
     def actions(self, actor: str) -> Generator[ConcreteAction]:
@@ -114,7 +114,7 @@ class _Deed:
 
 
 class ActorTimes:
-    """When each of several actors waited, and when it did what."""
+    """The times at which several actors waited and acted."""
 
     def __init__(self) -> None:
         self._deeds: dict[str, list[_Deed]] = {}

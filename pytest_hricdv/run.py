@@ -89,9 +89,9 @@ class Run:
     begun: list[int] = field(default_factory=list)
     """The number of each of them in the test, from 0."""
     actors: tuple[str, ...] = ()
-    """Who acts, as the model says."""
+    """The actors of the model."""
     bystanders: Mapping[str, Bystander] = field(default_factory=dict)
-    """Who acts without a model, by name."""
+    """The actors without a model, by name."""
     bystander_events: list[tuple[float, str]] = field(default_factory=list)
     """The acts that bystanders began, and when (s of simulated time): `(4.0, "dog: walk")`."""
     fidelity: str = ""
@@ -103,7 +103,7 @@ class Run:
     may_go_round: bool = True
     """Whether it may repeat the same for as long as it likes; otherwise it is ended (see `runtime.livelock`)."""
     disturbances: Disturbances = field(default_factory=dict)
-    """Those of the testbench."""
+    """The disturbances of the testbench."""
     middleware: Middleware | None = field(default=None, repr=False)
     """The middleware with which `ros2` starts nodes, if the testbench declares a ROS 2 system."""
     before_end: Callable[[], None] | None = field(default=None, init=False, repr=False)
@@ -281,7 +281,7 @@ class Run:
                 self._disturb(disturbance, action)
 
     def order_bins(self, one: str, other: str) -> tuple[tuple[str, str, str], ...]:
-        """Which actions of two actors met, and who began first, as bins of a cross product (see `Outcome.cross`).
+        """The actions of two actors that met, and which began first, as bins of a cross product (see `Outcome.cross`).
 
         Two meet if no other action of theirs began between them; what they did is without who did it.
 
@@ -378,7 +378,7 @@ class Run:
                     raise  # by the requirements or the testbench, in whichever node it was noticed
                 why, self.ending = f"{error.node} failed", Ending("failed", error.time_s, error)
             finally:
-                # Before the nodes end: it looks at where they wait.
+                # Before the nodes end, since it inspects their waits.
                 if self.middleware is not None:
                     self.middleware.notice_stuck_nodes(self.kernel, is_idle=why == "idle")
                 if self.before_end is not None:

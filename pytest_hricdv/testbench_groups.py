@@ -113,7 +113,7 @@ class Simulation:
 
 @dataclass(frozen=True)
 class People:
-    """Who acts during a run, other than by the lines of a test.
+    """Actors of a run besides those in the lines of a test.
 
     Args:
         agents: the agents of the model that can decide during a run what people do, one for each actor; empty where all

@@ -9,14 +9,14 @@ STANDARD = (0, 1, 2)
 """Standard input, output and errors."""
 
 OWN: set[int] = {*STANDARD}
-"""Those that are the session's."""
+"""The session's descriptors."""
 
 _LEFT: dict[int, tuple[int, int]] = {}
-"""Those that runs have opened and left open -> device and number of the file: code under test may close them later."""
+"""Descriptors that runs left open -> device and number of the file: code under test may close them later."""
 
 
 def keep_open() -> None:
-    """All that are open now are the session's, but for those that runs have left; called before a run."""
+    """Mark all open descriptors as the session's, except those that runs left open; called before a run."""
     now = _open_files()
     OWN.clear()
     OWN.update(STANDARD, (number for number, file in now.items() if _LEFT.get(number) != file))
@@ -57,7 +57,7 @@ class StandardDescriptors:
                 self._copies[number] = os.dup(number)
 
     def put_back(self) -> None:
-        """Let them be the same files again."""
+        """Restore the same files."""
         for number, copy in self._copies.items():
             if not _is_open(number) or not os.path.samestat(os.fstat(number), os.fstat(copy)):
                 os.dup2(copy, number)

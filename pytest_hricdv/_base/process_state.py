@@ -47,7 +47,7 @@ _VALUES = {("os", "environ")} | {
 
 
 def _set(kept: types.ModuleType | type, name: str, value: object) -> None:
-    """Set it as it was, also where modules refuse to be changed meanwhile."""
+    """Set it as it was, even if a module refuses changes meanwhile."""
     (_SET_IN_MODULE if _ISINSTANCE(kept, _MODULE) else _SETATTR)(kept, name, value)
 
 
@@ -97,7 +97,7 @@ _KEPT: Mapping[str, types.ModuleType | type] = (
     | {module.__name__: module for module in _THIRD}
     | {f"{kind.__module__.partition('.')[0]}.{kind.__name__}": kind for kind in _CLASSES}
 )
-"""All of Python's library that is loaded: pytest uses much of it, and any of its modules the others."""
+"""All loaded modules of Python's library: pytest uses many of them, and each of them may use the others."""
 
 _OWN = sys.stdlib_module_names | {
     "_pytest",
@@ -214,7 +214,7 @@ class ProcessState:
 
     def _put_back_lost(self, changes: Iterable[tuple[str, str, object, object]]) -> Iterator[str]:
         for kept, name, before, taken in changes:
-            # Not what may well be None, as a cache that is emptied.
+            # Not values that may well be None, such as an emptied cache.
             is_whole = type(before) is _MODULE or name == "environ" or type(before).__module__ == kept.partition(".")[0]
             is_lost = not _CALLABLE(taken) if _CALLABLE(before) else taken is None and is_whole
             if is_lost:

@@ -45,7 +45,7 @@ class CoupledAgent(Agent, ABC):
         self.ready_acts.remove(act)
         if act.literal is not None:
             self._released, self.run.succeeds = act.intention, succeeded
-        # To the front: what follows the act belongs to the instant at which it was done.
+        # To the front: the statements after the act belong to the instant at which it was done.
         self.intentions.appendleft(act.intention)
         self.awake = True
 

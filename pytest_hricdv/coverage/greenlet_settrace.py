@@ -83,7 +83,7 @@ class _Tracers:
 
 
 _TRACERS = _Tracers()
-"""One for the process, as the trace function is."""
+"""One for the process, like the trace function."""
 
 
 @contextmanager

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 PREFIX = "hricdv import|"
-"""Before the name of a module: the context of its import."""
+"""Prefix of the context of an import; the module's name follows."""
 
 BEFORE = "modules that were imported before imports were followed"
 
@@ -90,9 +90,9 @@ class ImportCoverage:
         return INSTALLED.isdisjoint(file.parts)
 
     def follow(self, code: CodeMap, own: OwnCoverage, before: tuple[str, ...] = ()) -> None:
-        """From now on it is known what the code under test is, and what measures it.
+        """Follow the imports of the code under test with this measurement from now on.
 
-        Modules of it that are loaded, and that were not followed, are imported once more, in a process of their own.
+        Its modules that were loaded unfollowed are imported once more, in a separate process.
         """
         self.collect()
         self._code, self._files = code, frozenset(file.path for file in code.files)

@@ -23,7 +23,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 
 class OwnCoverage:
-    """One for the process, and used for all that is recorded of the same files.
+    """The process's measurement, shared by all records of the same files.
 
     Args:
         include: paths of files, or patterns of coverage.py.
@@ -110,7 +110,7 @@ class OwnCoverage:
         return take_over
 
     def data(self) -> CoverageData:
-        """All that was recorded since it was erased last."""
+        """All records since the last erasure."""
         return self._coverage.get_data()
 
 
@@ -162,7 +162,7 @@ def exactly(context: str) -> str:
 
 
 def debugger() -> str:
-    """Which debugger is attached to this process now, in words for people; empty where there is none.
+    """The debugger attached to this process, in words for people; empty without one.
 
     Python has one trace function a thread. A tracer that sets its own removes the debugger's, so breakpoints would no
     longer stop: measuring gives way to a debugger.

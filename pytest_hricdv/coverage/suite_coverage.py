@@ -93,7 +93,7 @@ class TestCoverage:
 
 
 def union(tests: Iterable[TestCoverage | RunCoverage]) -> Bits | None:
-    """All measured bits together, in any order; None when nothing was measured."""
+    """The union of all measured bits, in any order; None when nothing was measured."""
     measured = [test.code for test in tests if test.code is not None]
     return reduce(lambda a, b: a | b, measured) if measured else None
 

@@ -39,7 +39,7 @@ class Whole(Sampler):
         return (float(self.low), float(self.high))
 
     def simple_values(self) -> tuple[float, ...]:
-        """All, the least first."""
+        """All values, the least first."""
         return tuple(float(value) for value in range(self.low, self.high + 1))
 
     def contains(self, value: float) -> bool:

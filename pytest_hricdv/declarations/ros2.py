@@ -113,7 +113,7 @@ Process = Callable[[Any], object]
 """The replacement for an executable that a testbench runs; see `Launch.executables`."""
 
 IGNORED = "ignored"
-"""In `Launch.executables`: it is not started, and the launch file goes on as if it ran."""
+"""A value in `Launch.executables`: it is not started, and the launch file continues as if it ran."""
 
 
 @dataclass(frozen=True)

@@ -177,4 +177,5 @@ class Middleware(Protocol):
         """
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
-        """To be called when a run is over, before its nodes are ended; `is_idle` where nothing could go on."""
+        """Note stuck nodes; called when a run is over, before its nodes are ended; `is_idle` if nothing could
+        continue."""

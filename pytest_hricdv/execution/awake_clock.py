@@ -1,7 +1,7 @@
 """A clock for time-outs that counts only while it is polled: a suspended machine causes none.
 
-A machine sleeps, a job is suspended, a process is stopped (SIGSTOP) and goes on: for others, and for what they were
-sent meanwhile, no time has passed that they could have used. Clocks that are set have no effect on it either.
+A machine sleeps, a job is suspended, a process is stopped (SIGSTOP) and resumes: other processes, and messages to them,
+had no usable time meanwhile. Setting a clock has no effect on it either.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class AwakeClock:
         self._now_s = 0.0
 
     def look(self) -> float:
-        """For how long somebody was there to look (s of wall time)."""
+        """The time during which the clock was polled (s of wall time)."""
         now_s = time.monotonic()
         self._now_s += min(now_s - self._seen_s, _LONGEST_S)
         self._seen_s = now_s

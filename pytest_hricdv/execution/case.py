@@ -60,7 +60,7 @@ class CaseResult:
     bin_faults: tuple[str, ...] = ()
     """Faults of the bins that the run hit, a sentence each."""
     unreached_waits: str = ""
-    """When the code waited, where nothing that people, sensors or the world did reached it (see `Influence.waits`)."""
+    """When the code waited, if nothing that people, sensors or the world did reached it (see `Influence.waits`)."""
     unread: tuple[str, ...] = ()
     """Parameters of a run that the testbench declares, and that nobody read in this one."""
     has_measured_node: bool = True
@@ -74,7 +74,7 @@ class CaseResult:
     engine: str = ""
     """The physics engine; empty if the testbench has none."""
     cross_check: CaseResult | None = field(default=None, repr=False)
-    """The same test on a second engine, of a session in which engines check each other."""
+    """The result of the same test on a second engine, if engines check each other."""
 
     @property
     def errors(self) -> tuple[str, ...]:

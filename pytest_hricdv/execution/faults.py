@@ -95,7 +95,7 @@ class CodeUnderTest:
 
     @property
     def last_return_s(self) -> float | None:
-        """When the last of its nodes returned (s of simulated time); None where one did not, or there is none."""
+        """When the last of its nodes returned (s of simulated time); None if one did not, or there is none."""
         times = [time_s for time_s in self._returned_s if time_s is not None]
         return max(times) if times and len(times) == len(self._returned_s) else None
 

@@ -141,9 +141,9 @@ def fork() -> Fork | InFork:
 
 
 def die_with(parent: int) -> None:
-    """In a fork: end with the process that forked it.
+    """Make a fork end with its parent.
 
-    Nobody would end a run that goes on for ever after its session was killed; Linux does. Others cannot.
+    Otherwise nobody would end an endless run whose session was killed. Only Linux can.
     """
     with suppress(OSError, AttributeError):  # a C library without it
         if sys.platform == "linux":

@@ -59,9 +59,9 @@ def instrument(
 
 
 def find_functions(paths: Iterable[Path] | None = None) -> list[FunctionType]:
-    """All functions that there are of some files, or of all.
+    """All existing functions of some files, or of all.
 
-    It touches each object of the process, which in a fork copies all of its memory: look before you fork.
+    It touches each object of the process, which in a fork copies all memory: call it before you fork.
     """
     names = None if paths is None else frozenset(map(str, paths))
     # Objects frozen for forks are hidden from the collector, so they are thawed meanwhile.

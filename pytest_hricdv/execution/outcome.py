@@ -17,16 +17,16 @@ TestOutcome = Literal[
 ]
 
 OUTCOMES: tuple[TestOutcome, ...] = get_args(TestOutcome)
-"""All of them, the worst first: of runs of the same test that differ, the worst stands for the test."""
+"""All outcomes, the worst first: if runs of one test differ, the worst represents the test."""
 
 FAILING: tuple[TestOutcome, ...] = ("failed", "error")
-"""Those that fail a session, a merge and a campaign."""
+"""Outcomes that fail a session, a merge and a campaign."""
 
 XFAILED: tuple[TestOutcome, ...] = ("known-violation", "engine-sensitive", "expected-failure")
-"""Those that pytest reports as xfailed: they fail nothing, and are no pass."""
+"""Outcomes that pytest reports as xfailed: they fail nothing, and are no pass."""
 
 AS_DECLARED: tuple[TestOutcome, ...] = ("passed", "known-violation")
-"""Those of a run in which nothing came otherwise than the project declares."""
+"""Outcomes of runs without a deviation from the project's declarations."""
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ def _is_of(kind: type, value: Value) -> bool:
 
 
 def formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
-    """Those that are formulas, which monitors evaluate."""
+    """The requirements that are formulas, which monitors evaluate."""
     return tuple(criterion for criterion in requirements if isinstance(criterion, Requirement))
 
 

@@ -37,7 +37,7 @@ _EXECUTABLE = sys.executable
 """Saved on import: the code under test may change it."""
 
 _HAS_WAITID = hasattr(os, "waitid")
-"""Not on Windows, where it is also impossible to wait for a pipe with a time-out."""
+"""False on Windows, where waiting for a pipe with a time-out is impossible, too."""
 
 
 class ProcessError(Exception):

@@ -279,7 +279,7 @@ def content_digest(
     suite: str, beliefs: Sequence[str], lines: Sequence[str], seed: int, occurrence: int, values: Values, after: After
 ) -> str:
     """SHA-256 (hex) of everything that distinguishes a test from others; its id has the first 8 digits."""
-    # Nothing is added where nothing was chosen: a test without values has the id it had before values existed.
+    # A test without chosen values keeps the id it had before values existed.
     chosen = [canonical_json(chosen_values.to_data(values))] if values else []
     chosen += ["after", canonical_json(after_to_data(after))] if after else []
     return digest("id", suite, tuple(beliefs), tuple(lines), seed, occurrence, *chosen)

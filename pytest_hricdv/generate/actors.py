@@ -82,7 +82,7 @@ def stay_of(actor: str) -> str:
 
 
 def actor_of(line: str) -> str:
-    """Who acts in a line; empty where it does not say so.
+    """The actor of a line; empty if it names none.
 
     >>> actor_of("nurse: press call"), actor_of("press call")
     ('nurse', '')
@@ -92,7 +92,7 @@ def actor_of(line: str) -> str:
 
 
 def act_of(line: str) -> str:
-    """What is done in a line, without who does it.
+    """The act of a line, without its actor.
 
     >>> act_of("nurse: press call"), act_of("press call")
     ('press call', 'press call')
@@ -102,17 +102,16 @@ def act_of(line: str) -> str:
 
 
 def actors_of(lines: Iterable[str]) -> tuple[str, ...]:
-    """Who acts in these lines, in the order in which they come first."""
+    """The actors of these lines, in the order of their first lines."""
     return tuple(dict.fromkeys(actor for line in lines if (actor := actor_of(line))))
 
 
 def interleave(lines: Sequence[str], turns: Sequence[float], after: After) -> tuple[int, ...]:
-    """In which order actions are to begin: their numbers, from 1; lines without an actor are left out.
+    """The order in which actions begin: their numbers, from 1; lines without an actor are left out.
 
     Args:
         lines: of a test.
-        turns: the key of each line; that of a line without an actor is not looked at.
-        after: what has to be done before.
+        turns: the key of each line, ignored for lines without an actor. after: the actions that have to be done before.
     """
     lanes: dict[str, list[int]] = {}
     for number, line in enumerate(lines, 1):
@@ -173,7 +172,7 @@ def _number(text: str) -> int:
 
 
 def after_of_kept(after: After, kept: Sequence[int], lines: Sequence[str]) -> dict[int, tuple[int, ...]]:
-    """What is to come after what when only these actions are kept: what a dropped one came after, its effects do.
+    """The order when only these actions are kept: effects of a dropped action come after its causes.
 
     Args:
         after: of the whole test.

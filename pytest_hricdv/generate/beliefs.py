@@ -56,7 +56,7 @@ class BeliefSpace:
     default_beliefs: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        # As tuples, which nobody changes: users declare lists. A frozen dataclass has no other way to set a field.
+        # Users declare lists; tuples cannot be changed. A frozen dataclass has no other way to set a field.
         object.__setattr__(self, "start", tuple(self.start))
         object.__setattr__(self, "groups", {name: tuple(group) for name, group in self.groups.items()})
         object.__setattr__(self, "id_groups", tuple(self.id_groups))

@@ -31,7 +31,7 @@ _NOTHING: Past = frozenset()
 
 
 def causes(trace: Trace, programs: Mapping[str, Program], actors: Collection[str]) -> dict[int, tuple[int, ...]]:
-    """Which actions of other actors each action depends on, by their numbers from 1; those that follow are left out.
+    """The actions of other actors that each action depends on, by number from 1; implied ones are left out.
 
     Args:
         trace: of the run.
@@ -58,7 +58,7 @@ class _CauseFinder:
         self._believed: dict[str, dict[str, Past]] = defaultdict(dict)
         """Agent -> functor of what it has come to believe, or does not believe any more -> what that depends on."""
         self._asking: dict[tuple[str, str], list[int]] = defaultdict(list)
-        """Who was asked, and by whom -> the lines that did."""
+        """Asked and asking agent -> the lines that asked."""
         self._plan_names: dict[int, Collection[str] | None] = {}
         """Step that chose a plan -> the names in the plan; None where all may be."""
         self._actions: list[tuple[str, Past]] = []
@@ -111,7 +111,7 @@ class _CauseFinder:
         return _NOTHING.union(*pasts)
 
     def direct(self) -> dict[int, tuple[int, ...]]:
-        """Those that do not follow from others, or from the order within a lane."""
+        """The dependencies that do not follow from others, or from the order within a lane."""
         order: dict[int, tuple[int, ...]] = {}
         full: list[Past] = []
         """All actions that come before each action, including those of its own lane."""

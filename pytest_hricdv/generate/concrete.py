@@ -76,10 +76,10 @@ class Concretization:
             raise GenerateError(f"turn_wait_s is {wait!r}; expected a Uniform or Constant of at least 0 s")
 
     def with_turns(self, actors: Collection[str]) -> Concretization:
-        """The same for tests with several actors: each of their commands has a turn, the run a wait for it.
+        """The space for tests with several actors: each of their commands has a turn, the run a wait for it.
 
         Raises:
-            GenerateError: a command does not say which of the actors does it, or has a parameter of that name itself.
+            GenerateError: a command does not name its actor, or has a parameter of that name itself.
         """
         commands = {}
         for command, samplers in self.commands.items():
@@ -96,7 +96,7 @@ class Concretization:
         return replace(self, commands=commands, run={**self.run, TURN_WAIT_S: wait})
 
     def with_pauses(self, actors: Collection[str]) -> Concretization:
-        """The same for tests that people may have decided during a run: each of their commands has a pause.
+        """The space for tests that people may have decided during a run: each of their commands has a pause.
 
         Raises:
             GenerateError: a parameter has such a name already, or the run's wait for a turn has to be above 0.
@@ -164,9 +164,9 @@ class ConcreteTest:
     actions: tuple[ConcreteAction, ...]
     run: Parameters = field(default_factory=dict, hash=False)
     after: After = field(default_factory=dict, hash=False)
-    """Which actions of other actors have to be done before an action begins, by numbers from 1."""
+    """Action -> the actions of other actors that have to be done before it begins, by number from 1."""
     schedule: tuple[ScheduleDecision, ...] = ()
-    """What is otherwise in the order in which nodes go on; empty for the usual one."""
+    """The decisions that change the order in which nodes continue; empty for the usual order."""
 
     def keep(self, places: Iterable[int]) -> ConcreteTest:
         """The same test with only the actions at these places (from 0); their order is kept."""
@@ -176,7 +176,7 @@ class ConcreteTest:
 
     @property
     def actors(self) -> tuple[str, ...]:
-        """Who acts in it; empty where its actions do not say so: then it is one actor."""
+        """The actors in it; empty if its actions name none, for one actor."""
         return actors_of(action.command for action in self.actions)
 
     def to_json(self) -> str:

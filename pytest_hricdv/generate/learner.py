@@ -220,7 +220,7 @@ def policy_subsets(
     subsets: dict[tuple[str, ...], None] = {}
     fruitless = walks = 0
     while len(subsets) < count and fruitless < parameters.patience:
-        # In turn and not drawn: each start belief has its share of a small suite, too.
+        # In turn, not drawn, so that each start belief has its share even in a small suite.
         walk = [space.start[walks % len(space.start)]]
         size = parameters.subset_size(rng)
         while len(walk) < size and (options := _options(ranked[walk[-1]], walk, parameters.alternatives)):

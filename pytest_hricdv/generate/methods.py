@@ -132,7 +132,7 @@ class Pseudorandom:
                 )
                 for actor in actors
             ]
-            # By turns, so that the order of the text, which is the simplest interleaving, is one.
+            # Alternate, so that the order of the text, the simplest interleaving, is a real one.
             lines = tuple(line for lines in zip_longest(*lanes) for line in lines if line is not None)
         return AbstractDraft(target_of_commands(lines), (), lines)
 
@@ -213,7 +213,7 @@ class ReinforcementLearning:
                 tell=context.tell,
             )
             chosen = {run.beliefs for run in selector.chosen}
-            # Asked for as many more as were chosen before: the policy of this round may lead to those, too.
+            # Ask for as many more as were chosen before: this round's policy may lead to those, too.
             wanted = parameters.suite_size * parameters.candidates
             subsets = policy_subsets(learned.q, space, parameters, wanted + len(chosen), context.seed, number)
             new = [subset for subset in subsets if subset not in chosen][:wanted]

@@ -96,11 +96,11 @@ class Model:
             sources = {entry.source for entry in read_project(self.path).agents}
         except (BdiError, OSError) as error:
             raise GenerateError(f"BDI model {self.path}: {error}") from error
-        # Also files that no agent has as its source: they may be included, and a change must not go unnoticed.
+        # Include files that are no agent's source: they may be included by one, and changes must be noticed.
         return (self.path, *sorted(sources | set(self.path.parent.rglob("*.asl"))))
 
     def parts(self) -> list[list[Json]]:
-        """All fields as plain data, sorted by name; of the path only the file's name."""
+        """All fields as plain data, sorted by name; the path is reduced to the file's name."""
         declared = {**asdict(self), "path": self.path.name}
         if not self.actors:
             del declared["actors"]  # models with one actor have the hash that they had before there were several

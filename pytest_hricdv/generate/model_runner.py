@@ -111,9 +111,9 @@ class ModelRunner:
         )
 
     def order(self, beliefs: Iterable[str]) -> After:
-        """Which actions of a run come after which of other actors, because the model makes them depend on these.
+        """The order between actions of different actors that the model's dependencies require.
 
-        Nothing where there is one actor. The run is repeated for it, with a trace.
+        Empty for one actor. The run is repeated for it, with a trace.
 
         Raises:
             GenerateError: as `run`.

@@ -37,7 +37,7 @@ class RewardFunction(Protocol):
     """The most plans that one run covered, by agent."""
 
     def begin(self) -> None:
-        """Called when a subset is begun: the next run is that of its start belief."""
+        """Begin a subset: the next run is that of its start belief."""
 
     def of(self, executed: Executed) -> float:
         """The reward of the belief that was added last, from the plans that the run with it executed."""

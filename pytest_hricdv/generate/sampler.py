@@ -121,7 +121,7 @@ class Uniform(Sampler):
 
 @dataclass(frozen=True)
 class Sometimes(Sampler):
-    """With `probability` a value of `then`, otherwise 0.0.
+    """A sampler that draws from `then` with `probability`, and otherwise gives 0.0.
 
     Raises:
         GenerateError: the probability is not in [0, 1].
@@ -154,7 +154,7 @@ class Sometimes(Sampler):
         return value == 0.0 or self.then.contains(value)
 
     def format(self, value: float) -> str:
-        """As of `then`."""
+        """Format a value as `then` does."""
         return self.then.format(value)
 
 

@@ -37,7 +37,7 @@ _UNDEFINED = (UnknownValueError, ArithmeticError)
 
 
 def near_miss(antecedent: PastFormula, log: Log) -> NearMiss:
-    """When an antecedent that was never true in a run was nearest to it.
+    """The instant at which an antecedent that was never true in a run was closest to being true.
 
     The search minimizes, in this order: the number of false conjuncts; if a single comparison is false, its distance
     to its bound; the time.
@@ -98,7 +98,7 @@ def conjunct_outcomes(antecedent: PastFormula, log: Log) -> dict[str, frozenset[
 
 
 class _Moment(NamedTuple):
-    """At an instant of a replayed log, or right after it."""
+    """A moment of a replayed log: an instant, or right after it."""
 
     now_ns: Nanoseconds
     values: Values
@@ -151,7 +151,7 @@ class _Replay:
             yield from self.step(now_ns, updates, last=now_ns == log.end_ns)
 
     def step(self, now_ns: Nanoseconds, updates: Iterable[Update], *, last: bool) -> Iterator[_Moment]:
-        """The same for the next instant."""
+        """Step to the next instant."""
         # Windows end and times pass between the updates, too.
         while self._due_ns < now_ns:
             yield from self._at(self._due_ns, last=False)

@@ -87,7 +87,7 @@ class ConditionMonitor(FormulaMonitor):
     ) -> None:
         super().__init__(program, state)
         self._changed = changed
-        # When its truth changed: twice the time (ns), and 1 more for right after it. At first it is false.
+        # The times at which its truth changed: twice the time (ns), plus 1 for right after it. It is false at first.
         self._changes = array("q")
 
     @property

@@ -65,7 +65,7 @@ def watch(condition: PastFormula, log: Log) -> ConditionMonitor:
 
 
 def watch_all(conditions: Iterable[PastFormula], log: Log) -> tuple[ConditionMonitor, ...]:
-    """The same of several conditions, in one pass over the run."""
+    """Watch several conditions in one pass over the run."""
     conditions = tuple(conditions)
     monitors = MonitorSet()
     watchers = tuple(map(monitors.watch, conditions))

@@ -55,7 +55,7 @@ class PastOperator(Operator):
     def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:
         index = self._index
         try:
-            # Both, because an operand that is true at the instant only, or right after it only, is an edge of its own.
+            # Both, because an operand that is true only at the instant, or only right after it, is a separate edge.
             at = [operand(state.values, state.arrived, state.at) for operand in self._operands]
             after = [operand(state.values, NO_MESSAGE, state.after) for operand in self._operands]
             if not self._started:

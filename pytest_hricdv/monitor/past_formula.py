@@ -290,7 +290,7 @@ class Historically(WindowedOperator):
     NEVER_OF_INSTANTS = "for a length of time"
 
     def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
-        # By its dual, so that only one operator has the windows to get right.
+        # Use the dual, so that only one operator implements windows.
         return f"(not {Once(Negation(self.operand), self.start_s, self.end_s).expression(compiler, scope)})"
 
 

@@ -28,7 +28,7 @@ class Criterion(Protocol):
 
     @property
     def text(self) -> str:
-        """As written, for reports."""
+        """The text as written, for reports."""
 
     @property
     def group(self) -> str:
@@ -111,7 +111,7 @@ class FormulaSource:
         line_start = self.formula.rfind("\n", 0, start) + 1
         line = self.formula[line_start:].split("\n", 1)[0]
         column = start - line_start
-        # One caret at least, also behind the end of the text; none beyond the line, where a formula goes on.
+        # At least one caret, even behind the end of the text; none beyond the line if a formula continues.
         width = max(1, min(end, line_start + len(line)) - start)
         line, column = excerpt(line, column)
         width = max(1, min(width, EXCERPT_WIDTH - column))

@@ -207,9 +207,9 @@ class ObligationMonitor(RequirementMonitor):
         self._end_ns = nanoseconds(end_s)
         self._triggered = False
         self._waiting: deque[Nanoseconds] = deque()
-        """When the open triggers began whose windows have not."""
+        """Begins of the open triggers whose windows have not begun."""
         self._due: deque[Nanoseconds] = deque()
-        """When the open triggers began whose windows have begun: the response is due."""
+        """Begins of the open triggers whose windows have begun: the response is due."""
 
     def _is_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> bool:
         """Whether any response is due now, after the antecedent was judged and windows have begun."""
@@ -340,6 +340,6 @@ class SafetyMonitor(ObligationMonitor):
             self._verdict.add_violation(self._close(now_ns, passed=False), now_ns, values, margin)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
-        # Kept so far, and nothing can break it any more. One whose window has not begun was not put to the test.
+        # The response held so far and cannot be broken any more. A trigger whose window has not begun was not tested.
         self._pass_all(now_ns)
         return super().finish(requirement, now_ns)

@@ -83,7 +83,7 @@ class Vocabulary:
                 raise ValueError(f"units has {name!r}, which is neither a signal nor a topic.field{suggestion}")
 
     def without_signals(self, names: Collection[str]) -> Vocabulary:
-        """The same without these signals, their values and their units."""
+        """The vocabulary without these signals, their values and their units."""
         return replace(
             self,
             signals={name: kind for name, kind in self.signals.items() if name not in names},

@@ -67,7 +67,7 @@ class Chooser(Protocol):
     """Decides what the model leaves open."""
 
     def choose(self, decision: ChoicePoint) -> str:
-        """One of the options."""
+        """Choose one of the options."""
 
 
 ANY_INTERACTION = -1

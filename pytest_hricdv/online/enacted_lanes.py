@@ -74,7 +74,7 @@ class LaneRecord:
         after = self._after(trace, programs)
         actions = list(test.actions)
         for action in self._begun:
-            # As `Lanes` counts: the pause begins when the actor is free, and what the action comes after is done.
+            # As `Lanes` counts: the pause begins when the actor is free and the actions before this one are done.
             since_us = max([action.free_us, *(self._done_us[cause] for cause in after.get(action.number, ()))])
             values = {TURN: TURNS.simple_values()[0], PAUSE_S: (action.begun_us - since_us) / US_PER_S}
             place = action.number - 1

@@ -37,7 +37,7 @@ class EventInbox:
         )
         self._heard: deque[HeardEvent] = deque()
         self._error: CouplingError | None = None
-        """Raised when the agent listens: when it occurs, another node runs, and it would be an error of this one."""
+        """Raised when the agent listens, not when it occurs: then it would look like an error of the running node."""
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
         """A message has arrived, as for a `MonitorSet`."""
@@ -55,10 +55,10 @@ class EventInbox:
         return bool(self._heard or self._error) or self._events.has_changes
 
     def listen(self) -> Iterable[HeardEvent]:
-        """All that has happened since the agent listened last, in order.
+        """All events since the agent listened last, in order.
 
         Raises:
-            CouplingError: something of it has no value yet.
+            CouplingError: a part of an event has no value yet.
         """
         # Signals change at instants that are judged when the next one begins: the last one would wait for ever.
         self._note(self._events.flush())

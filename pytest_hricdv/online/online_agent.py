@@ -33,7 +33,7 @@ class ActingAgent(CoupledAgent):
     """An agent that stops before each external action; takes what an agent takes."""
 
     def acts_of(self, intention: Intention, literal: Structure) -> tuple[int, ...] | None:
-        """Nothing is declared of external actions; None for a message."""
+        """No acts, as external actions are not declared; None for a message."""
         return () if self.is_external(intention) else None
 
 
@@ -111,9 +111,9 @@ class OnlineAgent:
             raise self._on_failure(error, time_s) from error
 
     def let_time_pass(self) -> str | None:
-        """Nothing more will happen in the run: what to do when the agent's next waits are over; None for nothing.
+        """The next command if nothing more will happen in the run, once the agent's next waits are over; None for none.
 
-        The agent's clock is ahead of that of the run then: how long it waits takes no time there.
+        The agent's clock is then ahead of the run's: its waits take no time there.
 
         Raises:
             InteractiveAgentError: as `next_command`.

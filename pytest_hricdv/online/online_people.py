@@ -58,7 +58,7 @@ class _AgentNotes(ActingAgent, TracedAgent):
 
 @dataclass(eq=False)
 class _Person:
-    """Who decides: its place among all, its agent, and where it stands."""
+    """A person who decides: its index, its agent, and its state."""
 
     place: int
     role: Role
@@ -81,7 +81,7 @@ class _Person:
 
     @property
     def due_ticks(self) -> float:
-        """When a wait of its own is over, on the agents' clock; infinite where it has none."""
+        """The end of its own wait, on the agents' clock; infinite without one."""
         waiting: list[PendingWait | PendingQuestion] = [*self.agent.waits, *self.agent.questions.values()]
         return min((wait.deadline for wait in waiting if wait.deadline is not None), default=math.inf)
 
@@ -147,7 +147,7 @@ class OnlinePeople:
                 node.kernel.wake(node)
 
     def _wake_in_time(self) -> None:
-        """After a step of the world: as `_wake`, and those for whom something has ended."""
+        """Wake people after a step of the world: as `_wake`, and those whose wait has ended."""
         now_us = self._here.now_us
         for person in self._people.values():
             if person.node is not None and now_us >= self._patient_until_us(person):

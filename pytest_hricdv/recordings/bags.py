@@ -58,7 +58,7 @@ def bag_files(path: Path) -> list[Path]:
 
 
 def _natural(file: Path) -> list[tuple[int, str]]:
-    """As people sort names: `run_2` before `run_10`."""
+    """The sort key of names as people sort them: `run_2` before `run_10`."""
     return [(int(part[:18]), "") if part.isdigit() else (0, part) for part in re.split(r"([0-9]+)", file.name)]
 
 
@@ -204,7 +204,7 @@ def _parse_json(data: bytes) -> Mapping[str, Any]:
 
 
 def _parse_tolerantly(data: bytes) -> Any:
-    """With NaN and infinity, as Python writes them."""
+    """Parse JSON with NaN and infinity, as Python writes them."""
     try:
         return json.loads(data)
     except (ValueError, RecursionError):

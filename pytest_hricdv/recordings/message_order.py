@@ -140,7 +140,7 @@ class MessageOrder:
             yield part, heapq.heappop(late)[2]
 
     def rest(self) -> Iterator[tuple[int, RecordedSample]]:
-        """Those that still wait."""
+        """The messages that still wait."""
         yield from self._due(math.inf)
 
     def _jump(self, sample: RecordedSample) -> None:

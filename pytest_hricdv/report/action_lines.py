@@ -10,7 +10,7 @@ MAX_ACTIONS = 14
 """Chosen, so that the text of a failure with its traceback is about a screen of a terminal; the report has all."""
 
 BRIEF_ACTIONS = 10
-"""The same of the text without `-v`, chosen: with causes and a line for each test, 20 failures are on two screens."""
+"""Actions shown without `-v`, chosen: with causes and a line for each test, 20 failures fit on two screens."""
 
 
 def list_actions(actions: Sequence[str], name: str, who: str = "the human") -> Iterator[str]:

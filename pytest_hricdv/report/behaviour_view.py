@@ -33,7 +33,7 @@ def lines(report: Report, columns: int) -> Iterator[Line]:
 
 
 def sentence(report: Report) -> str:
-    """The same in a sentence, with the first difference of the most frequent kind; empty without a baseline."""
+    """A sentence on the behaviour, with the first difference of the most frequent kind; empty without a baseline."""
     changes = report.changes
     if changes is None or not report.reported:
         return ""

@@ -114,7 +114,7 @@ class _NewNames:
         )
 
     def replay(self, name: str | None) -> str | None:
-        """As it is given to pytest: relative to the folder where that is started."""
+        """The path of a replay file as given to pytest: relative to the folder where pytest starts."""
         path = self.source / REPLAYS / Path(name or "").name
         return os.path.relpath(self.carrying.target / self.carrying.name(path)) if name and path.is_file() else name
 

@@ -132,7 +132,7 @@ def _move(names: Sequence[str], source: Path, target: Path) -> None:
 
 
 def _is_there(path: Path) -> bool:
-    """Also of a link that leads nowhere, through which a file would be written elsewhere."""
+    """True also for a dangling link, through which a file would be written elsewhere."""
     return os.path.lexists(path)
 
 

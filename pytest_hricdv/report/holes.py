@@ -61,7 +61,7 @@ class HoleCause:
 
 
 def hole_causes(report: Report) -> tuple[HoleCause, ...]:
-    """All of them: code first, then requirements, plans and bins; of each, those with most points first."""
+    """All causes: code first, then requirements, plans and bins; within each, those with most points first."""
     gaps = [gap for gap in report.closure.gaps or () if not gap.reason.startswith(_WAIVED)]
     kinds = (_code(report, gaps), _requirements(report, gaps), _plans(report, gaps), _bins(report, gaps))
     return tuple(
@@ -198,7 +198,7 @@ def holes_of_all_suites(report: Report, name: str) -> tuple[str, ...]:
 
 
 def members_of_all_suites(report: Report, name: str) -> Iterator[tuple[str, tuple[Bin, ...]]]:
-    """The same with the bins of each hole that no larger one has."""
+    """The holes with the bins that no larger hole has."""
     declared = report.cross_products[name]
     missing, hit = _of_all(report, name)
     places = {coordinate.name: place for place, coordinate in enumerate(declared.coordinates)}

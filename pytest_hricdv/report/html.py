@@ -50,7 +50,7 @@ def page(report: Report) -> tuple[str, dict[str, str]]:
 
 @cache
 def _environment() -> jinja2.Environment:
-    """One for all pages: it keeps the compiled templates, which take longer to compile than to fill in."""
+    """The environment for all pages: it keeps the compiled templates, as compiling takes longer than filling in."""
     environment = jinja2.Environment(
         loader=jinja2.ChoiceLoader([jinja2.PackageLoader("pytest_hricdv", "report/page"), _loader_of_parts()]),
         autoescape=True,
@@ -247,7 +247,7 @@ def _list_areas(report: Report, sections: Sequence[PageSection]) -> Iterator[Are
     yield Area("Tests", (Link("tests", "Tests"),))
     yield Area("Requirements", (Link("requirements", "Requirements"), *_links(sections, "requirements")))
     yield Area("Coverage", (Link("closure", "Closure"), *_coverage_links(report)))
-    # One view needs no name above it.
+    # A single view needs no heading.
     yield Area(further[0].title if len(further) == 1 else "More", further)
     yield Area("Sheet", (Link("sheet", "Sheet to sign"),))
 

@@ -60,7 +60,7 @@ class RunLog(logging.Handler):
 
     @property
     def lines(self) -> tuple[LogLine, ...]:
-        """In their order."""
+        """The lines in order."""
         return tuple(self._lines)
 
 

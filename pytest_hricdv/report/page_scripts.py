@@ -78,12 +78,12 @@ def inline_scripts() -> dict[str, Any]:
 
 
 def _hash_of_script(text: str) -> str:
-    """As a Content-Security-Policy has it."""
+    """The hash of a script in the form of a Content-Security-Policy."""
     return f"'sha256-{base64.b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
 def _scripts() -> Iterator[str]:
-    """Those of features are before the last one of the core, which begins to show the page."""
+    """All scripts; those of features come before the core's last one, which starts to show the page."""
     yield from (asset(f"{name}.js") for name in _SCRIPTS[:-1])
     for view in views():
         yield from (folder_of(view.name).joinpath(f"{name}.js").read_text(encoding="utf-8") for name in view.scripts)

@@ -27,7 +27,7 @@ _OUTCOME_WORDS: Mapping[TestOutcome, tuple[str, str]] = {
     "error": ("error", "in error"),
     "not-run": ("not run", "not run"),
 }
-"""In the order in which they are listed: what one test is called, and a number of tests."""
+"""The words for one test and for several, in the order of listing."""
 
 GapKind = Literal["lines", "branches", "plans", "bins"]
 

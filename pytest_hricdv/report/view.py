@@ -139,11 +139,11 @@ class View:
         return {}
 
     def facts(self, test: TestResult) -> Mapping[str, str]:
-        """On a test, for the table on its page; an empty text is not shown."""
+        """Facts on a test, for the table on its page; an empty text is not shown."""
         return {}
 
     def of_requirement(self, report: Report, name: str) -> RequirementNote | None:
-        """On a requirement's page; None for nothing."""
+        """The part of a requirement's page; None for nothing."""
         return None
 
     def of_sheet(self, report: Report) -> SheetTable | None:

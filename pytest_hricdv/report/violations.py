@@ -77,7 +77,7 @@ def violation_line(violation: Violation, units: Mapping[str, str], unit: str = "
 
 
 def describe_violation(name: str, violation: Violation, units: Mapping[str, str], unit: str = "") -> str:
-    """The same in few words, the most important first: `R3 failed at 51.2 s by 0.02 m: hand_distance = 0.03 m`."""
+    """The violation in few words, the most important first: `R3 failed at 51.2 s by 0.02 m: hand_distance = 0.03 m`."""
     text = f"{name} failed at {seconds(violation.time_s)}{_by(violation, unit)}"
     values = ", ".join(_value(signal, violation, units) for signal in sorted(violation.values, key=natural))
     said = ": ".join(filter(None, (text, values, violation.text)))
@@ -96,7 +96,7 @@ def _later(violation: Violation, time_s: float | None) -> str:
 
 
 def _by(violation: Violation, unit: str) -> str:
-    """By how much, with the moment; a deadline is missed by the time that says it."""
+    """The amount of the violation, with the moment, unless the amount tells it already, as for a missed deadline."""
     margin = violation.margin
     if margin is None or margin >= 0.0:
         return ""

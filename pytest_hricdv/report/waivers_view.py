@@ -51,7 +51,7 @@ class Waiver:
 
 
 def waivers(report: Report) -> tuple[Waiver, ...]:
-    """All of them: known violations, allowed NC, lines declared unreachable."""
+    """All waivers: known violations, allowed NC, lines declared unreachable."""
     return (*_xfails(report), *_nc_exemptions(report), *_lines(report))
 
 

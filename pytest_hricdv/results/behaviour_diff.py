@@ -181,7 +181,7 @@ def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> F
 
 
 def _distance(message: BusMessage, sequence: Sequence[BusMessage]) -> int:
-    """After how many messages the same content comes."""
+    """The number of messages before the same content comes."""
     return next((n for n, later in enumerate(sequence) if _content(later) == _content(message)), _NEVER)
 
 
@@ -192,7 +192,7 @@ def _other_fields(old: BusMessage, new: BusMessage) -> FirstDifference:
 
 
 def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = None) -> FirstDifference:
-    """One message instead of another; where only some fields differ, `names` are these."""
+    """A message in place of another; if only some fields differ, `names` are these."""
     kind, kind_before = (_message_text(message, names, words=True) for message in (new, old))
     said, said_before = (_message_text(message, names) for message in (new, old))
     fields = ", ".join(f"`{name}`" for name in names or ())

@@ -122,7 +122,7 @@ def parse(text: bytes) -> JournalRecord | None:
 
 @dataclass
 class Journal:
-    """All that a journal says.
+    """The content of a journal.
 
     Args:
         began: the sessions that wrote it, in order.

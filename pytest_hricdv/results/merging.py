@@ -37,7 +37,7 @@ class MergeError(InputError):
 
 
 def merge(reports: Sequence[tuple[str, Report]]) -> Report:
-    """One report of several.
+    """Merge several reports into one.
 
     Args:
         reports: each with what to call it in errors.
@@ -161,7 +161,7 @@ def _rerun(reports: Iterable[Report]) -> RerunOptions:
 
 
 def _policy(reports: Iterable[Report]) -> GatePolicy | None:
-    """All that any of the sessions was to keep."""
+    """The union of the sessions' policies on what to keep."""
     policies = [report.policy for report in reports if report.policy is not None]
     if not policies:
         return None
@@ -234,7 +234,8 @@ def _content(run: TestResult) -> str:
 
 
 def _unite(run: TestResult, other: TestResult) -> TestResult:
-    """One run, reported twice: the shorter time, what either measured, and of texts and files the first by content."""
+    """Unite two reports of one run: the shorter time, all measurements, and for texts and files the first by
+    content."""
     times = [result.wall_s for result in (run, other) if result.wall_s is not None]
     return replace(
         run,

@@ -15,7 +15,8 @@ from msgspec import Meta
 from pytest_hricdv._base.record import Names, PlainRecord
 
 _TIMEOUT_S = 10.0
-"""For git, which answers within milliseconds. Chosen: how long a session may wait for a repository that hangs."""
+"""Time limit for git, which answers within milliseconds. Chosen: how long a session may wait for a repository that
+hangs."""
 
 RerunOption = Annotated[
     str,

@@ -114,9 +114,9 @@ class Bus:
         self.recorder = recorder
         self._by_code = by_code
         self.senders: dict[str, bool] = {}
-        """Who has sent a message -> whether it is the code under test."""
+        """Sender -> whether it is the code under test."""
         self.notice_taking: Callable[[], None] | None = None
-        """Called when a message is taken from a queue that had one which is not of the code under test."""
+        """Called when a message is taken from a queue that held one from outside the code under test."""
         self.transport: Callable[[str, str], float] | None = None
         """How long a message with this sender and topic is on its way (s); None: no time."""
         self._faults: dict[str, deque[MessageFault]] = {}
@@ -234,7 +234,7 @@ class Bus:
         self._faults.setdefault(topic, deque()).append(fault)
 
     def _carry_with_fault(self, fault: MessageFault, message: MessageInTransit) -> None:
-        # Asked now: a late copy is delivered by a node of its own, in which nobody is the caller.
+        # Ask now: a late copy is delivered by a separate node, which hides the caller.
         by_code = self._by_code()
         self._record_disturbance(f"{fault.name} {message.topic}", message)
         if by_code:

@@ -72,7 +72,8 @@ class Node:
         self.body = body
         self.ended = False
         self.leaving: list[Callable[[], Callable[[], None]]] = []
-        """Called when it blocks; each returns what is called when it goes on. For what Python keeps once a thread."""
+        """Called when it blocks; each returns a function to call when it resumes. For state that Python keeps per
+        thread."""
         self.wrap_thread: Callable[[Callable[[], None], bool], Callable[[], None]] = lambda body, daemon: body
         """Wraps the body of a thread that it starts, for instance so that it is measured."""
         self.own: dict[str, object] = {}
@@ -87,7 +88,7 @@ class Node:
         self.abandoned = False
         """It goes on whatever is raised in it, and is left where it is."""
         self.blocked_s = 0.0
-        """When it began to wait (s of simulated time), of a node that waits."""
+        """When the node began to wait (s of simulated time), if it waits."""
         self.blocked = False  # it waits, and is not among those that go on at this instant
 
     def leave_for_ever(self) -> None:
@@ -132,14 +133,14 @@ class Kernel:
         self._read_until_us = -1  # when the last loop that waited for a clock read it again
         self._polled_at = ""  # the line of the first poll too many
         self.lost_errors: list[str] = []
-        """Errors that ended something in the background which nobody waited for, a sentence each."""
+        """Errors that ended background work that nobody waited for, a sentence each."""
         self.unclaimed: list[Callable[[], str]] = []
-        """Asked when the run is over: a sentence about an error that nobody took until then, or an empty text."""
+        """Called when the run is over; each returns a sentence about an unclaimed error, or an empty text."""
         self.world: World | None = None
         self.after_steps: list[Callable[[], None]] = []
-        """Called after each step of the world: whoever waits for a time without a step that ends there."""
+        """Called after each step of the world, for waits for a time at which no step ends."""
         self.virtual: frozenset[str] = frozenset()
-        """Which of Python's own ways to wait take place in virtual time, see `pytest_hricdv.runtime.virtual`."""
+        """Python's blocking APIs that take virtual time, see `pytest_hricdv.runtime.virtual`."""
         self.code: tuple[str, ...] = ()
         """The packages in which they do."""
         self.own: dict[str, object] = {}
@@ -434,7 +435,7 @@ class Kernel:
 
     @property
     def nodes(self) -> tuple[Node, ...]:
-        """Those that have not ended, and some that have, in the order in which they were started."""
+        """The nodes that have not ended, and some that have, in the order in which they were started."""
         return tuple(self._nodes)
 
     def abandon(self, error: BaseException) -> NoReturn:
@@ -447,7 +448,7 @@ class Kernel:
         node.leave_for_ever()
         assert self._hub is not None
         self._hub.throw(error)
-        raise error  # never reached: nobody goes on here
+        raise error  # never reached
 
     def node_info(self) -> str:
         """The running node at the end of a message: its last message, or else its name."""

@@ -107,7 +107,7 @@ class Repetition:
         first, last = [place for place, token in enumerate(tokens) if token == rarest][-2:]
         words = tuple(_words(token, len([*same])) for token, same in groupby(tokens[first:last]))
         period_s = messages[last].time_s - messages[first].time_s
-        # A wait that the cycle does not begin anew will end, and something else may come then.
+        # A wait that the cycle does not restart will end, and something else may come then.
         if self._kernel.wait_ends(now_s - 2 * period_s, now_s + nothing_new_s):
             return None
         return Cycle(self._new_s, counts[rarest], period_s, words)

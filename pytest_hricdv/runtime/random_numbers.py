@@ -39,7 +39,7 @@ class _Entropy:
         self.key = key
         self._stream = random.Random(key)
         self._thread = threading.get_ident()
-        # As objects: a thread may get the identity of one that has ended.
+        # As objects: a thread may get the identity of an ended one.
         self._of_others = set(threading.enumerate()) - {threading.current_thread()}
         self._of_threads: dict[threading.Thread, random.Random] = {}
 
@@ -117,15 +117,15 @@ def _replacements() -> list[tuple[object, object]]:
 
 
 def in_runs(function: Any) -> Any:
-    """What stands for a function in a run, and is that function outside of one; itself, where nothing does.
+    """The replacement for a function, which calls the function outside of runs; the function itself if there is none.
 
-    For who replaces functions of Python, too, and calls what was there: a run repeats nevertheless.
+    For code that also replaces functions of Python, and calls the original: its run repeats nevertheless.
     """
     return next((other for real, other in _replacements() if real is function), function)
 
 
 class _Names:
-    """Where modules have what is replaced, under whichever names: `from os import urandom as _urandom` of `random`."""
+    """The names under which modules hold replaced functions: `from os import urandom as _urandom` of `random`."""
 
     def __init__(self) -> None:
         self._modules = (0, "")
@@ -156,10 +156,10 @@ class _Names:
                     yield vars(module), name, real, other
 
     def _names_of_modules(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
-        # By identity where that is possible: a bound method is another object each time that it is asked for.
+        # By identity if possible: a bound method is a new object at each access.
         pairs = {id(real): (real, other) for real, other in _replacements()}
         for module in [*sys.modules.values()]:
-            # By type: a library of cffi (`_openssl.lib`, of cryptography) says that it is a module, and has no names.
+            # By type: a cffi library (`_openssl.lib` of cryptography) claims to be a module, but has no names.
             if not issubclass(type(module), ModuleType) or module is sys.modules[__name__]:
                 continue
             names: dict[str, Any] = object.__getattribute__(module, "__dict__")  # a lazy module is not loaded by this
@@ -205,7 +205,7 @@ class _Generators:
 
 def _numpy_random() -> Any:
     """`numpy.random`, if it has been imported."""
-    # Who restores `sys.modules`, as tests of plugins do, leaves it in numpy, which gets it only once it is imported.
+    # Restoring `sys.modules`, as tests of plugins do, leaves it in numpy, which gets it only once it is imported.
     module = sys.modules.get("numpy.random") or getattr(sys.modules.get("numpy"), "__dict__", {}).get("random")
     return module if hasattr(module, "set_state") else None  # not while it is being imported
 

@@ -27,7 +27,7 @@ class Listener(Protocol):
 class RecordedMessage:
     """One message, or one disturbance: its time (s), sender, topic and fields.
 
-    `source` is what the fields were made of, where this is more than they are: a message of ROS 2.
+    `source` is the origin of the fields, if it has more than they: a message of ROS 2.
     """
 
     time_s: float
@@ -145,7 +145,7 @@ class Recorder:
             line = [message.time_s, message.sender, message.topic, dict(message.fields)]
             # JSON writes a float with the digits that identify it, so equal texts are equal bits.
             digest.update(json.dumps(line, sort_keys=True).encode())
-        # By name: the order in which signals first changed within an instant says nothing about the run.
+        # By name: the order in which signals first changed within an instant is not part of the run.
         for name in sorted(self._signals):
             times, values = self._signals[name]
             digest.update(name.encode() + times.tobytes() + values.tobytes())

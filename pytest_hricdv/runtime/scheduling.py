@@ -8,10 +8,10 @@ from pytest_hricdv.runtime.kernel import Kernel, Node
 
 
 class Turns:
-    """Which actions may begin.
+    """The turns of actors: they decide which actions may begin.
 
-    An action may begin when those that caused it are done, and all that come before it in the order have begun. For
-    the latter its actor waits a while only: who comes first may be busy until this action has begun.
+    An action may begin when those that caused it are done, and all that precede it in the order have begun. Its actor
+    waits only a while for the latter: an actor that comes first may be busy until this action has begun.
 
     Args:
         kernel: of the run.
@@ -59,7 +59,7 @@ class Turns:
         self._wake()
 
     def leave(self, actor: str) -> None:
-        """An actor does nothing more: nobody waits for its turns."""
+        """Note that an actor does nothing more, so that nobody waits for its turns."""
         self._settled.update(number for number in self._before if self._actors[number] == actor)
         self._wake()
 

@@ -36,9 +36,9 @@ def _is_authors(frame: FrameType) -> bool:
 
 
 def module_place_of(frame: FrameType | None) -> str:
-    """The same as `controller/robot.py:41`, by the module's name: alike wherever the project is.
+    """The location as `controller/robot.py:41`, by the module's name, so that the project's folder does not matter.
 
-    Empty where no frame is its author's, as of an idle worker of a pool.
+    Empty if no frame is its author's, as in an idle worker of a pool.
     """
     frame = authors_frame(frame)
     if frame is None or not _is_authors(frame):

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Generic, Protocol, TypeVar
 
 PRUNE_AT = 1024
-"""With fewer, what has ended is not looked for: they take some 100 kB (asyncio looks from 100 timers on)."""
+"""With fewer, ended waits are not pruned: they take some 100 kB (asyncio prunes from 100 timers on)."""
 
 
 class Waiter(Protocol):

@@ -47,7 +47,7 @@ YIELD_S = 0.5
 """How often (s of processor time) the thread can look while other code keeps Python's lock."""
 
 AGAIN_S = 1.0
-"""Who was interrupted and goes on has so long to clean up (s of processor time; chosen)."""
+"""Time to clean up (s of processor time; chosen) for code that was interrupted and continues."""
 
 _IDLE = 0.5
 """A process that neither had nor wanted a processor for this share of a tick waits (chosen)."""
@@ -177,7 +177,7 @@ class Watch:
         if self._waited_s[now.adds_up] >= now.may_wait_s:
             self._problem, self._waited_s[now.adds_up] = Hang("waits", self._waited_s[now.adds_up]), 0.0
         elif self._worked_s >= now.may_work_s:
-            # Who caught what was raised has had its time: it is interrupted again soon.
+            # Code that caught the error has had its time: it is interrupted again soon.
             self._problem, self._worked_s = Hang("works", self._worked_s), max(0.0, now.may_work_s - AGAIN_S)
         elif self._second_s >= now.may_take_s:
             self._problem, self._second_s = Hang("crawls", self._second_s), max(0.0, now.may_take_s - AGAIN_S)
@@ -190,7 +190,7 @@ class Watch:
         signal.pthread_kill(self._watched.ident, signal.SIGVTALRM)
 
     def _waits(self) -> bool:
-        """Whether the code that waits does so by itself: no file is imported, and nobody sits at a debugger."""
+        """Whether the waiting code itself waits: no file is being imported, and no debugger is in use."""
         frame = sys._current_frames().get(self._watched.ident or 0)
         while frame is not None:
             name = str(frame.f_globals.get("__name__", ""))
@@ -225,13 +225,13 @@ class _Usage:
         self._times, self._counters = self._read()
 
     def tick(self) -> tuple[float, float]:
-        """For how long all waited (s of real time), and the watched thread worked (s of processor time)."""
+        """The time that all waited (s of real time), and that the watched thread worked (s of processor time)."""
         (began_s, worked_s, wanted_s), counters = self._times, self._counters
         self._times, self._counters = self._read()
         real_s = self._times[0] - began_s
         waits = self._counters == counters and self._times[2] - wanted_s < (1 - _IDLE) * real_s
         waits = waits and not _wants_now(self._own)
-        # After a machine has slept, or a process was stopped, a tick may have taken for ever.
+        # If the machine slept, or the process was stopped, a tick may have taken very long.
         return (min(real_s, 2 * TICK_S) if waits else 0.0), self._times[1] - worked_s
 
     def _read(self) -> tuple[tuple[float, float, float], tuple[int, ...]]:
@@ -246,7 +246,7 @@ class _Usage:
 
 
 def _demand_s(but: str) -> float | None:
-    """For how long threads of this process had or wanted a processor (s); None where the system does not tell.
+    """The time (s) that threads of this process had or wanted a processor; None if the system does not tell.
 
     Args:
         but: the number that the system has for a thread, which does not count.

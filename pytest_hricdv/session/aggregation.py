@@ -58,7 +58,7 @@ class ResultStore:
 
 
 class _Outcome(msgspec.Struct):
-    """All that decides whether a result has to be decoded when it arrives."""
+    """The part of a result that decides whether it has to be decoded on arrival."""
 
     outcome: str
 
@@ -71,7 +71,7 @@ class _Ran(msgspec.Struct, frozen=True):
 
 
 class EachWorker:
-    """With xdist's --dist=each, the results of a test on all workers, of which only the last one counts."""
+    """The results of a test on all workers, of which only the last one counts, with xdist's --dist=each."""
 
     def __init__(self) -> None:
         self._ran: dict[str, dict[str, _Ran]] = {}

@@ -46,7 +46,7 @@ class EarlyEnd:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_keyboard_interrupt(self) -> None:
-        """Nothing is running that a signal could interrupt: plugins end the session now, once."""
+        """End the session, once: nothing is running that a signal could interrupt."""
         self._signals.let_go()
 
     @pytest.hookimpl(optionalhook=True)
@@ -60,7 +60,7 @@ class EarlyEnd:
         self._signals.end()
 
     def _hurry(self) -> None:
-        """After SIGTERM, workers have no time to finish their tests; by default, xdist waits for them up to 10 s."""
+        """Give workers no time to finish their tests after SIGTERM; by default, xdist waits up to 10 s."""
         scheduling = self._config.pluginmanager.get_plugin("dsession")
         manager = getattr(scheduling, "nodemanager", None)
         if manager is not None:
@@ -93,7 +93,7 @@ AT_EXIT_WITHIN_S = 30.0
 
 
 def _keep_status(ours: int, pid: int) -> None:
-    """Called first of all when Python ends: from then on `os._exit(0)` is no success of a session that failed."""
+    """Make `os._exit(0)` no success of a failed session; called first when Python ends."""
     if os.getpid() == pid and os._exit is _EXIT:
         os._exit = lambda status: _EXIT(status or ours)
         with contextlib.suppress(RuntimeError):  # it is too late for a thread

@@ -254,7 +254,7 @@ class HtmlAttacher(Attacher):
 
 
 def attachers(collection: Collection) -> Iterator[Attacher]:
-    """One for each plugin that is installed and writes a report in this session."""
+    """The attachers, one for each installed plugin that writes a report in this session."""
     config = collection.config
     results = config.getoption("allure_report_dir", None)
     if _is_loaded(config, "allure_pytest", "allure_pytest.plugin") and results:
@@ -279,7 +279,7 @@ def relative(path: Path, start: Path) -> str:
 
 
 def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
-    """One line an event: time (s), who, what. A line says so where the run was not completed.
+    """The timeline with one line per event: time (s), who, what. A line notes an incomplete run.
 
     Args:
         test: with its timeline.

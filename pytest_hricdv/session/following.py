@@ -42,7 +42,7 @@ def follow_imports(config: pytest.Config) -> ImportCoverage:
 
 
 def follow_no_longer(config: pytest.Config) -> None:
-    """Nothing is measured in this session, as an ini file says that is read after the first imports."""
+    """Stop following imports: an ini file, read after the first imports, says that nothing is measured."""
     if IMPORTS in config.stash:
         config.stash[IMPORTS].watch.uninstall()
         del config.stash[IMPORTS]

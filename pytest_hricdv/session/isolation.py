@@ -125,7 +125,7 @@ class _Call:
 
 _SPAWNED = "pytest_hricdv.session.spawned"
 _ARGUMENTS = "hricdv_arguments"
-"""In what a worker of xdist is sent: the arguments of the session, which its own are not."""
+"""Key in an xdist worker's input for the session's arguments, which differ from the worker's own."""
 
 
 class Isolation:

@@ -150,7 +150,7 @@ class OptionReader:
         return f"--hri-{name.replace('_', '-')}={text}"
 
     def texts(self, name: str) -> tuple[str, ...]:
-        """Those of the ini file, one a line, and then those of the command line, of an option that is repeatable."""
+        """The texts of a repeatable option: those of the ini file, one per line, then those of the command line."""
         value = self.command_line_value(name)
         of_command = value if isinstance(value, list) else []
         return tuple(str(text) for text in [*self.config.getini(f"hri_{name}"), *of_command])

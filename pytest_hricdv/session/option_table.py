@@ -158,7 +158,7 @@ _GROUPS: Mapping[OptionGroup, tuple[str, tuple[Option, ...]]] = {
 
 
 def all_options() -> tuple[Option, ...]:
-    """Those of the core and of the features, by group, in the order in which --help shows them."""
+    """The options of the core and of the features, by group, in the order of --help."""
     return tuple(option for group in _GROUPS for option in _options_of(group))
 
 
@@ -168,7 +168,7 @@ def _options_of(group: OptionGroup) -> tuple[Option, ...]:
 
 
 def _in_help(option: Option) -> Option:
-    """As --help shows it: with the names of the options that refine it, which are not shown, as `mutate-tests`."""
+    """The option as --help shows it: with the names of hidden options that refine it, such as `mutate-tests`."""
     names = [other.name for other in _core_and_features()]
     if any(option.name.startswith(f"{name}-") for name in names):
         return dataclasses.replace(option, shown=False)
@@ -220,7 +220,7 @@ _TRUTH = {
     **dict.fromkeys(("1", "yes", "true", "on"), True),
     **dict.fromkeys(("0", "no", "false", "off"), False),
 }
-"""As pytest reads the word in an ini file."""
+"""Words for truth values, as pytest reads them in an ini file."""
 
 
 def adapt(config: pytest.Config) -> None:

@@ -38,9 +38,9 @@ from pytest_hricdv.session.testbench_search import import_engine
 
 
 def fingerprint(collection: Collection, provenance: Provenance) -> dict[str, str]:
-    """All that the results of a session depend on: name -> value, or hash.
+    """The dependencies of a session's results: name -> value, or hash.
 
-    Which of the project's files a testbench loads is known only when all tests have run, so all count.
+    All files of the project count, as those that a testbench loads are known only when all tests have run.
     """
     code = {name: text[:16] for name, text in provenance.code.items()}
     suites = {

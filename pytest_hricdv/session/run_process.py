@@ -131,7 +131,7 @@ def _build(
 
 
 def events(record: Record) -> Iterator[str]:
-    """All that the hash of a record is over, in the order of time, a line each."""
+    """The content that a record's hash covers, in the order of time, a line each."""
     timed: list[tuple[float, str]] = [
         (message.time_s, f"{message.sender} {message.topic} {json.dumps(dict(message.fields), sort_keys=True)}")
         for message in record.messages

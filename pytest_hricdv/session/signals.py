@@ -48,7 +48,7 @@ AGAIN_S = 1.0
 _ENDING = {
     getattr(signal, name, signal.SIGTERM) for name in ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGXCPU")
 }
-"""Those that say that the session is to end."""
+"""The signals that end the session."""
 
 _REPLACED = {signal.SIGINT: signal.default_int_handler, **dict.fromkeys(sorted(_ENDING), signal.SIG_DFL)}
 """The handlers that are replaced; where somebody else has set another one, this stays: `nohup` ignores SIGHUP."""
@@ -88,7 +88,7 @@ class Signals:
         """Since when nothing goes on that SIGTERM should end (by `time.monotonic`); None: something does."""
 
     def begin(self) -> None:
-        """From now on a signal raises. Without effect where that is so: the first one counts."""
+        """Make signals raise from now on. Without effect if they do already: the first one counts."""
         if self._before or threading.current_thread() is not threading.main_thread():
             return  # in another thread Python cannot set handlers
         self._before = {
@@ -110,11 +110,11 @@ class Signals:
             signal.signal(number, handler)
 
     def hold(self) -> None:
-        """From now on, up to `released`, signals only set `pending`: something was reached that no report has yet."""
+        """Make signals only set `pending` until `released`: the report lacks a new result."""
         self._holding = self._deferring = True
 
     def release(self) -> AbstractContextManager[None]:
-        """Within: signals raise, also one that was held, as from now on what was reached can be reported."""
+        """Make signals raise within the block, including a held one: from now on the results can be reported."""
         self._holding = False
         return self.let_through()
 

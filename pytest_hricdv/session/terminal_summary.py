@@ -64,7 +64,7 @@ class RepeatedErrors:
                 _add(report, others)
 
     def _key(self, report: Any) -> Key | None:
-        """The same for the same error, wherever numbers differ; None for what is shown in any case."""
+        """A key that is the same for the same error, up to numbers; None for reports that are always shown."""
         crash = getattr(getattr(report, "longrepr", None), "reprcrash", None)
         if getattr(report, "nodeid", None) not in self._aggregation.chosen or crash is None:
             return None
@@ -114,7 +114,7 @@ class ShownFailures:
         self._texts: list[tuple[Any, Any]] = []
         """Reports that are shown as examples, and their own texts."""
         self._failed: list[Any] = []
-        """All that failed, once all of it was shown that is to be shown in full."""
+        """All failed reports, once those to be shown in full have been shown."""
         self._failing: FailingTests | None = None
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)

@@ -107,7 +107,7 @@ def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
         return Number(math.nan)
     if not is_function(call):
         check_exists(call)
-        # As in Jason, an action in the place of a term is handed over, and is a condition where its variable is one.
+        # As in Jason, an action in the place of a term is passed on, and is a condition where its variable is one.
         return call_with_values(call, partial(agent.value, bindings=bindings))
     if call.name == ".count":
         return Number(sum(1 for _ in solve(agent, call.args[0], bindings)))  # type: ignore[arg-type, misc]

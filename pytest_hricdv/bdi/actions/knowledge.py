@@ -206,7 +206,7 @@ def _remove_plan(invocation: Invocation) -> Outcome:
 
 
 AUTOMATIC = "l__"
-"""Before the number of a plan that its author has given no label: what it is called in terms."""
+"""Prefix of the name in terms of a plan without a label; its number follows."""
 
 
 def _is_numbered(plan: Plan) -> bool:

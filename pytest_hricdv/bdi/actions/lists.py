@@ -58,7 +58,7 @@ def _concat(invocation: Invocation) -> Outcome:
     if isinstance(values[0], ListTerm):
         items = tuple(item for index in range(len(values)) for item in invocation.items(index))
         return invocation.unify(len(values), ListTerm(items))
-    # As in Jason, a quoted name is joined without its quotes, where printing it shows them.
+    # As in Jason, a quoted name is joined without its quotes, although printing shows them.
     texts = [render(value).strip("'") if is_name(value) else render(value) for value in values]
     check_text(sum(map(len, texts)))
     text = "".join(texts)
@@ -120,7 +120,7 @@ def _reverse(invocation: Invocation) -> Outcome:
 def _shuffle(invocation: Invocation) -> Outcome:
     items = list(invocation.items(0))
     spend(len(items))
-    # By hand (Fisher and Yates), so that all chance comes from the run's own stream.
+    # Shuffle by hand (Fisher and Yates), so that all randomness comes from the run's own stream.
     for last in range(len(items) - 1, 0, -1):
         other = int(invocation.agent.run.draw() * (last + 1))
         items[last], items[other] = items[other], items[last]

@@ -144,7 +144,7 @@ def _printf(invocation: Invocation) -> Outcome:
             text = format(repr(float(value)) if isinstance(value, Number) else _plain_text(value), width)
             return text.upper() if kind == "S" else text
         if kind not in "feEgG" or not isinstance(value, Number):
-            # As in Java: numbers are none that `%d` takes.
+            # As in Java, numbers do not fit `%d`.
             raise EvaluationError(f"{invocation.call}: {match[0]} is not a format of {value}", "unknown")
         return format(float(value), (flags.replace("-", "<") or "") + kind)
 

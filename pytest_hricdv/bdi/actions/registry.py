@@ -55,7 +55,7 @@ class Invocation:
         self.trail = trail
         self.intention = intention
         self.held = False
-        """Set by an action that takes its own intention somewhere else than to the next statement."""
+        """Set by an action that moves its own intention elsewhere than to the next statement."""
         self.failure: tuple[Term, ...] = ()
         """Annotations for the failure event."""
 

@@ -38,7 +38,7 @@ def _wait(invocation: Invocation) -> Outcome:
     wait = PendingWait(intention, run.ticks)
     if isinstance(value, Number):
         if -1 < value <= 0:
-            # As an action that is done at once: it goes on behind the others, and behind a plan selected meanwhile.
+            # Like an action that is done at once: it continues after the others, and after a plan selected meanwhile.
             agent.feedback.append((intention, True))
             invocation.held = True
             return True
@@ -51,7 +51,7 @@ def _wait(invocation: Invocation) -> Outcome:
             intention.top.unifier = solution
             return True
         wait.condition = awaited
-    # After a number of milliseconds, as in Jason, there is nothing to be said, and the rest is not looked at.
+    # As in Jason, arguments after a number of milliseconds are ignored.
     if len(invocation.args) > 1 and not isinstance(value, Number):
         wait.deadline = _deadline(invocation, invocation.number(1))
     if len(invocation.args) > 2 and not isinstance(value, Number):
@@ -65,7 +65,7 @@ def _wait(invocation: Invocation) -> Outcome:
 
 
 def _deadline(invocation: Invocation, milliseconds: float) -> float | None:
-    """When a time is over; a negative one never is, as in Jason."""
+    """The end of a time; a negative one never ends, as in Jason."""
     run = invocation.agent.run
     if milliseconds > -1:
         return run.deadline(milliseconds)

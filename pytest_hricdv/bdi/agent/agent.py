@@ -96,7 +96,7 @@ class Agent(AgentState):
         return self.has_news() if self.busy_waiting else self.awake
 
     def note_restored(self) -> None:
-        """Its state has been set, after perceiving what its environment lists."""
+        """Note that its state was set after it perceived the environment's percepts."""
         self.seen_percepts = self._percepts.version
         self._checked_version = self.beliefs.version
         self.awake = self.has_work()
@@ -120,7 +120,7 @@ class Agent(AgentState):
     # --- waits
 
     def _wake_by_conditions(self) -> None:
-        """Let the intentions go on in the next cycle whose condition holds now."""
+        """Resume the intentions whose condition holds now, in the next cycle."""
         for wait in list(self.waits):
             if wait.condition is None:
                 continue
@@ -134,7 +134,7 @@ class Agent(AgentState):
                 self.woken.append(wait.intention)
 
     def end_waits(self, now: int) -> None:
-        """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock, the earliest first."""
+        """Resume or fail the intentions whose wait is over at a tick of the virtual clock, the earliest first."""
         if self.deadlines:
             end_deadlines(self, now)
         over = [wait for wait in self.waits if wait.deadline is not None and wait.deadline <= now]
@@ -153,7 +153,7 @@ class Agent(AgentState):
                 self._end_question(question)
 
     def _end_question(self, question: PendingQuestion) -> None:
-        """Let an intention go on whose question has not been answered in time."""
+        """Resume an intention whose question has not been answered in time."""
         self.questions = {name: other for name, other in self.questions.items() if other is not question}
         answer = Structure("timeout") if question.asked is None else ListTerm(tuple(question.answers))
         unify(question.answer, answer, question.intention.top.unifier, [])
@@ -220,7 +220,7 @@ class Agent(AgentState):
                     if applicable is None:
                         applicable = ask(self, plan.context, unifier)  # type: ignore[arg-type]
                 except (EvaluationError, ArithmeticError, ValueError) as error:
-                    # As if it did not hold: a mistake in one context does not keep the other plans from being tried.
+                    # The context counts as false: a mistake in one does not keep the other plans from being tried.
                     self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
                     continue
                 if not applicable:
@@ -251,7 +251,7 @@ class Agent(AgentState):
     # --- intentions
 
     def _take_outcome(self) -> None:
-        """Let the intention go on, or fail, whose action the environment has executed."""
+        """Resume or fail the intention whose action the environment has executed."""
         intention, success = self.feedback.popleft()
         if success:
             self.go_on(intention)
@@ -276,7 +276,7 @@ class Agent(AgentState):
                 self.busy_waiting = self.run.busy_waiting = True
         except (EvaluationError, ArithmeticError, ValueError) as error:
             fail(self, intention, getattr(error, "kind", "unknown"), str(error))
-        # Not after an error with which the run ends: its message says what the agent is doing.
+        # Keep it after an error that ends the run: the message says what the agent is doing.
         self.current = None
 
     def _atomic_intention(self) -> Intention | None:

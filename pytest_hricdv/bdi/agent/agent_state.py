@@ -117,7 +117,7 @@ class AgentState:
         return Intention(self._intention_count)
 
     def go_on(self, intention: Intention) -> None:
-        """The statement of an intention is done: make the intention ready for the next one."""
+        """Make an intention ready for the next statement after one is done."""
         if not intention.stack:  # its outermost goal was declared achieved
             self.note_end(intention)
             return
@@ -152,7 +152,7 @@ class AgentState:
             self.ready(intention)
 
     def ready(self, intention: Intention) -> None:
-        """An intention can go on, unless it has been suspended meanwhile."""
+        """Make an intention ready, unless it has been suspended meanwhile."""
         if intention in self.suspending:
             self.suspending.remove(intention)
             self.suspended.append(intention)
@@ -185,7 +185,7 @@ class AgentState:
             self.ready(intention)
 
     def join(self, branch: Intention, forked: ForkedIntention) -> None:
-        """A branch is done: the intention goes on with what it has bound, unless it needs the others, too."""
+        """End a branch: the intention continues with its bindings, unless it needs the other branches, too."""
         forked.branches.remove(branch)
         forked.intention.top.unifier.update(branch.top.unifier)
         if not forked.needs_all or not forked.branches:
@@ -193,7 +193,7 @@ class AgentState:
             self.go_on(forked.intention)
 
     def _drop_branches(self, forked: ForkedIntention) -> None:
-        """Nothing of a fork is pursued any more."""
+        """Drop all branches of a fork."""
         if forked in self.forked:
             self.forked.remove(forked)
         for branch in forked.branches:
@@ -205,7 +205,7 @@ class AgentState:
         forked.branches.clear()
 
     def leave_fork(self, branch: Intention, depth: int) -> None:
-        """If the plan at a depth of a branch's stack is given up, so are the forks above it, with their branches."""
+        """Give up the forks above a plan that is given up, at a depth of a branch's stack, with their branches."""
         while branch.branch_of is not None and depth < branch.branch_of.depth:
             forked = branch.branch_of
             if branch in forked.branches:
@@ -228,7 +228,7 @@ class AgentState:
             caller.unifier[variable] = substitute_only(value, renaming) if renaming else value
 
     def note_end(self, intention: Intention) -> None:
-        """An intention has ended, by success or failure."""
+        """Note that an intention has ended, by success or failure."""
         if intention.branch_of is not None:
             self.leave_fork(intention, -1)
         if self.atomic is intention:
@@ -295,14 +295,14 @@ class AgentState:
             self.note_goal(goal, "started")
 
     def note_goal(self, goal: Structure, state: str) -> None:
-        """Say what has become of a goal; as in Jason, the agent reacts to that before it reacts to anything else."""
+        """Report the new state of a goal; as in Jason, the agent reacts to it before anything else."""
         event = with_state(goal, state)
         self._wake_waiting_for(GOAL_STATE, event)
         if self.library.options[GOAL_STATE][event.key]:
             self.events.appendleft((GOAL_STATE, event, None))
 
     def _wake_waiting_for(self, sign: str, literal: Structure) -> None:
-        """Let the intentions go on in the next cycle that wait for an event like this one."""
+        """Resume intentions that wait for an event like this one, in the next cycle."""
         for wait in list(self.waits):  # a copy: those that are over are removed
             if wait.is_for(sign, literal):
                 self.end_wait(wait)

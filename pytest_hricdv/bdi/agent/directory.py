@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 DIRECTORY = "df"
-"""The name under which it tells agents of providers."""
+"""Its name as the sender when it tells agents of providers."""
 
 
 class Directory:
-    """The services that agents offer, and those they want to hear of."""
+    """The services that agents offer, and those they subscribe to."""
 
     def __init__(self) -> None:
         self._providers: dict[str, set[str]] = {}
@@ -16,15 +16,15 @@ class Directory:
         """The agents by the text of the service, in the order in which they subscribed."""
 
     def register(self, agent: str, service: str) -> None:
-        """An agent offers a service."""
+        """Register that an agent offers a service."""
         self._providers.setdefault(service, set()).add(agent)
 
     def deregister(self, agent: str, service: str) -> None:
-        """An agent does not offer a service any more."""
+        """Register that an agent no longer offers a service."""
         self._providers.get(service, set()).discard(agent)
 
     def subscribe(self, agent: str, service: str) -> None:
-        """An agent wants to hear of those who offer a service."""
+        """Subscribe an agent to the providers of a service."""
         self._subscribers.setdefault(service, {})[agent] = None
 
     def providers(self, service: str) -> list[str]:
@@ -32,11 +32,11 @@ class Directory:
         return sorted(self._providers.get(service, ()))
 
     def subscribers(self, service: str) -> list[str]:
-        """The agents that want to hear of a service."""
+        """The subscribers to a service."""
         return list(self._subscribers.get(service, ()))
 
     def remove(self, agent: str) -> None:
-        """An agent takes part no longer."""
+        """Remove an agent."""
         for agents in self._providers.values():
             agents.discard(agent)
         for subscribers in self._subscribers.values():

@@ -70,7 +70,7 @@ def _code(agent: AgentState, means: IntendedMeans) -> Term:
     """The next statement of a plan, as a term if it is one, else as text."""
     statement = None if means.is_finished else means.statement
     if isinstance(statement, InternalActionCall):
-        # Not as a call, which would be evaluated as a function.
+        # Not a call, which would be evaluated as a function.
         done: object = Structure(statement.call.name, statement.call.args)  # type: ignore[arg-type]
     else:
         done = getattr(statement, "literal", None) or getattr(statement, "action", None)
@@ -128,7 +128,7 @@ def _reason(literal: Structure) -> str:
 def fail_goal(
     agent: AgentState, intention: Intention, sign: str, literal: Structure, error: str, message: str, text: str = ""
 ) -> None:
-    """A goal that has no plan on the intention, or none any more, has failed.
+    """Handle the failure of a goal that has no plan on the intention, or none any more.
 
     Args:
         agent: whose goal it is.
@@ -203,7 +203,7 @@ def _post(agent: AgentState, sign: str, literal: Structure, annots: tuple[Term, 
 
 
 def note_deadline(agent: AgentState, goal: Structure) -> Structure:
-    """Let a goal that is being posted fail at its ``hard_deadline(Ms)``, if it has one.
+    """Make a goal that is being posted fail at its ``hard_deadline(Ms)``, if it has one.
 
     Returns:
         The goal to be posted: its own object, by which it is told from equal ones.
@@ -222,7 +222,7 @@ def note_deadline(agent: AgentState, goal: Structure) -> Structure:
 
 
 def end_deadlines(agent: AgentState, now: int) -> None:
-    """Let the goals fail whose deadline is over at a tick of the virtual clock."""
+    """Fail the goals whose deadline is over at a tick of the virtual clock."""
     over = [goal for goal in agent.deadlines if goal.deadline <= now]
     agent.deadlines = [goal for goal in agent.deadlines if goal.deadline > now]
     for reached in sorted(over, key=lambda goal: goal.deadline):
@@ -232,7 +232,7 @@ def end_deadlines(agent: AgentState, now: int) -> None:
 
 
 def _reach_deadline(agent: AgentState, intention: Intention, event: Event | None, goal: Structure) -> bool:
-    """Let the goal fail if the intention is pursuing it, or is going to."""
+    """Fail the goal if the intention is pursuing it, or is going to."""
     depth = next((depth for depth, means in enumerate(intention.stack) if means.literal is goal), None)
     if depth is None and (event is None or event[1] is not goal):
         return False

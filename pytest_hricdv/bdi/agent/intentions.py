@@ -156,7 +156,7 @@ class ForkedIntention:
         self.depth = len(intention.stack)
         """The number of plans that each branch has copies of; what is above is the branch's own."""
         self.branches: list[Intention] = []
-        """Those that are not done."""
+        """The branches that are not done."""
 
 
 Event = tuple[str, Structure, Intention | None]
@@ -196,10 +196,11 @@ class PendingWait:
 
 @dataclass(slots=True, eq=False)
 class HardDeadline:
-    """When a goal fails that was posted with the annotation ``hard_deadline(Ms)``, unless it has ended before."""
+    """The deadline of a goal posted with the annotation ``hard_deadline(Ms)``: it fails then, unless it has ended
+    before."""
 
     goal: Structure
-    """The object that its event and its plan have."""
+    """The goal object of its event and its plan."""
     deadline: float
     """The tick of the virtual clock."""
 
@@ -262,7 +263,7 @@ class RunServices(Protocol):
     goal: tuple[str, Structure] | None
     """The agent and the goal with whose achievement the run ends, if any."""
     directory: Directory
-    """Who offers what."""
+    """The directory of services."""
 
     @property
     def agents(self) -> Mapping[str, object]:

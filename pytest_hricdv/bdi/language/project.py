@@ -266,7 +266,7 @@ class _ProjectReader:
 
     def _at_entry(self, entries: Iterable[AgentEntry]) -> tuple[AgentEntry, ...]:
         """The entries, each of another name, with their sources searched for in the folders of the source path."""
-        # As in Jason, beside the project file, too: many projects name a folder that is not there.
+        # As in Jason, also next to the project file: many projects name a folder that is missing.
         folders = [Path(self._file).parent / folder for folder in dict.fromkeys([*self._source_paths, Path()])]
         agents: dict[str, AgentEntry] = {}
         for entry in entries:

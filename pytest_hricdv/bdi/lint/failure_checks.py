@@ -74,7 +74,7 @@ _TELLING = frozenset({"tell", "untell", "achieve", "unachieve"})
 
 
 class _Goals:
-    """Which goals of an agent may fail; where that is not certain, they may."""
+    """The goals of an agent that may fail; uncertain ones count as such."""
 
     def __init__(self, system: System, agent: AgentModel) -> None:
         self._agents = {other.name for other in system.agents}

@@ -88,7 +88,7 @@ def alternatives(
             yield rest
         return
     for entry in agent.beliefs.candidates(literal.key):
-        WORK.left -= 1  # those that do not match come back to nobody who counts
+        WORK.left -= 1  # those that do not match are counted nowhere else
         if isinstance(entry, Rule):
             yield from _by_rule(agent, literal, entry, rest, env, trail, renamed)
         else:
@@ -171,8 +171,8 @@ def _with_annotations(
     trail: Trail,
     mark: int,
 ) -> Iterator[Goals]:
-    """Go on once for each way the annotations match; each way binds anew what was bound since ``mark``."""
-    # All ways first: a suspended generator would have to find the bindings as it left them.
+    """Continue once for each way the annotations match; each way rebinds what was bound since ``mark``."""
+    # Collect all ways first: a suspended generator would have to find the bindings as it left them.
     ways = [
         [(variable, env[variable]) for variable in trail[mark:]] for _ in match_annotations(literal, annots, env, trail)
     ]

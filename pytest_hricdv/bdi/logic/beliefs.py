@@ -80,7 +80,7 @@ class BeliefBase:
             new = tuple(annot for annot in belief.annots if annot not in held.annots)
             if not new:
                 return None
-            # In its old place: a belief that another source confirms is not newer for that.
+            # Keep its old place: a belief that another source confirms does not become newer.
             bucket[args] = held.with_annotations(held.annots + new)
             belief = belief if len(new) == len(belief.annots) else belief.with_annotations(new)
         if not belief.ground:
@@ -114,7 +114,7 @@ class BeliefBase:
             if not all(annot in held.annots for annot in belief.annots):
                 return False
             left = held.with_annotations(tuple(annot for annot in held.annots if annot not in belief.annots))
-            # A belief without any source is believed by nobody, whatever other annotations it has.
+            # Nobody believes a belief without a source, whatever other annotations it has.
             if left.has_source():
                 bucket[args] = left
                 self.version += 1

@@ -58,7 +58,7 @@ def _conjunction(formula: And) -> Condition:
 
     def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
         for decide, rest in parts:
-            # The bindings are changed in place: where a part fails, nobody looks at them any more.
+            # The bindings are changed in place: after a part fails, they are not used any more.
             decided = decide(agent, bindings)
             if not decided:
                 return decided if decided is False else ask(agent, rest, bindings)
@@ -83,7 +83,7 @@ def _propositions(literals: tuple[Structure, ...]) -> Condition:
             if key in agent.beliefs.open:  # a newer belief with variables may be the first answer
                 return None
             if not bucket or args not in bucket:
-                # Only now it matters whether there are other ways to answer.
+                # Only here it matters whether there are other ways to answer.
                 return None if agent.beliefs.open else False
         return True
 

@@ -179,7 +179,7 @@ def _solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bi
                 choices.append((alternatives(agent, goal, rest, env, trail, renamed), len(trail)))
         while choices:
             ways, mark = choices[-1]
-            # Also what a failed goal has bound before it failed: unify and compare leave that to this place.
+            # Also undo bindings that a failed goal made before it failed: unify and compare leave them.
             undo(env, trail, mark)
             try:
                 goals = next(ways)

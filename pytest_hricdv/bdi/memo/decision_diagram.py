@@ -124,7 +124,7 @@ together, whose runs are held at the same time, may have eight times as many: th
 
 
 class TooLargeError(Exception):
-    """There are more nodes or runs than an exhaustive exploration is limited to."""
+    """There are more nodes or runs than the limit of an exhaustive exploration."""
 
 
 class NeverEndsError(Exception):

@@ -61,7 +61,7 @@ class JitteredRun(SystemRun):
             self._under_way.append((arrival, receiver, message))
 
     def only_busy_waiting(self) -> bool:
-        """As in any run; a message or percept under way may still change everything."""
+        """As in any run; a message or percept in transit may still change everything."""
         return not self._expects() and super().only_busy_waiting()
 
     def _expects(self) -> bool:

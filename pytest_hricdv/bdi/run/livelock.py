@@ -16,8 +16,8 @@ from pytest_hricdv.bdi.language.terms import Variable
 QUIET_ROUNDS = 40
 """Rounds without progress after which the mental states are compared in every round.
 
-With 5 to 160, 200 runs of the table's models and 70 programs of `tests/bdi` print, do and end the same; only
-with another number, those that end in a livelock take that many rounds more or fewer.
+With 5 to 160, 200 runs of the case study's models and 70 programs of `tests/bdi` print, do and end the same; only the
+number of rounds before a livelock is found changes with it.
 """
 
 
@@ -49,7 +49,7 @@ class LivelockDetector:
         self._states_at_jumps: set[str] = set()
 
     def repeats(self, rounds: int, progress: int) -> bool:
-        """After a round: whether the agents repeat themselves, waits for time aside.
+        """Whether the agents repeat themselves after a round, waits for time aside.
 
         Args:
             rounds: the rounds done.
@@ -103,7 +103,7 @@ class LivelockDetector:
         self._states.clear()
 
     def repeats_after_jump(self, ticks: int, progress: int) -> bool:
-        """After a jump in time: whether the agents only wait and check again, over and over.
+        """Whether the agents only wait and check again, over and over, after a jump in time.
 
         Args:
             ticks: the virtual clock.

@@ -68,7 +68,7 @@ class SystemRun:
         self.progress = 0
         """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
         self.directory = Directory()
-        """Who offers what."""
+        """The directory of services."""
         self.messages = 0
         """The number of messages sent so far."""
         self.work_left = MAX_WORK
@@ -309,7 +309,7 @@ class SystemRun:
                 raise BdiError(f"after {self.rounds} rounds, {problem}")
 
     def only_busy_waiting(self) -> bool:
-        """After a round in which agents wait busily: whether no agent can do anything that ends it."""
+        """Whether no agent can do anything that ends busy waiting, after a round with it."""
         return not any(agent.may_change() for agent in self.agents.values())
 
     def close(self) -> None:

@@ -57,7 +57,7 @@ def speed_and_separation(
     near = distance < slow_distance_m
     slow = (distance >= stop_distance_m) & (speed <= slow_speed)
     if isinstance(slow_distance_m, NumberValue) or isinstance(stop_distance_m, NumberValue):
-        # Which zone is the larger one is known during the run only.
+        # Only the run decides which zone is larger.
         return always((near | (distance < stop_distance_m)) >> (slow | stands))
     if slow_distance_m <= stop_distance_m:
         problem = f"expected more than stop_distance_m, which is {stop_distance_m}, got {slow_distance_m}"

@@ -111,7 +111,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         self._ready.clear()
 
     def _process_events(self, event_list: Any) -> None:
-        """As of asyncio's loops. Of timers that are due together, another one than the first may go first."""
+        """As of asyncio's loops. Another one than the first of timers that are due together may go first."""
         super()._process_events(event_list)  # type: ignore[misc]
         node = current_node()
         if node is None or node.kernel.pick is None or len(self._scheduled) < 2:
@@ -124,7 +124,8 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             heapq.heapify(self._scheduled)
 
     def _make_self_pipe(self) -> None:
-        """Nothing: a wait ends by `wake`, and garbage would close the pipe before its loop, with a warning."""
+        """Make no pipe: a wait ends by `wake`, and garbage collection would close it before its loop, with a
+        warning."""
 
     def _close_self_pipe(self) -> None:
         """Likewise."""
@@ -163,13 +164,13 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             self._failed.append(task)
 
     def close(self) -> None:
-        """As of asyncio's loops; errors of tasks that nobody took are lost now."""
+        """As of asyncio's loops; unclaimed errors of tasks are reported now as lost."""
         if not self.is_closed():
             self._tell_lost([])
         super().close()
 
     def _tell_lost(self, waiting: Sequence[asyncio.Task[Any]]) -> None:
-        """asyncio says so when it collects the garbage: at any moment, and on standard error.
+        """Report lost errors; asyncio would do so at garbage collection: at any moment, on standard error.
 
         Args:
             waiting: tasks that the end of the run has cut off: perhaps they would have taken an error.
@@ -247,7 +248,7 @@ def _may_take(waiting: asyncio.Task[Any], failed: asyncio.Future[Any]) -> bool:
 
 
 def _name(task: asyncio.Future[Any]) -> str:
-    """As its author calls it: asyncio numbers the others, through all runs of a process."""
+    """The name given by its author: asyncio numbers the others, across all runs of a process."""
     if not isinstance(task, asyncio.Task):
         return "a call in asyncio's run_in_executor"
     name, coroutine = task.get_name(), task.get_coro()

@@ -35,7 +35,7 @@ class WaitQueue:
         self.nodes: deque[Node] = deque()
         """To be read only."""
         self.unheard_s: float | None = None
-        """When the last wake-up came that nobody heard (s of simulated time)."""
+        """When the last lost wake-up came (s of simulated time)."""
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -139,7 +139,7 @@ def _count_poll() -> None:
 
 
 class Lock:
-    """As `threading.Lock`. A lock that is released belongs to the one of those that wait which is woken."""
+    """As `threading.Lock`. A released lock belongs to the waiter that is woken."""
 
     def __init__(self) -> None:
         self._locked = False
@@ -159,7 +159,7 @@ class Lock:
         return self._waiting.wait(None if timeout < 0 else timeout)
 
     def release(self) -> None:
-        """Hand it to one that waits. Raises RuntimeError if nobody has it."""
+        """Hand it to a waiter. Raises RuntimeError if it is not held."""
         if not self._locked:
             raise RuntimeError("release unlocked lock")
         # It stays locked where somebody waits: another node that runs before the woken one must not take it.
@@ -197,7 +197,7 @@ class RLock:
         self._depth = 0
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
-        """As `Lock.acquire`; who has it takes it once more."""
+        """As `Lock.acquire`; its owner takes it once more."""
         if self._owner is not getcurrent():
             if not self._lock.acquire(blocking, timeout):
                 return False

@@ -96,7 +96,7 @@ def _kind(value: object) -> type:
 
 
 _REPLACEMENTS = Replacements()
-"""One for the process, as the modules of the library are."""
+"""One for the process, like the modules of the library."""
 
 
 class VirtualModules:
@@ -111,11 +111,11 @@ class VirtualModules:
         self._undo: list[Callable[[], object]] = []
         self._done: set[str] = set()
         self.imported: list[Callable[[], None]] = []
-        """Called when the code under test has imported modules, before it goes on."""
+        """Called when the code under test has imported modules, before it continues."""
 
     @property
     def packages(self) -> tuple[str, ...]:
-        """Those of the code under test."""
+        """The packages of the code under test."""
         return self._reach.packages
 
     @contextmanager

@@ -109,7 +109,7 @@ class _Guard:
         _SLEEP(duration_s)
 
     def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
-        """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
+        """Call one of `_REFUSED` outside of nodes, or if it does not wait; refuse it otherwise."""
         node = current_node()
         if _PID() == self._pid and takes_away(name, args, self._depth):
             raise ProhibitedError(
@@ -186,7 +186,7 @@ class _Guard:
         return registered
 
     def exit(self, status: int) -> NoReturn:
-        """As `os._exit`, in a process that the run has forked, and in threads beside it, as of time limits."""
+        """As `os._exit`, in a process that the run has forked, and in other threads, such as those of time limits."""
         if self.is_over:
             os._exit(status)
         caller = sys._getframe(2)

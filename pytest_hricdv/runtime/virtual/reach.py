@@ -68,7 +68,7 @@ class Reach:
         return any(module == package or module.startswith(f"{package}.") for package in self.packages)
 
     def modules(self) -> dict[str, ModuleType]:
-        """Those that are loaded, by name, the code under test first."""
+        """The loaded modules by name, the code under test first."""
         found: dict[str, ModuleType] = {}
         pending = [name for name in [*sys.modules] if name.partition(".")[0] in self._roots and self.is_code(name)]
         pending += sorted(self._reached)
@@ -111,7 +111,7 @@ def _is_followed(module: str) -> bool:
 
 def _names_in(module: ModuleType) -> Iterator[str]:
     for value in [*vars(module).values()]:
-        # Not isinstance, which asks the object for its class: a proxy would begin to load what it stands for.
+        # Not isinstance, which asks the object for its class: a proxy would begin to load its target.
         if is_module(value):
             name = ModuleType.__getattribute__(value, "__dict__").get("__name__")
         elif issubclass(type(value), _NAMED):

@@ -173,7 +173,7 @@ class Terminal:
 
     @contextmanager
     def notify(self, listener: Callable[[], None]) -> Iterator[None]:
-        """In the block, a function is called when something can be read."""
+        """Call a function whenever something can be read, within the block."""
         self._listeners.append(listener)
         try:
             yield
@@ -245,7 +245,7 @@ class Terminal:
         if when == termios.TCSAFLUSH:
             self.flush()
         elif was_canonical != self._is_canonical:
-            # Linux: what is there can be read at once, in the other mode, as one piece.
+            # On Linux, the present input can be read at once in the other mode, as one piece.
             pieces = b"".join(self._ready) + bytes(self._line)
             self.flush()
             if pieces:

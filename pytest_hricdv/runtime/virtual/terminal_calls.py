@@ -57,7 +57,7 @@ _READING = frozenset(
 
 
 class _Nobody:
-    """Standard input that nobody types at: it is no terminal."""
+    """Standard input without a person: it is no terminal."""
 
     def __init__(self, outside: Any) -> None:
         self._outside = outside
@@ -105,7 +105,7 @@ class NodeStdin:
 
 
 STDIN = NodeStdin()
-"""One for the process: code that was imported in one run has it in the next one, too."""
+"""One for the process: code that was imported in one run keeps it in the next."""
 
 
 def _find_terminal(file: Any, refuses: bool = True) -> tuple[Node, Terminal] | None:

@@ -37,7 +37,7 @@ class Future(real_futures.Future[Any]):
         return super().exception(timeout)
 
     def describe_unclaimed(self) -> str:
-        """At the end of the run: a sentence about an error that nobody asked for; empty where there is none."""
+        """A sentence about an unclaimed error at the end of the run; empty if there is none."""
         error: BaseException | None = self._exception  # without waiting for it
         if self._is_taken or error is None:
             return ""
@@ -63,7 +63,7 @@ class ThreadPoolExecutor(real_futures.Executor):
     ) -> None:
         if max_workers is not None and max_workers <= 0:
             raise ValueError("max_workers must be greater than 0")
-        # As many as on a large machine, on each machine: a run must not depend on how many processors there are.
+        # As many as on a large machine: a run must not depend on the number of processors.
         self._max_workers = max_workers or 32
         self._prefix = thread_name_prefix or "ThreadPoolExecutor"
         self._initialize: Callable[[], object] = lambda: initializer(*initargs) if initializer is not None else None

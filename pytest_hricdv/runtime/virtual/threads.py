@@ -58,7 +58,7 @@ class _Threads:
 
 
 def _threads() -> _Threads | None:
-    """Those of the running node; None outside of a node."""
+    """The threads of the running node; None outside of a node."""
     node = current_node()
     if node is None:
         return None
@@ -105,7 +105,7 @@ class Thread:
 
     @property
     def native_id(self) -> int | None:
-        """The same as `ident`: no system knows of it."""
+        """The same as `ident`: the system does not know this thread."""
         return self.ident
 
     def start(self) -> None:
