@@ -93,7 +93,8 @@ def _fight(bout: Bout, code: CodeMap, budget_s: float) -> dict[str, Any]:
     used_s = bout.fight(budget_s)
     row = {"budget_s": budget_s, "used_s": round(used_s, 1), "machine": machine(bout.python)}
     row |= summary(bout.runs(), code.statements, code.branches)
-    return row if row["runs"] else {**row, "not_run": bout.reason}
+    reason = "no run ended within the budget" if used_s >= budget_s else bout.reason
+    return row if row["runs"] else {**row, "not_run": reason}
 
 
 def _store(path: Path, key: str, row: dict[str, Any]) -> None:

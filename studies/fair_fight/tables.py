@@ -98,7 +98,7 @@ def _rows(base: CodeBase, rows: Mapping[str, Any]) -> Iterator[tuple[object, ...
             "-" if first is None else f"{first:.0f}",
             "-" if shortest is None else shortest,
             f"{_noticed(row)} of {len(faults.sealed(base.name))}" if "noticed" in row else "-",
-            len(row["kinds"]) - len(right) + bool(row.get("control")),
+            len(row["kinds"]) - len(right) + bool(row.get("control")) + row.get("expected_failures", 0),
         )
 
 

@@ -54,7 +54,8 @@ def _atheris(base: CodeBase, seed: int, known: Collection[str]) -> Sequence[str]
 
 
 def _hypofuzz(base: CodeBase, seed: int, known: Collection[str]) -> Sequence[str]:
-    return ["-c", _FUZZ, "fuzz", "--no-dashboard", "-n", "1", "--", "test_fuzzed.py", "-p", "no:cacheprovider"]
+    ours_off = ["-o", "hri_suite=", "-p", "no:cacheprovider"]
+    return ["-c", _FUZZ, "fuzz", "--no-dashboard", "-n", "1", "--", "test_fuzzed.py", *ours_off]
 
 
 TOOLS = (

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import resource
+import shutil
 import subprocess
 import sys
 from collections.abc import Collection, Sequence
@@ -126,4 +127,5 @@ def _notice(
 ) -> list[str]:
     folder = _filled(base, work, "pynguin-faulty")
     faults.plant(fault, folder)
-    return sorted({*passed} - {*_run(base, folder, python, tests)[0]})[:3]
+    copies = [Path(shutil.copy(path, folder / "generated")) for path in tests]
+    return sorted({*passed} - {*_run(base, folder, python, copies)[0]})[:3]

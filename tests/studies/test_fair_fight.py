@@ -21,10 +21,12 @@ def test_the_sealed_faults_fit_the_code_and_are_those_that_the_seed_draws(tmp_pa
     TABLE.fill(tmp_path / "table", tmp_path)
     assert faults.draw(tmp_path / "table", TABLE.map(tmp_path / "table")) == faults.sealed("table")
     for fault in faults.sealed("table"):
+        file = tmp_path / "table" / fault["file"]
+        before = file.read_text(encoding="utf-8")
         faults.plant(fault, tmp_path / "table")
         with pytest.raises(FaultError, match=fault["id"]):
             faults.plant(fault, tmp_path / "table")
-        TABLE.fill(tmp_path / "table", tmp_path)
+        file.write_text(before, encoding="utf-8")
 
 
 def test_each_code_base_has_ten_sealed_faults() -> None:
