@@ -136,7 +136,7 @@ def test_belief_sets_of_a_file_are_a_suite_of_its_name(context: GenerationContex
     (method,) = select_methods("My moods.toml", tmp_path)
     suite = method.generate(context)
     assert (suite.name, len(suite.tests)) == ("My-moods", 1)
-    assert suite.tests[0].lines == ("enter(hall)", "greet", "set_lamp(level, 100)")
+    assert suite.tests[0].lines == ("enter hall", "greet", "set_lamp level = 100")
 
 
 def test_an_unknown_selection_names_the_nearest(tmp_path: Path) -> None:
