@@ -178,7 +178,8 @@ def _observations(paths: tuple[Path, ...]) -> tuple[Observations | None, tuple[P
             try:
                 parts.append(read_observations(path))
             except (ValueError, OSError) as error:
-                raise DraftError(f"--recording={path}: {error}") from None
+                what = str(error).removeprefix(": ")
+                raise DraftError(f"--recording={path}: {what}") from None
     bags = tuple(path for path in paths if not is_observations(path))
     return (merge_observations(parts) if parts else None), bags
 
