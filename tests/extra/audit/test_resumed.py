@@ -50,6 +50,7 @@ def test_a_resumed_session_audits_the_tests_of_the_killed_one(audited: pytest.Py
     assert len(problems(again)) == len(marks(audited)) > 0
 
 
+@pytest.mark.slow
 def test_code_that_repeats_passes_when_it_is_resumed(audited: pytest.Pytester) -> None:
     kill_after_the_last_test(audited)
     assert audited.runpytest_subprocess(*RUN).ret == -9

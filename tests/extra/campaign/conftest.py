@@ -17,7 +17,7 @@ from tests.plugin import project
 Campaign = Callable[..., subprocess.CompletedProcess[str]]
 Finished = tuple[Path, subprocess.CompletedProcess[str]]
 SUITE = ("--suite=bdi-random", "--tests=4")
-RUN = ("run", *SUITE, "--concretizations=5", "--cluster=local:2", "--state=a.db")
+RUN = ("run", *SUITE, "--concretizations=5", "--cluster=local:1", "--state=a.db")
 
 
 def environment() -> dict[str, str]:

@@ -374,7 +374,5 @@ def test_addresses() -> None:
 
 
 def test_processes_have_the_hash_seed_of_the_session_and_not_of_the_worker(cluster: Cluster, echo: Path) -> None:
-    for seed in ("7", "8"):
-        asked = replace(service(echo), hash_seed=seed)
-        (answer,) = ask(cluster, asked, '["hash seed"]').values()
-        assert lines(answer) == [f'"{seed}!"']
+    (answer,) = ask(cluster, replace(service(echo), hash_seed="8"), '["hash seed"]').values()
+    assert lines(answer) == ['"8!"']

@@ -38,10 +38,10 @@ def test_a_parameter_that_no_run_reads_is_named(lamps: pytest.Pytester) -> None:
     text = conftest.read_text(encoding="utf-8")
     assert declared in text
     conftest.write_text(text.replace(declared, declared + ', "glare": Uniform(0.0, 1.0)'), encoding="utf-8")
-    result = lamps.runpytest_subprocess("--hri-suite=by-hand")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == 0
     result.stdout.fnmatch_lines("*nothing read the parameter glare in any of 4 runs, so its values test nothing: *")
     assert report(lamps.path)["never_read"] == ["glare"]
-    result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-k", "cellar")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "cellar")
     assert "nothing read the parameter" not in result.stdout.str(), "other tests may read it"
     assert "never_read" not in report(lamps.path)
