@@ -120,6 +120,19 @@ RACES = (
         _GO_STOP,
         is_held_out=True,
     ),
+    Race("taken_part", "Each order is served", _EACH_SERVED.format(""), (1.0, 1.5), is_held_out=True),
+    Race("full_tray", "It is served", "always(on(go) -> eventually[0:0.8](on(done)))", (1.0, 1.5), is_held_out=True),
+    Race("cleared_event", "Each order is served", _ALL_SERVED, (1.0, 1.5), is_held_out=True),
+    Race("changing_goals", "Each goal is met", _EACH_SERVED.format(""), (1.0, 1.5), is_held_out=True),
+    Race("second_grip", "It grips once", "always(on(go) -> always[0:0.8](active <= 1))", (1.0, 1.5), is_held_out=True),
+    Race(
+        "twice_pressed",
+        "A press is a cup",
+        "always(on(go) -> always[0:0.8](given <= count(on(go))))",
+        (1.0, 1.5),
+        is_held_out=True,
+    ),
+    Race("shared_steps", "Each wheel turns", _ALL_SERVED, (1.0, 1.5), is_held_out=True),
 )
 
 _NOTHING_LOST = "always(on(go) -> eventually[0.1:0.4](lost == 0))"

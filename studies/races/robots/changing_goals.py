@@ -1,0 +1,36 @@
+"""A planner goes through its goals while a listener adds one."""
+
+import threading
+import time
+
+from messages import Done, Go
+
+
+class Robot:
+    def __init__(self, ports, bus):
+        self.bus, self.goes = bus, bus.subscribe(Go)
+        self.goals = {}
+
+    def listen(self):
+        while self.goes.wait(100.0) is not None:
+            self.goals[len(self.goals)] = "wanted"
+
+    def plan(self):
+        for number, state in self.goals.items():
+            if state == "wanted":
+                self.goals[number] = "done"
+                self.bus.publish(Done())
+
+    def work(self):
+        threading.Thread(target=self.listen, daemon=True).start()
+        while True:
+            self.plan()
+            time.sleep(0.1)
+
+
+class Repaired(Robot):
+    def plan(self):
+        for number, state in list(self.goals.items()):
+            if state == "wanted":
+                self.goals[number] = "done"
+                self.bus.publish(Done())
