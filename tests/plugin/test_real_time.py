@@ -45,6 +45,11 @@ WAYS = {
         "subprocess.run([sys.executable, '-c', 'input()'], capture_output=True)",
         NOTHING,
     ),
+    "process that is forked": (
+        "import multiprocessing, signal",
+        "one = multiprocessing.Process(target=signal.pause, daemon=True); one.start(); one.join()",
+        NOTHING,
+    ),
     "signal": ("import signal", "signal.sigwait({signal.SIGUSR1})", NOTHING),
     "signal by name": ("from signal import pause as rest_of_it", "rest_of_it()", NOTHING),
     "shell": ("import os", "os.system('exit 3')", NOTHING),

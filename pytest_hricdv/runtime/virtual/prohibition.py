@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 from types import FrameType
 from typing import Any
@@ -37,6 +38,9 @@ RIGHTS = (
     "setgroups",
 )
 """Functions of `os` that take rights from the process, which may then not write its report."""
+
+_PEEK = os.WEXITED | os.WNOHANG | os.WNOWAIT if hasattr(os, "WEXITED") else 0
+"""Whether a process has ended, which stays as it is."""
 
 _LIMITS = ("RLIMIT_NOFILE", "RLIMIT_FSIZE", "RLIMIT_AS", "RLIMIT_DATA", "RLIMIT_NPROC", "RLIMIT_STACK")
 _LIMITED = frozenset(getattr(resource, name) for name in _LIMITS if hasattr(resource, name))
@@ -89,6 +93,8 @@ def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
     match name.rpartition(".")[2]:
         case "sigtimedwait" | "setitimer":
             return args[1:2] == (0,)
+        case "wait" | "waitpid" | "waitid" as wait:
+            return _finds_child_ended(wait, args)
         case "alarm":
             return args[:1] == (0,)
         case "setrlimit":
@@ -98,6 +104,21 @@ def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
         case "close" | "closerange" | "dup2" | "register":
             return True
     return False
+
+
+def _finds_child_ended(name: str, args: tuple[Any, ...]) -> bool:
+    """Whether a wait for processes returns at once, as one has ended, or there is none."""
+    match name, args:
+        case "waitid", (kind, number, options):
+            pass
+        case "waitpid", (int(number), options):
+            kind = os.P_PID if number > 0 else os.P_ALL
+        case _:
+            kind, number, options = os.P_ALL, 0, 0
+    try:
+        return bool(options & os.WNOHANG) or os.waitid(kind, max(number, 0), _PEEK) is not None
+    except ChildProcessError:
+        return True
 
 
 def _amount(limit: int) -> float:
