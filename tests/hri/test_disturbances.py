@@ -14,6 +14,7 @@ from sim.world import World
 from tests.hri import bench
 from tests.hri.disturbed import Line, concrete, executed, judged, measurement, unknown_violations
 from tests.hri.test_freezing import observed
+from tests.sampling import mostly_slow
 
 LEG = bench.leg("111")
 NOT_READY = bench.leg("011")
@@ -83,7 +84,7 @@ def undisturbed() -> list[str]:
     return executed(run([*LEG, *NOT_READY], measurement()))
 
 
-@pytest.mark.parametrize("statement", REACHED)
+@pytest.mark.parametrize("statement", mostly_slow(REACHED.keys(), 3))
 def test_error_paths_are_reached(statement: str) -> None:
     found = executed(run(REACHED[statement], measurement()))
     if not found:
@@ -129,7 +130,9 @@ ENDS: list[tuple[list[Line], str]] = [
 """How the turns of a run end, without a violation. Faults that some of these showed: `mended_faults`."""
 
 
-@pytest.mark.parametrize(("lines", "outcomes"), ENDS, ids=[str(lines[0])[:40] for lines, _ in ENDS])
+@pytest.mark.parametrize(
+    ("lines", "outcomes"), mostly_slow({f"{n} {str(end[0][0])[:40]}": end for n, end in enumerate(ENDS)}, 8)
+)
 def test_turns_end_as_the_disturbance_has_it(lines: list[Line], outcomes: str) -> None:
     result = run(lines)
     assert " ".join(result.outcome.outcomes) == outcomes

@@ -10,13 +10,14 @@ from controller import finishing
 from pytest_hricdv.execution.case import CaseResult
 from tests.hri.disturbed import concrete, judged, unknown_violations
 from tests.hri.mended_faults import FAULTS, PATCHES, MendedFault, planted
+from tests.sampling import mostly_slow
 
 
 def run(fault: MendedFault) -> CaseResult:
     return judged(concrete(fault.lines, sensing_timeout_s=30.0))
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", mostly_slow({fault.name: fault for fault in FAULTS}, 1))
 def test_a_mended_fault_that_is_put_back_violates_its_requirements(fault: MendedFault, tmp_path: Path) -> None:
     whole = finishing.discard
     assert not unknown_violations(run(fault))

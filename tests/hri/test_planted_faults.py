@@ -18,6 +18,7 @@ from pytest_hricdv.monitor import Verdict
 from sim.layout import PICKUP_M
 from sim.world import World
 from tests.hri import bench
+from tests.sampling import mostly_slow
 
 PLANNED_TOO_FAST_RAD_S = 0.30
 DEADLINE_S = 10.0
@@ -177,9 +178,7 @@ def failing_r3(tests: Iterable[ConcreteTest], number: int) -> list[CaseResult]:
     return list(islice((result for result in results if result.verdict("R3").verdict == "Failed"), number))
 
 
-@pytest.mark.parametrize(
-    ("tests", "number"), [(in_by_hand, 1), (in_pseudorandom, 1), pytest.param(in_by_hand, 4, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("tests", "number"), mostly_slow([(in_by_hand, 1), (in_pseudorandom, 1), (in_by_hand, 4)], 1))
 def test_with_crush_prevention_r3_does_not_fail_where_it_fails_without(
     tests: Callable[[], Iterator[ConcreteTest]], number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.runtime import Record
+from tests.sampling import mostly_slow
 
 from .stage import Stage, Step, handover, one_leg
 
@@ -44,7 +45,7 @@ def value_at(record: Record, name: str, time_s: float) -> float:
     return max((t, v) for t, v in zip(times, values, strict=True) if t <= time_s)[1]
 
 
-@pytest.mark.parametrize("script", SCRIPTS.values(), ids=SCRIPTS)
+@pytest.mark.parametrize("script", mostly_slow({name: (script,) for name, script in SCRIPTS.items()}, 3))
 def test_messages_and_signals_are_the_same_without_freezing(script: Sequence[Step]) -> None:
     turns = sum(command == "tell leg" for command, _ in script)
     frozen, stage = handover(script, turns)

@@ -15,6 +15,7 @@ from sim.engine import STEP_HZ, STEP_S, TICK_STEPS, Engine, SimulationError
 from sim.engines import new_engine
 from sim.torso import Torso
 from sim.world import World
+from tests.sampling import mostly_slow
 
 from .stage import Stage, one_leg
 
@@ -125,7 +126,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("freeze", [True, False])
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", mostly_slow(CASES.keys(), 5))
 def test_records_are_those_of_single_steps(name: str, freeze: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     at_once = recorded(CASES[name], freeze=freeze)
     monkeypatch.setattr(World, "_steps_at_once", lambda world, at_most: 1)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from tests.plugin.project import change, report
+from tests.sampling import mostly_slow
 
 UNREACHED = "FAILED nothing that people, sensors or the world did reached the code under test in any of 4 runs:*"
 
@@ -116,13 +115,7 @@ HAS_OWN = {
 }
 
 
-def _first_few(cases: dict[str, dict[str, str]], few: int) -> list[Any]:
-    """The cases, all but the first few of which are slow ones: each is a session, with its audit."""
-    marks = [() if number < few else (pytest.mark.slow,) for number in range(len(cases))]
-    return [pytest.param(case, id=name, marks=mark) for (name, case), mark in zip(cases.items(), marks, strict=True)]
-
-
-@pytest.mark.parametrize("parts", _first_few(HAS_OWN, 1))
+@pytest.mark.parametrize("parts", mostly_slow(HAS_OWN, 1))
 def test_a_session_in_which_nothing_reaches_the_code_fails(lamps: pytest.Pytester, parts: dict[str, str]) -> None:
     write(lamps, **parts)
     result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
@@ -196,7 +189,7 @@ REACHED = {
 }
 
 
-@pytest.mark.parametrize("parts", _first_few(REACHED, 4))
+@pytest.mark.parametrize("parts", mostly_slow(REACHED, 4))
 def test_what_reaches_the_code_in_any_way_fails_nothing(lamps: pytest.Pytester, parts: dict[str, str]) -> None:
     write(lamps, **parts)
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")
