@@ -41,7 +41,7 @@ class SchedulesView(View):
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
         """Where the code has threads and nobody searched for schedules, that one order was tested."""
         if SCHEDULES.of(report) is None and any(THREADS.of(test) for test in report.tests):
-            yield Line("schedules     one order of threads and tasks was tested; --hri-schedules=100 tries others")
+            yield Line("schedules     one thread order was tested; --hri-schedules=100 tries others")
 
     def findings(self, report: Report) -> Iterator[Line]:
         """Each race, then how much was tried; the smallest time budgets."""

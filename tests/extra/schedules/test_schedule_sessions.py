@@ -153,9 +153,7 @@ def test_the_repaired_twin_never_fails(pytester: pytest.Pytester) -> None:
 def test_without_the_option_the_report_says_that_one_order_was_tested(pytester: pytest.Pytester) -> None:
     folder = project(pytester, is_safe=True, slowest_s=0.01)
     result = pytester.runpytest_inprocess(*OPTIONS)
-    result.stdout.fnmatch_lines(
-        ["schedules     one order of threads and tasks was tested; --hri-schedules=100 tries others"]
-    )
+    result.stdout.fnmatch_lines(["schedules     one thread order was tested; --hri-schedules=100 tries others"])
     assert "schedules" not in written(folder)
     assert {test["threads"] for test in written(folder)["tests"]} == {2}
 
