@@ -101,7 +101,8 @@ def _known_bugs() -> Iterator[tuple[str, str, str, str]]:
 
 def _races() -> tuple[str, str, str, str]:
     results = _stored("races/results.json")
-    held = [race.name for race in RACES if race.is_held_out]
+    searched = {key.split()[0] for key in results}
+    held = [race.name for race in RACES if race.is_held_out and race.name in searched]
     sessions = [bool(races) for key, races in results.items() if key.split()[:2] in ([name, "robot"] for name in held)]
     twins = [
         any(race["is_counted"] for race in races) for key, races in results.items() if key.split()[1] == "repaired"
