@@ -14,6 +14,8 @@ from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, lis
 from pytest_hricdv.monitor import RequirementResult
 
 MODULE = "the module"
+OUTSIDE = "other methods of its class run: objects are made outside of run.measured, where nothing is measured"
+MAKE_INSIDE = "make them in the body that run.measured wraps"
 NEVER_IMPORTED = "never imported: no test imports this file"
 
 
@@ -34,7 +36,9 @@ def code_gaps(code: CodeMap, total: Bits, runs: Iterable[RunCoverage]) -> Iterat
     measured = [(run.id, run.code) for run in runs if run.code is not None]
     first = 0
     for file, lines, arcs in code.list_misses(total):
-        part = _FileGaps(file, {line: first + place for place, line in enumerate(file.statements)}, measured)
+        inner_first = functions(file.text)
+        bits = {line: first + place for place, line in enumerate(file.statements)}
+        part = _FileGaps(file, bits, measured, inner_first)
         first += len(file.statements)
         waived = {waiver.line: waiver.reason for waiver in file.waivers}
         yield from _waivers(file, waived)
@@ -42,7 +46,6 @@ def code_gaps(code: CodeMap, total: Bits, runs: Iterable[RunCoverage]) -> Iterat
             needed = tuple(str(line) for line in lines if line not in waived)
             yield from [_gap("statements", file.name, needed, NEVER_IMPORTED)] if needed else []
             continue
-        inner_first = functions(file.text)
         for function in inner_first:
             mine = [line for line in lines if line not in waived and _innermost(inner_first, line) == function]
             open_arcs = [
@@ -60,17 +63,26 @@ class _FileGaps:
     file: SourceFile
     bits: Mapping[int, int]
     measured: Sequence[tuple[str, Bits]]
+    functions: Sequence[Function]
 
     def lines(self, function: Function, lines: Sequence[int], arcs: Sequence[Arc]) -> Gap:
         """Lines of a function that no test runs."""
         near = self._nearest([line for line in self.bits if line in function])
         items = tuple(map(str, lines))
+        if not near and self._has_objects(function):
+            return _gap("statements", self._where(function), items, OUTSIDE, MAKE_INSIDE)
         if not near:
             return _gap("statements", self._where(function), items, "no test reaches this function")
         into = [arc for arc in arcs if arc[1] == lines[0] and arc[0] not in lines]
         how = f": {self._turn(into[0])}" if into else ""
         reason = "the function runs, but not this part of it"
         return _gap("statements", self._where(function), items, reason, f"vary {near}{how}", near)
+
+    def _has_objects(self, function: Function) -> bool:
+        """Whether it initializes objects of a class of which methods run."""
+        of_class, _, name = function.name.rpartition(".")
+        others = [other for other in self.functions if other.name.rpartition(".")[0] == of_class]
+        return name == "__init__" and any(self._nearest([line for line in self.bits if line in it]) for it in others)
 
     def branch(self, function: Function, arc: Arc) -> Gap:
         """A branch that no test takes, between lines that are run."""

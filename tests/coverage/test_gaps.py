@@ -68,6 +68,18 @@ def test_an_uncalled_function_and_a_waived_line_are_different_gaps() -> None:
     ]
 
 
+def test_objects_that_are_made_where_nothing_is_measured_are_no_unreached_code() -> None:
+    source = "class Arm:\n    def __init__(self):\n        self.at = 0\n\n    def move(self):\n        self.at = 1\n"
+    file = SourceFile("arm.py", Path("arm.py"), (1, 2, 3, 5, 6), (), (), source)
+    code = CodeMap(("arm",), (file,), "0")
+    moved, loaded = (code.bits({"arm.py": [1, 2, 5, *lines]}, {"arm.py": ()}) for lines in ([6], []))
+    (gap,) = code_gaps(code, moved, [run("t", moved)])
+    assert (gap.location, gap.items) == ("arm.py Arm.__init__", ("3",))
+    assert "made outside of run.measured" in gap.reason
+    gaps = [*code_gaps(code, loaded, [run("t", loaded)])]
+    assert {gap.reason for gap in gaps} == {"no test reaches this function"}
+
+
 def test_a_part_of_a_function_names_the_test_that_ran_most_of_it_and_the_way_in() -> None:
     near, far = bits(3, 5, arcs=((3, 5),)), bits(3)
     gap = next(gap for gap in found(run("far", far), run("near", near), total=near) if "move" in gap.location)
