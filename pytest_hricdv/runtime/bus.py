@@ -228,8 +228,8 @@ class Bus:
         """Let a fault happen to the next message of a topic; several faults await one message each, in order.
 
         The record has the message when the code under test could know of it: a message of the code when it is
-        published, any other one when it is delivered, each copy of it. A late copy that nobody listens for any more is
-        record_fields as unheard: the code under test owes it no answer.
+        published, any other one when it is delivered, each copy of it. A late copy without a listener is recorded as
+        unheard: the code under test owes it no answer.
         """
         self._faults.setdefault(topic, deque()).append(fault)
 

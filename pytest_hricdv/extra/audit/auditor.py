@@ -276,7 +276,7 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
 
 
 def _in_turn(groups: Sequence[Sequence[TestResult]]) -> list[TestResult]:
-    """One of each group, then the next of each."""
+    """The members of the groups in turn: one of each group, then the next of each."""
     return [result for row in zip_longest(*groups) for result in row if result is not None]
 
 

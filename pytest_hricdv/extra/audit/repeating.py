@@ -68,7 +68,7 @@ class Start:
     """How a fresh process is started.
 
     Args:
-        session: what it is sent first.
+        session: its first message.
         directory: where pytest was started.
         begin: of the session.
         reusable: it can run several orders, each in a fork.
@@ -80,7 +80,7 @@ class Start:
     reusable: bool
 
     def with_tests(self, nodeids: Sequence[str]) -> Start:
-        """The same with other tests."""
+        """This start with other tests."""
         return replace(self, session=replace(self.session, nodeids=tuple(nodeids)))
 
 

@@ -77,7 +77,7 @@ def _arguments(options: argparse.Namespace) -> tuple[str, ...]:
 
 
 def _open_store(path: Path, now: CampaignPlan) -> Store:
-    """The store, new or old, which nobody else writes. Raises CampaignError where it is of another campaign."""
+    """The store, new or old, locked against other writers. Raises CampaignError if it is of another campaign."""
     if not path.exists():
         store = Store.create(path, now)
         store.hold()
@@ -139,7 +139,7 @@ def _tell_end(state: Path, now: CampaignPlan, store: Store, progress: CampaignPr
 
 
 def _summary(now: CampaignPlan, store: Store, counts: Counts) -> Iterator[str]:
-    """How far a campaign is, and what is wrong with it."""
+    """The progress of a campaign, and its problems."""
     yield f"expected {now.runs:,}, stored {counts.runs:,}: {outcomes(counts.outcomes)}"
     if 0 < now.runs - counts.runs <= _SHOWN:
         done = store.keys()
@@ -156,7 +156,7 @@ def _summary(now: CampaignPlan, store: Store, counts: Counts) -> Iterator[str]:
 
 
 def status(options: argparse.Namespace) -> int:
-    """How far a campaign is, and who has worked for it."""
+    """The progress of a campaign, and the workers that took part."""
     with closing(Store.open(options.state.resolve())) as store:
         now, counts = store.plan(), store.counts()
         command = visible(shlex.join(now.planned.arguments))

@@ -52,7 +52,7 @@ def connect(path: Path) -> sqlite3.Connection:
     connection = sqlite3.connect(path, timeout=30)  # s: `status` and `report` hold their locks for moments only
     connection.execute("PRAGMA trusted_schema = OFF")  # functions that SQL in the file may call: harmless ones only
     connection.execute("PRAGMA journal_mode = WAL")
-    # With a write-ahead log the file stays whole; a power failure may cost the last rows, which are run again.
+    # The write-ahead log keeps the file intact; a power failure may cost the last rows, which are run again.
     connection.execute("PRAGMA synchronous = NORMAL")
     return connection
 

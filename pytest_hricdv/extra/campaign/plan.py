@@ -79,7 +79,7 @@ class CampaignPlan:
 
     @property
     def runs(self) -> int:
-        """How many there are."""
+        """The number of runs."""
         return len(self.planned.tests) * self.concretizations
 
     def run_keys(self) -> Iterator[RunKey]:
@@ -96,7 +96,7 @@ class CampaignPlan:
         """The run with this key."""
         planned, first = self.planned.tests[key[0]], self.tests[key[0]]
         test = variant(first, key[1])
-        # From the right: a folder may be named as the test is.
+        # From the right: a folder may have the test's name.
         head, bracket, rest = planned.nodeid.rpartition(first.id)
         return PlannedRun(key, planned.suite, f"{head}{test.id}{rest}" if bracket else planned.nodeid, test)
 
@@ -121,7 +121,7 @@ class CampaignPlan:
         return msgspec.structs.replace(suite, size=self.concretizations * tests, generation=generation)
 
     def to_json(self) -> bytes:
-        """As the store keeps it."""
+        """The plan in the form that the store keeps."""
         return msgspec.json.encode({"planned": self.planned, "concretizations": self.concretizations})
 
     @classmethod
@@ -131,7 +131,7 @@ class CampaignPlan:
         return cls(kept.planned, kept.concretizations)
 
     def difference(self, now: CampaignPlan) -> str:
-        """In what another plan differs, on one line; empty where runs of both may stand in one report."""
+        """The differences from another plan, on one line; empty if one report may contain runs of both."""
         if self.planned.arguments != now.planned.arguments:
             return f"it is of 'pytest {' '.join(self.planned.arguments)}', not of '{' '.join(now.planned.arguments)}'"
         changed = differences(self.planned.project, now.planned.project)

@@ -93,9 +93,9 @@ class CampaignResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         expected: runs; `stored` have an outcome.
         sim_s: simulated by all (s).
-        is_listed: all runs are tests of this report; otherwise those to keep are.
+        is_listed: the report lists all runs as tests, not only those to keep.
         outcomes: outcome -> runs.
-        endings: how interactions ended -> how many.
+        endings: end of an interaction -> count.
         requirements: requirement -> over all runs.
         tests: by suite and id.
         lost: in order.
@@ -123,6 +123,6 @@ class CampaignResult(PlainRecord, frozen=True, kw_only=True):
 
 
 CAMPAIGN: Section[CampaignResult | None] = Section("campaign", CampaignResult | None, None)
-"""Where the report is of a campaign; a merged report has none."""
+"""The result of a campaign; a merged report has none."""
 
 SECTIONS = (CAMPAIGN,)

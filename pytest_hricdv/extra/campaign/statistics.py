@@ -52,7 +52,7 @@ class Statistics:
             return
         verdicts = [judgement[0] for judgement in row.summary.judgements]
         judged = dict(zip(self.requirements, verdicts, strict=True))
-        # Not `or`: the first one takes note of the run.
+        # Not `or`: the first call also records the run.
         if self._adds_coverage(row.summary, judged) | self._adds_violation(test, row, judged):
             test.keep.append(row.key)
         for name, (verdict, triggers, margin) in zip(self.requirements, row.summary.judgements, strict=True):

@@ -195,7 +195,7 @@ class Store:
             return set(self._connection.execute("SELECT test, k FROM runs"))
 
     def counts(self) -> Counts:
-        """How far the campaign is."""
+        """The progress of the campaign."""
         with error_location(self.path):
             grouped = self._connection.execute(
                 "SELECT outcome, count(*), total(sim_s) FROM runs GROUP BY outcome"

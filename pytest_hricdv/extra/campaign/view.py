@@ -93,7 +93,7 @@ def meaning(result: CampaignResult) -> str:
 
 
 def count_failures(outcomes: Mapping[str, int]) -> int:
-    """Runs that failed, came to no end, or were lost."""
+    """Runs that failed, did not end, or were lost."""
     return sum(outcomes.get(outcome, 0) for outcome in ("failed", "error", "lost"))
 
 

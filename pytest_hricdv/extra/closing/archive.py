@@ -11,7 +11,7 @@ from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.generate.abstract import AbstractTest
 
 GIVEN = "given"
-"""In place of a strategy: tests of a suite that was there before the loop."""
+"""Stands for the strategy of tests from a suite that existed before the loop."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Archive:
         self.hit_by: dict[Point, list[int]] = {}
         """The numbers of the runs that hit a point, in order."""
         self.tries: Counter[Point] = Counter()
-        """How many runs had a point as a target while it was open."""
+        """Point -> number of runs that had it as a target while it was open."""
         self.sim_s = 0.0
         """Simulated time of all runs (s)."""
 

@@ -207,7 +207,7 @@ class ClosureGenerator:
         try:
             entries, left_out = repeatable_suite(archive, online, runs_again.run)
         except (ProcessError, GivenUpError, ClusterError, KeyboardInterrupt) as error:
-            # Nothing runs tests any more, or nobody waits for it: only what needs no check can be kept.
+            # Tests cannot run any more, or nobody waits for them: keep only results that need no check.
             ended = "interrupted" if isinstance(error, KeyboardInterrupt) else ended
             left_out = tuple(entry for entry in archive.entries if entry.strategy in online)
             entries = smallest_suite(archive, {entry.number for entry in left_out})
@@ -272,7 +272,7 @@ class ClosureGenerator:
 
     @cached_property
     def _pool(self) -> Pool:
-        """The tests of the model; none of beliefs to which no plan applies, as then nobody does anything."""
+        """The tests of the model, without beliefs to which no plan applies, as nothing would happen."""
         testbench = self._collection.testbench
         exploration = replace(
             self._exploration, runs=tuple(run for run in self._exploration.runs if run.lines or run.plans)
@@ -321,5 +321,5 @@ def _explore(context: GenerationContext, cache: Any) -> Exploration:
 
 
 def _processes(config: pytest.Config) -> int:
-    """As many as xdist has workers; without it, as many as there are processors."""
+    """The number of xdist's workers; without xdist, the number of processors."""
     return int(getattr(config.option, "numprocesses", None) or os.cpu_count() or 1)

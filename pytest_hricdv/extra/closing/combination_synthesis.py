@@ -140,8 +140,8 @@ class CombinationSynthesis:
         return {intervention: chance for intervention, chance in chances.items() if intervention.name not in names}
 
     def _count_together(self, nominal: Effect, wanted: Effect) -> TriedTogether:
-        """Where this effect is nominal: disturbances that were tried together, not for an outcome, with the conditions
-        that were missing each time.
+        """Counts of disturbances tried together where this effect is nominal, not for an outcome, with the conditions
+        missing each time.
 
         Where an effect came that differs in more than characters, something else went wrong: it was not tried.
         """
@@ -183,7 +183,7 @@ class CombinationSynthesis:
         return tuple(outcome if present[0] == outcome[0] else present for present in nominal)
 
     def _chance(self, deviation: Deviation, wanted: Effect, commands: int) -> float:
-        """How probably a deviation comes, and what is missing then comes about."""
+        """The probability that a deviation comes, and that the missing conditions then come about."""
         conditions = find_missing(deviation.effect, wanted)
         if len(conditions) > MAX_INTERVENTIONS:
             return 0.0

@@ -33,20 +33,20 @@ NEW_CHANCE = 0.015
 """Least chance expected of a new intervention; see the package."""
 
 PROMISING = 0.75
-"""How often a new intervention is of a disturbance that probably changes what is missing; see the package."""
+"""Share of new interventions with a disturbance that probably changes a missing condition; see the package."""
 
 VARYING = 0.35
-"""How often an intervention of such a combination is varied; see the package."""
+"""Probability that an intervention of such a combination is varied; see the package."""
 
 EXPLORING = 0.4
-"""How often an interaction has a new intervention whatever is known; see the package."""
+"""Probability of a new intervention in an interaction, whatever is known; see the package."""
 
 MIN_UNTARGETED = 0.25
 """Smallest share of tests in which all interactions have a rarely tried disturbance; the share of open points that are
 no bins, if that is larger; see the package."""
 
 MASKED = 0.75
-"""How often a rarely tried combination is one in which disturbances mask each other; see the package."""
+"""Share of rarely tried combinations in which disturbances mask each other; see the package."""
 
 Disturbances = Mapping[str, Mapping[str, Sampler]]
 """Name -> the ranges of its parameters."""
@@ -199,7 +199,7 @@ class _Generation:
         return self._rarest(places, self._tries_at)[2]
 
     def _rarest(self, choices: Sequence[T], counts: Counter[T], preferred: Sequence[T] = ()) -> T:
-        """One of the choices that was taken as rarely as any; a preferred one, where one of these was."""
+        """One of the least taken choices; a preferred one, if it is among these."""
         rarest = min(counts[choice] for choice in (*preferred, *choices))
         rare = [choice for choice in preferred if counts[choice] == rarest]
         choice = pick(self._rng, rare or [choice for choice in choices if counts[choice] == rarest])

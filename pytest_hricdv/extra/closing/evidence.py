@@ -244,7 +244,7 @@ def nearest_runs(archive: Archive, handed: Container[int], without: Container[in
 
 
 def violation_estimate(archive: Archive, without: Container[int]) -> ViolationEstimate | None:
-    """How many kinds of violations that are not known a further run would show; None without runs."""
+    """The expected number of new kinds of violations in another run; None without runs."""
     runs = [entry for entry in archive.entries if entry.number not in without and not entry.observation.error]
     if not runs:
         return None

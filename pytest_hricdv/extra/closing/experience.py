@@ -15,7 +15,7 @@ from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest, disturbance_of
 
 AT_THE_START: Outcome = ("the start of a run",)
-"""In place of a nominal outcome: a disturbance there may do something that it does nowhere else."""
+"""Stands for a nominal outcome: a disturbance there may have an effect that it has nowhere else."""
 
 
 class Experience:
@@ -33,10 +33,10 @@ class Experience:
         self.models: Mapping[str, OutcomeModel] = {name: OutcomeModel(sizes.get(name, 0)) for name in pool.planned}
         """Cross product -> the model of its interactions."""
         self.tries: Counter[tuple[str, Outcome | None]] = Counter()
-        """How often a disturbance was tried by itself in interactions with a nominal outcome, or with none known;
-        before the first command, this is `AT_THE_START`."""
+        """Number of tries of a single disturbance in interactions with a nominal outcome, or with none known; before
+        the first command, this is `AT_THE_START`."""
         self.tries_at: Counter[tuple[str, Outcome | None, int]] = Counter()
-        """The same after a number of commands of the interaction, or of a test without any."""
+        """Number of such tries after a number of commands of the interaction, or of a test without any."""
         self._learned = 0
 
     def learn(self, archive: Archive) -> None:

@@ -34,10 +34,10 @@ UNDISTURBED: Combination = ()
 
 
 Outcome = tuple[str, ...]
-"""How an interaction ends, by one cross product: its name, and the coordinates of the bin that are not planned."""
+"""The end of an interaction in one cross product: its name, and the unplanned coordinates of the bin."""
 
 Effect = tuple[Outcome, ...]
-"""How an interaction ends, by all cross products, sorted."""
+"""The end of an interaction in all cross products, sorted."""
 
 
 class PlannedInteraction(NamedTuple):
@@ -54,7 +54,7 @@ class Interaction(NamedTuple):
         planned: the first coordinates of its bin.
         combination: its interventions.
         effect: how it ended.
-        is_isolated: no earlier one of the run had interventions, so none of their effects carries over.
+        is_isolated: no earlier interaction of the run had interventions whose effects could carry over.
         wanted: the outcomes that its combination was to lead to.
         run_values: of its run.
     """

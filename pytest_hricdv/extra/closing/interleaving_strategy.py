@@ -28,7 +28,7 @@ from pytest_hricdv.generate.rng import pick, pick_weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 AIMED = 0.5
-"""How often a test is for an open bin that names what actors do, if there is one: every other time."""
+"""Share of tests for an open bin that names acts of actors, if there is one: every other test."""
 
 CANDIDATES = 24
 """Tests among which one with the rarest encounter is taken: enough for the few tests of a model with two actors. Each
@@ -74,7 +74,7 @@ class Order:
 
     @cached_property
     def meetings(self) -> Mapping[Encounter, tuple[Place, ...]]:
-        """Which lines can meet, and where."""
+        """The lines that can meet, and where."""
         places: dict[Encounter, list[Place]] = {}
         for first_lane, then_lane in permutations(self._lanes.values(), 2):
             for place in self._places(first_lane, then_lane):
@@ -84,8 +84,8 @@ class Order:
 
     @cached_property
     def waits(self) -> Mapping[Encounter, tuple[Place, ...]]:
-        """Which lines can come while who does another one waits to do it, the first of both meanwhile; and what has to
-        meet for that: the one waits until the next action of the other actor, too, has begun."""
+        """The lines that can come while another actor waits for its own, each with the meeting that it takes: the
+        waiting actor also waits until the other actor's next action has begun."""
         places: dict[Encounter, list[Place]] = {}
         last_of = {number: last for lane in self._lanes.values() for last, number in pairwise(lane)}
         for place in (place for where in self.meetings.values() for place in where):
@@ -95,7 +95,7 @@ class Order:
         return {meeting: tuple(where) for meeting, where in places.items()}
 
     def _places(self, first_lane: Sequence[int], then_lane: Sequence[int]) -> Iterator[Place]:
-        """Where an action of the first lane can begin, and the next of both lanes is one of the other lane."""
+        """The places where an action of the first lane can begin, followed by one of the other lane."""
         next_of = dict(pairwise(first_lane))
         last_of = {number: last for last, number in pairwise(then_lane)}
         for first in first_lane:
@@ -129,7 +129,7 @@ class Order:
 
 
 def meetings_of(lines: Iterable[str]) -> Iterator[Encounter]:
-    """Which lines have met, of those that began, in this order."""
+    """The lines that have met, of those that began, in this order."""
     begun = [line for line in lines if actor_of(line)]
     for pair in combinations(sorted(actors_of(begun)), 2):
         theirs = [line for line in begun if actor_of(line) in pair]
@@ -171,7 +171,7 @@ class InterleavingStrategy:
             return None
         order, lines = self._order(number).with_meeting(pick(rng, places), rng), self._pool.tests[number].lines
         met.update(meetings_of(lines[action - 1] for action in order))
-        # Without an aim, how long they wait for their turns is drawn: it may be what a point needs that it is short.
+        # Without an aim, the time that they wait for their turns is drawn: a point may need a short wait.
         wait_s = pick(rng, self._waits_s) if aim else None
         return Proposal(self._draft(number, order, wait_s), self.name, (aim[2],) if aim else ())
 

@@ -108,7 +108,7 @@ class InterventionEffects:
         if chances is None:
             tries: dict[Intervention | str, float] = defaultdict(float)
             met: dict[Intervention | str, float] = defaultdict(float)
-            # Which tries in combinations count is known after all single tries.
+            # After all single tries it is known which tries in combinations count.
             combined = (trial for trial in self._combined if met[trial.intervention.name])
             for trial in chain(self._singles, combined):
                 weight, weight_met = _weigh(trial, condition)
@@ -177,7 +177,7 @@ class InterventionEffects:
         return changes
 
     def _change_chance(self, name: str, conditions: tuple[MissingCondition, ...], nominal: Effect) -> float:
-        """How often a disturbance made these conditions missing where they are met; 0 where they never were.
+        """The rate at which a disturbance removes these conditions where they are met; 0 if they never were.
 
         Effects that chance may explain, as sensors err, count less.
         """
@@ -199,7 +199,7 @@ class InterventionEffects:
         return significance(came, tries, rate) * came / (tries + PRIOR_TRIES)
 
     def chance_of_any(self, name: str, nominal: Effect) -> float:
-        """How probably a disturbance does anything where this effect is nominal; more than comes by chance."""
+        """The probability that a disturbance has any effect beyond chance where this effect is nominal."""
         trials = [
             (trial.weight, trial.after != nominal)
             for trial in self._singles
@@ -282,7 +282,7 @@ def _rate_by_chance(came: float, tries: float) -> float:
 
 
 def _share_before(trial: Trial, condition: EffectCondition) -> float:
-    """How much an effect before a try was like the one that is to be changed; 0 where there was none."""
+    """The similarity of the effect before a try to the one to be changed; 0 without one."""
     return max([0.0, *(1.0 - effect_distance(before, condition.present) for before in trial.before)])
 
 

@@ -30,7 +30,7 @@ class LiveLoop:
         self._violated: dict[str, ArchivedRun] = {}
 
     def show(self, archive: Archive) -> None:
-        """After a generation."""
+        """Show the progress after a generation."""
         for entry in archive.entries[self._seen :]:
             for kind, *rest in entry.observation.points:
                 if kind == "verdict":

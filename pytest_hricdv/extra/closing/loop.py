@@ -63,14 +63,14 @@ class Bandit:
         return (self._hits[kind][name] + 0.5) / (self._tests[kind][name] + 1.0)
 
     def shares(self, names: Sequence[str], count: int, kinds: Mapping[str, int], rng: Random) -> dict[str, int]:
-        """How many of `count` tests each of these strategies may propose.
+        """The number of tests, out of `count`, that each of these strategies may propose.
 
         For each test a kind is drawn in proportion to its open points, and for this kind a strategy.
 
         Args:
             names: of the strategies.
             count: of tests.
-            kinds: kind -> how many points are open.
+            kinds: kind -> number of open points.
             rng: only its `random()` is used.
         """
         shares = dict.fromkeys(names, 0)
@@ -241,7 +241,7 @@ class Loop:
         try:
             with self.let_through():
                 return strategy.propose(self.archive, share, rng)[:share]
-        except Exception as error:  # a strategy may fail on a testbench that nobody thought of; the others can go on
+        except Exception as error:  # a strategy may fail on an unforeseen testbench; the others can continue
             self._left_out.add(strategy.name)
             self.faults.append(
                 f"the strategy {strategy.name!r} failed, and is left out from there on: {_error_text(error)}"

@@ -58,8 +58,8 @@ def is_missing(effect: Effect, condition: MissingCondition) -> bool:
 
 
 def effect_distance(effect: Effect, other: Effect) -> float:
-    """How different two effects are: 1 for each text that differs, but for texts of one length, as patterns of sensors
-    are, the share of their characters that differ."""
+    """The distance of two effects: 1 for each different text, or for texts of equal length, such as patterns of
+    sensors, the share of different characters."""
     return sum(_text_distance(left, right) for left, right in zip(chain(*effect), chain(*other), strict=False))
 
 

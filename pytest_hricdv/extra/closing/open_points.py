@@ -88,7 +88,7 @@ def _nearest_bin(point: Point, archive: Archive, preferred: Container[int]) -> A
 
 
 def _distance(bin_: Bin, other: Bin) -> tuple[int, tuple[bool, ...]]:
-    """In how many coordinates bins differ, and in which: in late ones rather than in those that are planned."""
+    """The number of coordinates in which bins differ, and which: late ones are closer than planned ones."""
     differing = tuple(a != b for a, b in zip(bin_, other, strict=True))
     return sum(differing), differing
 

@@ -57,7 +57,7 @@ class Trials:
     outcomes: Counter[Outcome] = field(default_factory=Counter)
 
     def add(self, effect: Effect) -> None:
-        """One more try."""
+        """Count one more try."""
         self.tries += 1
         self.outcomes.update(effect)
 
@@ -151,7 +151,7 @@ class OutcomeModel:
         return self._assumed[planned]
 
     def similarity(self, planned: Bin, other: Bin) -> float:
-        """How much the effects where `other` is planned say of those where `planned` is, from 0 to 1.
+        """The relevance, from 0 to 1, of effects where `other` is planned for those where `planned` is.
 
         For each coordinate that differs, the square of the share of comparisons with the same effect.
         """
@@ -184,7 +184,7 @@ class OutcomeModel:
         return self._estimate(results, planned, outcome, variants, expected)
 
     def first_chance(self, planned: Bin, outcome: Outcome) -> float:
-        """The same of a combination that was never tried."""
+        """The chance of a combination that was never tried."""
         return self._estimate(self._first, planned, outcome)
 
     def best(self, planned: Bin, outcome: Outcome, commands: int) -> CombinationCandidate | None:
@@ -221,7 +221,7 @@ class OutcomeModel:
         return all(other != planned and self.nominal(other) != nominal for other in results)
 
     def _transfer_rate(self, planned: Bin, outcome: Outcome) -> float:
-        """How often combinations from elsewhere have led to an outcome under the nominal effect there."""
+        """The rate at which combinations from elsewhere have led to an outcome under the nominal effect there."""
         trials = self._transfers.get((self.nominal(planned) or (), outcome), Trials())
         return (PRIOR_TRIES + trials.outcomes[outcome]) / (PRIOR_TRIES + trials.tries)
 

@@ -61,7 +61,7 @@ class ForkRunner(Generic[T]):
     limit_s: float
 
     def run(self, tests: Sequence[ConcreteTest]) -> Iterator[tuple[int, str]]:
-        """Run tests; the number of each with what is said of it, as soon as it is known."""
+        """Run tests; yields the number of each with its observation, as soon as it is known."""
         if not may_fork():
             yield from ((number, self._run_text(number, test)) for number, test in enumerate(tests))
             return

@@ -88,7 +88,7 @@ class ViolationKind(PlainRecord, frozen=True, kw_only=True):
 
 
 class KindCount(PlainRecord, frozen=True, kw_only=True):
-    """How many points of a kind are hit, impossible and open."""
+    """The numbers of hit, impossible and open points of a kind."""
 
     hit: Count
     impossible: Count
@@ -120,7 +120,7 @@ class GrowthStep(PlainRecord, frozen=True, kw_only=True):
 
 
 class GoodTuring(PlainRecord, frozen=True, kw_only=True):
-    """How much a further run would find, after Good (1953): The population frequencies of species, Biometrika 40.
+    """The expected finds of another run, after Good (1953): The population frequencies of species, Biometrika 40.
 
     Args:
         once: how many points exactly one run hit.
@@ -136,7 +136,7 @@ class GoodTuring(PlainRecord, frozen=True, kw_only=True):
 
 
 class NearestRun(PlainRecord, frozen=True, kw_only=True):
-    """How near runs came to violating a requirement.
+    """The run that came closest to violating a requirement.
 
     Args:
         margin: the least one of all runs, in its unit; None where nothing was compared.
@@ -157,7 +157,7 @@ class NearestRun(PlainRecord, frozen=True, kw_only=True):
 
 
 class ViolationEstimate(PlainRecord, frozen=True, kw_only=True):
-    """How many kinds of violations a further run would find (Good-Turing, as `GoodTuring`).
+    """The expected number of new kinds of violations in another run (Good-Turing, as `GoodTuring`).
 
     Args:
         kinds: of violations that are not known, in all runs.
@@ -216,7 +216,7 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
 
 
 CLOSING: Section[ClosingResult | None] = Section("closing", ClosingResult | None, None)
-"""Where a suite came from a closing loop; in a merged report, where all sessions had the same."""
+"""The closing loop that generated a suite; a merged report has it if all sessions had the same."""
 
 SECTIONS = (CLOSING,)
 

@@ -96,7 +96,7 @@ class Selection:
         return self._options[interaction]
 
     def _gain(self, number: int, product: str) -> float:
-        """How many open bins a test will probably hit."""
+        """The expected number of open bins that a test hits."""
         used: dict[PlannedInteraction, int] = {}
         gain = 0.0
         for interaction in self._pool.interactions_of(number, product):

@@ -40,7 +40,7 @@ class Strategy(Protocol):
 
     @property
     def name(self) -> str:
-        """In progress lines, reports and the choice among strategies."""
+        """The name in progress lines, reports and the choice among strategies."""
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """Propose at most `count` tests to run next; fewer, or none, if this strategy has nothing else to try.
@@ -51,6 +51,6 @@ class Strategy(Protocol):
 
 
 def draw_good(rng: Random, worth: Mapping[T, float]) -> T:
-    """One of the best, drawn in favour of the better ones; of equal ones, those that come first are among the best."""
+    """One of the best, drawn in favour of the better ones; between equal ones, earlier ones count as better."""
     best = sorted(worth, key=lambda choice: -worth[choice])[:CHOICES]
     return pick_weighted(rng, {choice: worth[choice] ** PRESSURE for choice in best})

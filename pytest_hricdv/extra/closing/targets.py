@@ -58,7 +58,7 @@ def impossible_points(
 
 
 def by_kind(points: Iterable[Point]) -> Counter[str]:
-    """How many points there are of each kind."""
+    """The number of points of each kind."""
     return Counter(point[0] for point in points)
 
 
@@ -125,7 +125,8 @@ def list_open(archive: Archive) -> str:
 
 
 def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str, int]) -> list[str]:
-    """How far a loop is, the fullest text first: for a narrow terminal, each leaves out what matters less.
+    """The progress of a loop, the fullest text first: for narrow terminals, each next one leaves out a less important
+    part.
 
     First the simulated time, then one kind of open point after the other, of which the number stays.
     """
@@ -155,7 +156,7 @@ class ClosingProgress:
         self._told = 0
 
     def show(self, archive: Archive) -> None:
-        """After a generation."""
+        """Show the progress after a generation."""
         done = sum(entry.strategy != GIVEN for entry in archive.entries)
         texts = progress_texts(done, self._runs, archive.sim_s, by_kind(archive.open))
         if not self._collection.rewrite(texts) and done * STEPS // self._runs > self._told:
@@ -163,7 +164,7 @@ class ClosingProgress:
             self._collection.say(texts[0])
 
     def end(self, archive: Archive, ended: ClosingEnd, faults: Sequence[str], tests: int, *, goes_on: bool) -> None:
-        """At the end. `goes_on`: its tests run now."""
+        """End the display. `goes_on`: its tests run now."""
         done = sum(entry.strategy != GIVEN for entry in archive.entries)
         self._collection.say(
             f"hricdv: closing ended ({ended}) after {done} runs, {archive.sim_s:.0f} s simulated; "

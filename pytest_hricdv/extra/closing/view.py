@@ -97,7 +97,7 @@ class ClosingView(View):
             return ""
         result = CLOSING.of(report)
         if result is not None and result.end_reason == "closed":
-            return ""  # what is left is nothing that a loop aims at
+            return ""  # the rest is no target of a loop
         options = [option for option in report.rerun_options.options if not option.startswith("--hri-close")]
         words = [f"--hri-suite={report.rerun_options.suite}", f"--hri-seed={report.suites[0].seed}", *options]
         if NAME not in report.rerun_options.suite.split(","):
@@ -115,7 +115,7 @@ VIEW = ClosingView()
 
 
 _LISTED_ANYWAY = frozenset({"statement", "branch", "plan", "bin"})
-"""Kinds of points that are among what is not covered, with or without a closing loop."""
+"""Kinds of points that count as gaps, with or without a closing loop."""
 
 
 def _select_points(points: Sequence[OpenPoint]) -> list[OpenPoint]:
@@ -266,7 +266,8 @@ def page(report: Report) -> dict[str, Any] | None:
 
 
 def _open_by_place(result: ClosingResult) -> list[tuple[str, str, list[tuple[OpenPoint, str, str]]]]:
-    """How many of which kind, their place (a file, a product, ...), and of each what it is and what its tries say."""
+    """Open points by place (a file, a product, ...): their number and kind, and for each its text and the result of its
+    tries."""
     places: dict[tuple[str, str], list[tuple[OpenPoint, str, str]]] = {}
     for point in result.open:
         kind, *names = point.point

@@ -47,7 +47,7 @@ class Aim:
 
     @property
     def share(self) -> float:
-        """How near it is: the margin, in proportion to the spread; 1 without one, infinite where all are the same."""
+        """The margin in proportion to the spread; 1 without a margin, infinite if all are the same."""
         if self.margin is None:
             return 1.0
         return max(self.margin, 0.0) / self.spread if self.spread > 0.0 else math.inf
@@ -123,7 +123,7 @@ class ViolationStrategy:
 
 
 def _violations_by_requirement(archive: Archive) -> dict[str, set[int]]:
-    """Requirement -> the runs that violate it, if only as is known: from there nothing is nearer to what is not."""
+    """Requirement -> the runs that violate it, even if only as known: no run is closer to a new violation."""
     runs: dict[str, set[int]] = {}
     for point, numbers in archive.hit_by.items():
         if point[0] in (NEW, KNOWN):

@@ -70,7 +70,7 @@ class _StateTimeline:
 
 
 def _interaction(lines: Sequence[str], result: CaseResult, time_s: float, cross: Mapping[str, CrossProduct]) -> str:
-    """How the interaction ended in which the person was at a time; empty before the first one, and if it did not end.
+    """The end of the person's interaction at a time; empty before the first one, and if it did not end.
 
     Cross products with `planned` tell with which action an interaction begins.
     """

@@ -58,7 +58,7 @@ class Cluster:
 
     @property
     def threads(self) -> int:
-        """How many questions are answered at a time."""
+        """The number of questions answered at a time."""
         return sum(self._checked.values())
 
     def answers(

@@ -68,7 +68,7 @@ def _settings(root: Path) -> tuple[Path, ...]:
 
 
 def _require_inside(root: Path, sent: Sequence[Path]) -> None:
-    """Raise ClusterError for a link that leads to what is not sent."""
+    """Raise ClusterError for a link to something that is not sent."""
     real = {path.resolve() for path in sent if not path.is_symlink()}
     for path in sent:
         target = path.resolve()
@@ -155,7 +155,7 @@ def _unpack(packed: zipfile.ZipFile, folder: Path) -> None:
 
 
 def _relative(entry: zipfile.ZipInfo) -> PurePosixPath:
-    """Where a file belongs, within the project. Raises ArchiveError for a place outside, a link or a folder."""
+    """The path of a file within the project. Raises ArchiveError for a path outside, a link or a folder."""
     path = PurePosixPath(entry.filename)
     # Colons are drives and streams on Windows; what Windows takes for a separator is none elsewhere.
     is_inside = path.parts and not path.is_absolute() and not {"..", "."} & {*entry.filename.split("/")}

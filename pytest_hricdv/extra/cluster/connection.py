@@ -77,7 +77,8 @@ class Address:
 
     @property
     def is_encrypted(self) -> bool:
-        """Whether both ends show who they are, and nobody else can read along: of workers on this machine, always."""
+        """Whether both ends are authenticated and the connection is encrypted; always true for workers on this
+        machine."""
         return not self.scheduler or self.scheduler.startswith(("tls://", "wss://"))
 
     def __str__(self) -> str:
@@ -205,7 +206,7 @@ def connection(address: Address, say: Callable[[str], None]) -> Iterator[Connect
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Dask's log says what is said here in fewer words."""
+    """Silence Dask's log, which repeats our messages at length."""
     log = logging.getLogger("distributed")
     before = log.level
     log.setLevel(logging.CRITICAL + 1)  # above all that it says
@@ -218,7 +219,8 @@ def _quiet() -> Iterator[None]:
 
 
 def _credentials(address: Address) -> Security:
-    """Those of Dask's settings. Raises ClusterError where an address needs them, and they are missing or damaged."""
+    """The credentials of Dask's settings. Raises ClusterError if an address needs them, and they are missing or
+    damaged."""
     from distributed.security import Security
 
     made = Security()

@@ -20,12 +20,12 @@ from pytest_hricdv.session.remote import Remote, RemoteProject, Workers
 
 @dataclass(frozen=True)
 class ClusterOptions:
-    """On which cluster the closing loop and a search run tests.
+    """The cluster on which the closing loop and a search run tests.
 
     Args:
         address: as `Address.parse` reads it; empty: none.
-        send_code: the project is sent to the workers, which do not have it.
-        send_hidden: patterns of its hidden files that are sent as well.
+        send_code: send the project to the workers, which lack it. send_hidden: patterns of its hidden files to send,
+            too.
     """
 
     address: str = ""

@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 _ALL_IDS = "4294967295"
-"""How many user ids there are in a process that is in no user namespace (`man user_namespaces`)."""
+"""Number of user ids in a process outside user namespaces (`man user_namespaces`)."""
 
 
 class UnsafeFolderError(OSError):

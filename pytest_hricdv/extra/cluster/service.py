@@ -57,7 +57,7 @@ class _WorkerProcess:
         self._identity = Identity({}, {})
         self._directory = Path()
         self._sent: Path | None = None
-        """Where the project is that was sent."""
+        """The folder of the project that was sent."""
 
     def answer(self, service: Service, message: bytes) -> Answer:
         try:

@@ -156,7 +156,7 @@ def _keep_minimal(session: FeatureSession, experiments: Experiments, decisions: 
 
 
 def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: PairSearch) -> Cause:
-    """The cause with what is left of a test of it, where one was shrunk and can be run again."""
+    """The cause with its shrunk test, if one was shrunk and can be rerun."""
     name = decisions.minimal_of(group)
     if name is None or (replay := decisions.replays.get(name)) is None:
         return cause

@@ -17,7 +17,7 @@ from pytest_hricdv.monitor.logged import watch_all
 from pytest_hricdv.monitor.names import IDENTIFIER
 
 MAX_ATOMS = 3
-"""In a formula. Chosen: nobody would agree to a longer one without reading the code."""
+"""Most atoms of a formula. Chosen: nobody would accept a longer one without reading the code."""
 
 LATELY_S = (1, 5)
 """Messages are looked for so far back (s). Chosen: a reaction takes about a second; a motion a few."""
@@ -56,7 +56,7 @@ class Examples:
 
     @property
     def all(self) -> tuple[RunMoment, ...]:
-        """In the order inside, outside, elsewhere."""
+        """All moments in the order inside, outside, elsewhere."""
         return (*self.inside, *self.outside, *self.elsewhere)
 
 
@@ -214,7 +214,8 @@ def _between(low: float, high: float) -> str:
 
 
 _Formula = tuple[int, int, int, int, str]
-"""At how many moments outside it holds, atoms, moments elsewhere, ranks together, text: the least is the best."""
+"""The number of moments outside at which it holds, atoms, moments elsewhere, sum of ranks, text: the least is the
+best."""
 
 
 def _formulas(atoms: Sequence[_Atom], examples: Examples) -> Iterator[_Formula]:
@@ -244,5 +245,5 @@ def _formulas(atoms: Sequence[_Atom], examples: Examples) -> Iterator[_Formula]:
 
 
 def _best(atoms: Iterable[_Atom], unwanted: int) -> list[_Atom]:
-    """Those that hold at the fewest unwanted moments."""
+    """The atoms that hold at the fewest unwanted moments."""
     return sorted(atoms, key=lambda atom: ((atom.holds & unwanted).bit_count(), atom.rank))[:_MAX_COMBINED]

@@ -24,12 +24,11 @@ MAX_VIOLATIONS = 3
 
 @dataclass(frozen=True)
 class Divergence:
-    """Where two runs part.
+    """The point where two runs diverge.
 
     Args:
-        failing: events of the failing run around that.
-        passing: the same of the passing one.
-        at: which of them is the first that differs, from 0; None where they never do.
+        failing: events of the failing run around it. passing: those of the passing run.
+        at: index of the first different one, from 0; None if there is none.
     """
 
     failing: tuple[ShownEvent, ...] = ()
@@ -42,7 +41,7 @@ Pair = tuple[RunEvent | None, RunEvent | None]
 
 
 def find_divergence(failing: RunSummary, passing: RunSummary) -> Divergence:
-    """Where both runs part."""
+    """Find the point where both runs diverge."""
     runs = changes(failing), changes(passing)
     violated = [
         ShownEvent(time_s=round(time_s, 3), text=f"{name} is violated")
@@ -87,7 +86,7 @@ def _time_s(pair: Pair) -> float:
 
 
 def _place(run: Sequence[RunEvent], event: RunEvent | None, time_s: float) -> int:
-    """Where the event is in a run, or where it would be."""
+    """The index of the event in a run, or where it would be."""
     if event is not None:
         return next(place for place, other in enumerate(run) if other is event)
     return sum(other.time_s < time_s for other in run)

@@ -43,7 +43,7 @@ MAX_LINES = 200
 """Number of lines kept of a burst, the last ones. Chosen: more than a screen."""
 
 AFTER_S = 10.0
-"""Where not all is kept, what is kept ends so long (s) after the first violation: the page shows that much of it."""
+"""If not all bursts are kept, the kept ones end this time (s) after the first violation, as far as the page shows."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def _bursts(steps: Iterable[TraceStep]) -> Iterator[_Burst]:
 
 
 def _around(bursts: Sequence[_Burst], violation_s: float | None) -> Sequence[_Burst]:
-    """As many as are kept: those up to some time after the violation, else the last ones."""
+    """The bursts to keep: those up to some time after the violation, or else the last ones."""
     if len(bursts) <= MAX_BURSTS:
         return bursts
     end = len(bursts)
@@ -159,13 +159,13 @@ class LineTracer:
 
 
 def first_violation_s(result: CaseResult) -> float | None:
-    """When a run violated a requirement first (s); None where it did not."""
+    """The time of the first violation of a run (s); None without one."""
     times = (violation.time_s for verdict in result.verdicts for violation in verdict.violations)
     return min(times, default=None)
 
 
 Showing = Callable[[ConcreteTest], Neighbour | None]
-"""Runs a test to be shown; None where the run came to no end."""
+"""Runs a test to be shown; None if the run did not end."""
 
 _DECODER: msgspec.json.Decoder[Neighbour | None] = msgspec.json.Decoder(Neighbour | None)
 

@@ -38,7 +38,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
     )
 
     def read(self, reader: OptionReader) -> DiagnosisOptions:
-        """How many runs a diagnosis may take."""
+        """The number of runs that a diagnosis may take."""
         return DiagnosisOptions(reader.integer("diagnose", None, minimum=0))
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:

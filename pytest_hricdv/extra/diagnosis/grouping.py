@@ -46,7 +46,7 @@ single test executes alone is mostly unrelated to its failure. Chosen."""
 
 Change = str
 Kind = tuple[Change, str, str, str]
-"""A change, a requirement, a state, and what was said."""
+"""A kind of failure: change, requirement, state, and message."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Group:
 
     @cached_property
     def first(self) -> tuple[str, str, str]:
-        """Requirement and state of what fails first in most tests, and what was said; of what is new, where any is."""
+        """Requirement, state and message of the first failure of most tests; new failures take precedence."""
         firsts: dict[str, tuple[str, str, str]] = {}
         for failure in self.failures:
             if self.is_known or not failure.is_known:
@@ -100,7 +100,7 @@ class Group:
 
     @property
     def is_known(self) -> bool:
-        """All of its violations are known."""
+        """Whether all of its violations are known."""
         return all(failure.is_known for failure in self.failures)
 
 
@@ -135,7 +135,7 @@ def group_failures(
 
 
 class _Association:
-    """How disturbances go with failures."""
+    """The association of disturbances with failures."""
 
     def __init__(
         self, tests: Mapping[str, Sequence[str]], failures: Iterable[Failure], evidence: ExperimentEvidence
@@ -201,7 +201,7 @@ class _DisjointSets:
         self._parents[self._root(other)] = self._root(kind)
 
     def sets(self) -> list[list[Kind]]:
-        """All sets."""
+        """The sets."""
         members: dict[Kind, list[Kind]] = {}
         for kind in self._parents:
             members.setdefault(self._root(kind), []).append(kind)

@@ -105,7 +105,7 @@ def locate(
 
 
 def node_places(subject: Subject, traces: Sequence[ViolationTrace]) -> tuple[str, ...]:
-    """Where the code of a run raised, or where its nodes were, the innermost statement of each."""
+    """The innermost statements where the code of a run raised, or where its nodes were."""
     sources = {file.file: file.source for file in subject.report.code_under_test.map}
     for trace in traces[:1]:
         stood = [trace.raised] if trace.raised else [stack[0] for stack in trace.stood if stack]

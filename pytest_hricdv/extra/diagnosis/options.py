@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 SHARE = 0.05
-"""By default experiments take this share of the session's runs. They run one after the other, and two workers are the
-normal way to run a suite: so it is a tenth of the session's time. It depends on runs alone, or the number of workers
-would decide what a report says."""
+"""Default share of the session's runs for experiments. They run one after the other, and a suite usually has two
+workers, so they take a tenth of the session's time. It depends on runs alone; otherwise the number of workers would
+change the report."""
 
 MIN_RUNS = 48
 """The budget of a small session. Half of it shrinks a test of four actions and tries all changes of one thing; the
@@ -26,7 +26,7 @@ class DiagnosisOptions:
     runs: int | None = None
 
     def budget(self, session_runs: int) -> int:
-        """How many runs experiments may take.
+        """The number of runs that experiments may take.
 
         Args:
             session_runs: of all tests, and of what generated them.

@@ -96,7 +96,7 @@ def keep_run(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minima
 
 
 MIN_TO_SHRINK = 16
-"""With fewer runs for a cause, its shortest test is taken as it is. Chosen: half of them is for shrinking, and a test
+"""With fewer runs for a cause, its shortest test is not shrunk. Chosen: half of them is for shrinking, and a test
 of four actions takes some eight runs."""
 
 
@@ -116,7 +116,7 @@ class PairSearch:
     made: dict[tuple[str, str], Decision] = field(default_factory=dict)
     """Node id and requirement -> what decides."""
     minimal: dict[str, Minimal] = field(default_factory=dict)
-    """Node id -> what was left of the test."""
+    """Node id -> the shrunk test."""
     replays: dict[str, str | None] = field(default_factory=dict)
     """Node id -> the replay file of this."""
 

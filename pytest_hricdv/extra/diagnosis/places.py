@@ -107,7 +107,7 @@ def _until_violation(suspect: Suspect, taken: Collection[tuple[str, int, int]]) 
 
 
 def _weights(trace: ViolationTrace, texts: Mapping[str, Sequence[str]]) -> dict[Place, float]:
-    """From 1 for what ran last to `LEAST` for what ran first."""
+    """Weights from 1 for the last executed statement to `LEAST` for the first."""
     return {place: LEAST + (1.0 - LEAST) * 0.5 ** (number / HALF) for number, place in enumerate(_recent(trace, texts))}
 
 

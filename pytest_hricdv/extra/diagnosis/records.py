@@ -51,7 +51,7 @@ class ShownEvent(PlainRecord, frozen=True, kw_only=True):
 
 
 class ExecutedLines(PlainRecord, frozen=True, kw_only=True):
-    """Which lines of the code under test a run executed when.
+    """The lines of the code under test that a run executed, with times.
 
     A burst is what one node of the code executes without simulated time passing. Most bursts come again and again, so
     each is written once.
@@ -171,7 +171,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
 
     @property
     def likely_locations(self) -> tuple[SuspiciousPlace, ...]:
-        """Those that are shown."""
+        """The locations that are shown."""
         return tuple(location for location in self.locations if location.likely)
 
 
@@ -235,7 +235,7 @@ TEST_SECTIONS = (LINES,)
 
 
 def failure_causes(report: Struct, suite: str) -> dict[str, str] | None:
-    """The causes of what is not known, by their ids; see `pytest_hricdv.results.section.failure_causes`."""
+    """The causes of new violations, by id; see `pytest_hricdv.results.section.failure_causes`."""
     tests = report.tests  # type: ignore[attr-defined]
     if DIAGNOSIS.of(report) is None and any(test.fails for test in tests):
         return None

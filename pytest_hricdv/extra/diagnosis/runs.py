@@ -74,7 +74,7 @@ class RunSummary(PlainRecord, frozen=True, kw_only=True):
 
 
 Run = Callable[[ConcreteTest], RunSummary | None]
-"""Runs a test; None where the run came to no end."""
+"""Runs a test; None if the run did not end."""
 
 _DECODER: msgspec.json.Decoder[RunSummary | None] = msgspec.json.Decoder(RunSummary | None)
 

@@ -19,7 +19,7 @@ MAX_COMPARED = 3
 
 @dataclass(frozen=True)
 class ExecutionCounts:
-    """How many tests execute an element of the code.
+    """The numbers of tests that execute an element of the code.
 
     Args:
         failing: tests that fail and execute it.
@@ -125,7 +125,7 @@ def combine(suspects: Iterable[Suspect], near: Spectra, failing: Collection[str]
 
 @dataclass(frozen=True)
 class ExecutionTable:
-    """Which tests execute each element of the code, as bit sets, so that counting is one `and`.
+    """The tests that execute each element of the code, as bit sets, so that counting is one `and`.
 
     Args:
         bit_of: node id -> the bit of the test.
@@ -219,5 +219,5 @@ class Spectra:
 
     @cached_property
     def table(self) -> ExecutionTable:
-        """Which tests execute what."""
+        """The table of the tests that execute each element."""
         return ExecutionTable.of(self.code, self.bits) if self.code is not None else ExecutionTable({}, (), ())

@@ -24,7 +24,7 @@ class Subject:
 
     @classmethod
     def of(cls, report: Report) -> Subject:
-        """All that a report tells."""
+        """The subject of a report."""
         tests = {test.nodeid: test for test in report.tests if test.timeline is not None}
         declared = {} if report.strict else report.known_violations
         failures = tuple(failure for test in tests.values() for failure in failures_of(test, report.state, declared))

@@ -62,7 +62,7 @@ class SwitchedRun(PlainRecord, frozen=True, kw_only=True):
 
 
 RunSwitched = Callable[[ConcreteTest, DecisionSwitch | None], SwitchedRun | None]
-"""Runs a test of instrumented code; None where the run came to no end."""
+"""Runs a test of instrumented code; None if the run did not end."""
 
 _DECODER: msgspec.json.Decoder[SwitchedRun | None] = msgspec.json.Decoder(SwitchedRun | None)
 
@@ -125,7 +125,7 @@ class DecisionRecord:
         self.now_s = lambda: code.now_s
 
     def change(self, file: str) -> Callable[[ast.Module], ast.Module]:
-        """How the tree of a file is changed."""
+        """The change of a file's tree."""
         return _DecisionInserter(file, self.sites).visit
 
     def decide(self, number: int, outcome: object) -> bool:

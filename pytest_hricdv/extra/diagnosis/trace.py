@@ -98,7 +98,7 @@ class Tracer:
     _places: array[int] = field(default_factory=lambda: array("l"), init=False)
     """Number of the statement that is executed; `_RETURNED` where a function ends."""
     _depths: array[int] = field(default_factory=lambda: array("l"), init=False)
-    """How many functions of the code under test there are around it in its node."""
+    """The number of enclosing functions of the code under test in its node."""
     _nodes: array[int] = field(default_factory=lambda: array("l"), init=False)
     _numbers: dict[int, int] = field(default_factory=dict, init=False)
     """The numbers of nodes."""
@@ -115,7 +115,7 @@ class Tracer:
             first += len(file.statements)
 
     def begin(self, code: CodeUnderTest) -> None:
-        """To be given to `execute`, which calls it: whose clock it is."""
+        """Set the clock; passed to `execute`, which calls it."""
         self._now_s = lambda: code.now_s
         self._raised = lambda: code.raised
 
@@ -154,9 +154,9 @@ class Tracer:
         self._events.append((name, is_message, len(self._places)))
 
     def _end(self, time_s: float, names: Collection[str] | None) -> tuple[int, bool]:
-        """How many lines were executed before what came at a time (s), and whether this is a message.
+        """The number of lines executed before the event at a time (s), and whether this is a message.
 
-        All until then where nothing came.
+        All lines until then if there is no event.
         """
         first, after = (bisect(self._event_times_s, time_s) for bisect in (bisect_left, bisect_right))
         for name, is_message, lines in reversed(self._events[first:after]):

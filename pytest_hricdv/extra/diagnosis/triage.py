@@ -78,7 +78,7 @@ def _messages(timeline: Timeline, vocabulary: Vocabulary) -> list[LoggedMessage]
 
 
 REASON = "why is this tolerated? [owner?]"
-"""In place of reason and owner: people have to say them."""
+"""Placeholder for reason and owner, which people have to fill in."""
 
 MAX_PASSING = 20
 """Number of passing tests on which a condition is checked. Chosen: each costs a pass of the monitors."""
@@ -119,7 +119,7 @@ def proposals(report: Report, diagnosis: Diagnosis) -> tuple[TriageProposal, ...
         diagnosis: of it.
     """
     subject = Subject.of(report)
-    # Once they are known, nobody makes experiments with them: a later session compares causes by association alone.
+    # Known violations take no experiments: a later session compares causes by association alone.
     ids = {failure: id_of(group) for group in subject.groups(ExperimentEvidence()) for failure in group.failures}
     triage = _Triage(report, vocabulary_of(diagnosis), ids)
     evidence = evidence_of(diagnosis.experiments)
@@ -140,7 +140,7 @@ class _Triage:
         return {test.nodeid: test for test in self.report.tests if test.timeline is not None}
 
     def entries(self, group: Group) -> Iterator[TriageEntry]:
-        """One for each requirement that fails for the cause."""
+        """The entries, one for each requirement that fails for the cause."""
         for requirement in sorted(group.requirements, key=by_requirement):
             if requirement == FAULT:
                 yield TriageEntry(FAULT, None, note="a fault of a run is not a violation: it cannot be declared known")
@@ -174,7 +174,8 @@ class _Triage:
                 yield name
 
     def _examples(self, requirement: str, tests: set[str]) -> Examples:
-        """All new violations of the requirement in these tests; those in others; and where nothing is wrong with it."""
+        """Moments of new violations of the requirement in these tests; of those in others; and moments without a
+        violation."""
         has_entry = not self.report.strict and requirement in self.report.known_when
         inside: list[RunMoment] = []
         outside: list[RunMoment] = []
@@ -213,7 +214,7 @@ class _Triage:
 
 
 def _decide(test: TestResult, requirement: str) -> Iterator[float]:
-    """When triggers of a requirement were decided (s)."""
+    """The times at which triggers of a requirement were decided (s)."""
     for trigger in (test.timeline.triggers.get(requirement, "") if test.timeline else "").split():
         yield float(trigger.rstrip("!?").rpartition("-")[2])
 

@@ -49,7 +49,7 @@ def variations(test: ConcreteTest, space: Concretization, begun: Sequence[int] |
     Args:
         test: that fails.
         space: the ranges of its parameters.
-        begun: numbers (from 0) of the actions that had begun by the violation: others cannot decide. The last of them
+        begun: numbers (from 0) of the actions begun by the violation: later ones cannot decide. The last of them
             come first. None for all.
     """
     yield from _other_schedules(test)
@@ -100,7 +100,7 @@ def _without_disturbances(test: ConcreteTest, places: Sequence[int]) -> Iterator
 def _swap(test: ConcreteTest) -> Iterator[Variation]:
     """Neighbours in the order of all actors, the other way round, where neither has to wait for the other.
 
-    Where nobody waits for a turn, the order comes from the world: keys of turns would change nothing.
+    If nobody waits for a turn, the world decides the order: keys of turns would change nothing.
     """
     if not test.run.get(TURN_WAIT_S):
         return

@@ -138,7 +138,7 @@ class DiagnosisView(View):
     scripts = ("code_panel", "passing_neighbour")
 
     def causes(self, report: Report, columns: int | None) -> FailureCauses | None:
-        """How many causes there are, then each of them."""
+        """The number of causes, then each of them."""
         causes = CAUSES.of(report)
         if not causes:
             return None
@@ -185,7 +185,7 @@ class DiagnosisView(View):
         }
 
     def properties(self, report: Report) -> Iterator[tuple[str, object]]:
-        """How many causes, and each of them in a line."""
+        """The number of causes, and each of them in a line."""
         causes = CAUSES.of(report)
         if causes:
             yield "hri.causes", len(causes)
@@ -237,7 +237,7 @@ def _basis(report: Report) -> str:
     if diagnosis is None:
         return ""
     ended = {"done": "", "runs": "; the budget is used up", "interrupted": "; interrupted"}[diagnosis.end_reason]
-    # With nothing to compare with, all that failing runs executed gets the highest scores.
+    # Without runs to compare with, everything that failing runs executed gets the highest scores.
     alone = (
         "" if any(test.outcome == "passed" for test in report.tests) else "; no test passed: scores compare with none"
     )

@@ -48,7 +48,7 @@ def analyse(package: str, start: Path | None = None) -> CodeModel:
 def analyse_sources(
     sources: Sources, name: str, entry_name: str, used: Collection[str] = (), flow: Flow | None = None
 ) -> CodeModel:
-    """The same of code that was read; `used` is what programs beside it call.
+    """Analyse code that was read; `used` are the calls of programs next to it.
 
     Raises:
         DraftError: there is no such function.
@@ -151,7 +151,7 @@ def questions(model: CodeModel) -> Iterator[Question]:
 
 
 def _field_questions(message: Message) -> Iterator[Question]:
-    """One of all texts of a message, and one of all numbers."""
+    """A question on all texts of a message, and one on all its numbers."""
     texts = [part for part in message.fields if part.kind == "str" and not part.values]
     numbers = [part for part in message.fields if part.kind == "float"]
     for parts, asks, gives in ((texts, "Which texts can", " have? The code compares none"),

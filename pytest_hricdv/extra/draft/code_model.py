@@ -109,7 +109,7 @@ class State:
 
 @dataclass(frozen=True)
 class Transition:
-    """From a state to the next one; `event` is what the code calls the cause, empty where it has no name."""
+    """A transition from one state to the next; `event` is the code's name for the cause, which may be empty."""
 
     source: str
     target: str

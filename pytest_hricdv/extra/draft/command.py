@@ -257,4 +257,4 @@ class InitCommand:
 
 
 INIT = InitCommand()
-"""For `hricdv`."""
+"""The command for `hricdv`."""

@@ -180,7 +180,7 @@ def _of_entry(code: CodeModel) -> Iterator[Parameter]:
 
 
 def split(drift: Sequence[Drift], known: Mapping[str, str]) -> tuple[list[Drift], list[Drift], list[str]]:
-    """Those that are not known, those that are, and what is known and is there no longer.
+    """Split drift into new and known, and list known entries that no longer apply.
 
     Args:
         drift: of the code.

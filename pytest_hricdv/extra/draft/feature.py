@@ -24,10 +24,10 @@ MAX_SHOWN = 5
 
 @dataclass(frozen=True)
 class DriftOptions:
-    """How drift is looked for.
+    """The options of the search for drift.
 
     Args:
-        fails: a session looks for it, and fails where some is not known.
+        fails: a session looks for it, and fails for unknown drift.
         known: its key -> the reason why it may be there.
     """
 

@@ -26,7 +26,7 @@ WALL_FACTOR = 2.0
 which makes the same draft."""
 
 HOLLOW = "nothing that people"
-"""How the problem of a session begins in which nothing reached the code."""
+"""The beginning of the problem of a session in which nothing reached the code."""
 
 TOO_LONG = "no test came to its end in time"
 """The error of runs that took too long."""

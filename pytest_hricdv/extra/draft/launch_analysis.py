@@ -132,7 +132,7 @@ def _inside(declared: Sequence[Sequence[Endpoint]]) -> set[tuple[str, str]]:
 
 
 def _outside(declared: Sequence[Sequence[Endpoint]]) -> tuple[Endpoint, ...]:
-    """All that is declared, without what nodes receive from each other: its other end is declared."""
+    """All declarations, without endpoints that nodes receive from each other: their other ends are declared."""
     inside = _inside(declared)
     return tuple(e for own in declared for e in own if (e.kind, e.name) not in inside)
 

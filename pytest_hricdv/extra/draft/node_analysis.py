@@ -230,7 +230,7 @@ def _rename(endpoint: Endpoint, started: StartedNode) -> Endpoint:
 
 
 def _rules(remappings: Sequence[tuple[str, str]], node: str) -> Iterator[tuple[str, str]]:
-    """Those that mean a node: `talker:chatter` is of one, `chatter` of all of the process."""
+    """The rules for a node: `talker:chatter` is for one, `chatter` for all of the process."""
     for source, target in remappings:
         of, colon, name = source.rpartition(":")
         if not colon or of == node:

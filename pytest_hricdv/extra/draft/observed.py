@@ -70,7 +70,7 @@ class Spread:
         return (max(low, 0.0) if self.low >= 0 else low), (min(high, 0.0) if self.high <= 0 else high)
 
     def comment(self, unit: str = "", of: str = "messages", *, whole: bool = False) -> str:
-        """Where the range is from: `observed 0.4 to 3.2 s in 41 messages of run.mcap`."""
+        """The source of the range: `observed 0.4 to 3.2 s in 41 messages of run.mcap`."""
         unit = f" {unit}" if unit else ""
         inner = f" (5 to 95 %: {self.low_5:.3g} to {self.high_95:.3g})" if self.is_trusted else ""
         margin = "" if whole or self.low == self.high else f"; margin {MARGIN * 100:g} %"
@@ -151,7 +151,7 @@ class Observation:
         return spread([time for part in self._parts for time in _reactions(part, key, answers)], self.source)
 
     def rename(self, names: Mapping[str, str]) -> Observation:
-        """The same with other keys of topics."""
+        """The observation with other keys of topics."""
         topics = {names.get(key, key): topic for key, topic in self.topics.items()}
         parts = tuple(tuple((names.get(key, key), message) for key, message in part) for part in self._parts)
         return Observation(self.source, topics, parts)

@@ -24,7 +24,7 @@ from pytest_hricdv.extra.draft.stand_ins.border import ANSWER, ATTRIBUTE
 from pytest_hricdv.extra.draft.stand_ins.connections import SENDS
 
 LOGS = {"debug", "info", "warning", "warn", "error", "exception", "critical", "log", "setLevel"}
-"""Methods of a logger, which tells nobody anything."""
+"""Methods of a logger, which nobody receives."""
 
 CHANNELS = ("queue", "publish", "bus")
 """Roles of ports that only hand messages on."""

@@ -51,7 +51,7 @@ class StartedNode:
 
     @property
     def key(self) -> str:
-        """As `Launch.executables` calls it."""
+        """Its key in `Launch.executables`."""
         return f"{self.package}/{self.executable}" if self.package else self.executable
 
 

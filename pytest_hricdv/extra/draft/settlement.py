@@ -20,7 +20,7 @@ FIRST_TESTS = 8
 """Tests of the first suite, with each start belief and most other beliefs."""
 
 NO_COMMANDS = ("wait_", "stay")
-"""How commands begin at which a person does nothing."""
+"""Prefixes of commands at which a person does nothing."""
 
 KEPT = frozenset(("transitions", "statemachine", "py_trees", "pydantic", "attrs", "attr", "msgspec"))
 """Libraries without stand-ins: declarations of the code are read from their objects."""
@@ -276,7 +276,7 @@ class Settlement:
         self.asked[trial.cause, about] = Question(text[:400], about, location)
 
     def look_again(self) -> bool:
-        """Make the draft anew of what was observed; returns whether it differs."""
+        """Remake the draft from the observations; returns whether it differs."""
         if self.reread is None or self.seen.is_empty:
             return False
         model = self.reread(self.seen, self.faulty)

@@ -21,7 +21,7 @@ from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import UNWARNED, in_session
 
 SUITE = "pseudorandom"
-"""Nothing is generated, but a session needs a suite, and this one needs nothing of a testbench."""
+"""Nothing is generated, but a session needs a suite, and this one has no needs."""
 
 
 def update(folder: Path) -> int:
@@ -56,7 +56,7 @@ def compare(context: RunContext, say: Callable[[str], None]) -> int:
 
 
 def _tests(context: RunContext) -> tuple[tuple[TestResult, ...] | None, str]:
-    """The tests of the last report of whole suites, and what is to be said where there are none."""
+    """The tests of the last report of whole suites, and a note if there are none."""
     folder = context.options.report
     try:
         report = load(folder)

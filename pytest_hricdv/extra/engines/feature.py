@@ -53,7 +53,7 @@ class EngineComparison(PlainRecord, frozen=True, kw_only=True):
         engine: its name.
         outcomes: how each interaction ended there, in order.
         record_sha256: of its run.
-        requirements: requirement -> how it went there.
+        requirements: requirement -> its result there.
         errors: errors of that run, a sentence each.
         differences: what depends on the engine.
     """
@@ -69,7 +69,7 @@ class EngineComparison(PlainRecord, frozen=True, kw_only=True):
 CROSS_CHECK: TestSection[EngineComparison | None] = TestSection(
     "cross_check", EngineComparison | None, None, identifies=True
 )
-"""How the same test went on a second engine, in a session in which engines check each other."""
+"""The result of the same test on a second engine, in a session in which engines check each other."""
 
 TEST_SECTIONS = (CROSS_CHECK,)
 
@@ -86,7 +86,7 @@ _WORDS = {"Passed": "passed", "Failed": "failed", "NC": "not checked"}
 
 
 def compare(result: CaseResult, other: CaseResult, testbench: Testbench) -> EngineComparison:
-    """How a test went on two engines.
+    """Compare the results of a test on two engines.
 
     Args:
         result: on the first.
@@ -191,7 +191,7 @@ class EnginesFeature(Feature[str]):
         return testbench.choose(engine=asked if asked in names else names[0])
 
     def header(self, context: RunContext) -> Iterable[str]:
-        """Which engine is used, where that was asked for, or where it is not the testbench's first one."""
+        """The engine in use, if it was asked for, or is not the testbench's first one."""
         from pytest_hricdv.session.testbench_search import engines_not_installed
 
         asked, testbench = self.settings(context.options), context.collection.testbench

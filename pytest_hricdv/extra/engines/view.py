@@ -56,7 +56,7 @@ class Agreement:
 
 
 def agreement(tests: Iterable[TestResult]) -> Agreement | None:
-    """How far the engines agree; None where no test ran on two."""
+    """The agreement of the engines; None if no test ran on two."""
     both = [(test, second) for test in tests if (second := CROSS_CHECK.of(test)) is not None]
     if not both:
         return None
@@ -97,12 +97,12 @@ _INDENT = "    "
 
 
 class EnginesView(View):
-    """How far the engines agree, and on a test's page what depends on the engine."""
+    """The view of the engines' agreement, and of differences on a test's page."""
 
     name = "engines"
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """How far the engines agree, and the first tests that depend on the engine; none where tests ran on one."""
+        """Lines on the engines' agreement, and the first tests that depend on the engine; none if tests ran on one."""
         agreed = agreement(report.tests)
         if agreed is None:
             return

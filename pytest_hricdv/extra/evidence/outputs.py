@@ -153,7 +153,7 @@ def _csv(lines: Iterable[Mapping[str, object]]) -> str:
 
 
 def needs_json(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
-    """As sphinx-needs reads it (`needimport`): a need for each requirement, with its status and what checks it."""
+    """`needs.json` for sphinx-needs (`needimport`): a need for each requirement, with its status and checks."""
     needs = {
         row.id: {
             "id": row.id,
@@ -181,7 +181,7 @@ _COLUMNS = ("ReqIF.ForeignID", "ReqIF.Name", "ReqIF.Text", "Status", "Evidence")
 
 
 def reqif(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
-    """As ReqIF: an object for each requirement, with its id, title, text, status and what was counted.
+    """A ReqIF file: an object for each requirement, with its id, title, text, status and counts.
 
     Its header has the version 1.0, which is the only one in the schema of ReqIF 1.2, too.
     """
@@ -231,7 +231,7 @@ def _reqif_object(number: int, row: EvidenceRow, stamp: str) -> str:
 
 
 def _printable(text: str) -> str:
-    """Without the control characters that XML does not have."""
+    """The text without control characters, which XML lacks."""
     return "".join(letter for letter in text if letter >= " " or letter in "\t\n")
 
 
@@ -259,5 +259,5 @@ def statement(files: Mapping[str, bytes], rows: Sequence[EvidenceRow], facts: Se
 
 
 def sha256(data: bytes) -> str:
-    """In hexadecimal."""
+    """The hash in hexadecimal."""
     return hashlib.sha256(data).hexdigest()

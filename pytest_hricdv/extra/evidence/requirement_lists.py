@@ -104,7 +104,7 @@ _NO_REQUIREMENTS = ("SECTION", "TEXT")
 
 
 def _read_archive(path: Path) -> Iterator[ListedRequirement]:
-    """All ReqIF files of an archive; pictures and documents beside them are not looked at."""
+    """All ReqIF files of an archive; pictures and other documents are ignored."""
     try:
         with ZipFile(io.BytesIO(read_bytes(path))) as archive:
             names = sorted(name for name in archive.namelist() if name.lower().endswith(".reqif"))

@@ -95,7 +95,7 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
         return match[1] if match else ""
 
     def count(self, verdict: str) -> int:
-        """How many tests had this verdict."""
+        """The number of tests with this verdict."""
         return sum(check.verdict == verdict for check in self.checks)
 
     @property

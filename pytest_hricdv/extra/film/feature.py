@@ -103,7 +103,7 @@ class FilmView(View):
     scripts = ("film",)
 
     def file_lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """How many failing tests were filmed, and why others were not."""
+        """The number of filmed failing tests, and why others were not filmed."""
         from pytest_hricdv.report.formatting import Line, count_notes, plural
 
         films = [film for test in report.tests if (film := FILM.of(test)) is not None]

@@ -174,7 +174,7 @@ class ReplayView:
     monitors: MonitorSet
 
     def messages(self) -> Sequence[RecordedMessage]:
-        """All so far."""
+        """All messages so far."""
         return self.recorder.messages
 
     def verdicts(self) -> Mapping[str, str]:
@@ -183,7 +183,7 @@ class ReplayView:
 
 
 def film_text(film: FilmResult, folder: Path) -> str:
-    """Where the film is, for the text of a failing test."""
+    """The location of the film, for the text of a failing test."""
     lines = [f"film:  {folder / film.video}", f"strip: {folder / film.strip}"] if film.video and film.strip else []
     return "\n".join([*lines, *([film.note] if film.note else [])])
 

@@ -273,7 +273,7 @@ def candidates_of(context: RunContext, results: Iterable[TestResult]) -> list[Tr
 
 
 class TrialOrder:
-    """Which tests a mutant is tried on.
+    """The tests on which a mutant is tried.
 
     Args:
         tests: of all suites.
@@ -310,7 +310,7 @@ class TrialOrder:
 
 
 def _distance(places: Iterable[str], mutant: Mutant) -> float:
-    """In lines, of the nearest; of other files infinite."""
+    """The distance in lines to the nearest place; infinite for other files."""
     lines = (place.rpartition(":") for place in places)
     return min(
         (abs(int(line) - mutant.line) for file, _, line in lines if mutant.file.endswith(file)), default=math.inf

@@ -112,7 +112,7 @@ class TrialEnd(msgspec.Struct, frozen=True, tag=True):
 
 
 class ControlDiffers(msgspec.Struct, frozen=True, tag=True):
-    """Without any fault, runs are not those of the session: nothing was tried."""
+    """Runs without any mutant differ from those of the session: nothing was tried."""
 
     reason: str
 

@@ -27,9 +27,8 @@ class MutantRun(PlainRecord, frozen=True, kw_only=True):
     Args:
         test: its id.
         suite: of the test.
-        assertions: what failed: requirements that are not known to be violated, and the oracles of this module.
-        changed: the record is another one than without the fault.
-        note: what was wrong besides requirements.
+        assertions: the failed ones: requirements without known violations, and the oracles of this module. changed: the
+            record differs from that without the fault. note: problems besides requirements.
     """
 
     test: str
@@ -97,7 +96,7 @@ def mutant_status(runs: Iterable[MutantRun], *, executed: bool, complete: bool) 
 
 
 class MutationScore(PlainRecord, frozen=True, kw_only=True):
-    """How many mutants became what. `percent` is the share of killed ones among those that were tried."""
+    """The number of mutants by status. `percent` is the share of killed ones among those tried."""
 
     mutants: Count
     killed: Count
@@ -109,7 +108,7 @@ class MutationScore(PlainRecord, frozen=True, kw_only=True):
 
 
 class OracleScore(PlainRecord, frozen=True, kw_only=True):
-    """How many mutants an oracle, or a group of them, killed; and how many no other one did in the runs there were."""
+    """The number of mutants that an oracle, or a group of them, killed; and that no other one killed in these runs."""
 
     killed: Count
     killed_only_by: Count

@@ -36,7 +36,7 @@ def message_dropped(node: cst.CSTNode, source: Source, names: Names) -> Iterator
 
 
 def wait_skipped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
-    """A wait whose result nobody uses is left out."""
+    """Drop a wait whose result is unused."""
     if _words(node) & _WAIT:
         yield node, cst.Pass()
 
@@ -48,7 +48,7 @@ def reset_forgotten(node: cst.CSTNode, source: Source, names: Names) -> Iterator
 
 
 def call_dropped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
-    """Any other call whose result nobody uses is left out."""
+    """Drop any other call whose result is unused."""
     words = _words(node)
     if words and not words & (_MESSAGE | _WAIT | _RESET):
         yield node, cst.Pass()
@@ -63,7 +63,7 @@ def call_repeated(node: cst.CSTNode, source: Source, names: Names) -> Iterator[C
 
 
 def order_exchanged(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
-    """Two things are done in the other order: a statement and the next one, unless that needs what this one assigns."""
+    """Swap a statement and the next one, unless that one needs what this one assigns."""
     block = source.parent(node)
     if not isinstance(block, cst.IndentedBlock) or not isinstance(node, cst.BaseStatement):
         return

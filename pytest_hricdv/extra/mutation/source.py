@@ -20,9 +20,9 @@ _DECLARING = (cst.Annotation, cst.Decorator, cst.Import, cst.ImportFrom)
 
 
 class Source:
-    """One file as a tree.
+    """A file as a tree.
 
-    Nodes are unique, so that one stands for its place. Left out as places are lines that are waived or that coverage
+    Nodes are unique, so that a node identifies its place. Left out as places are lines that are waived or that coverage
     does not count, docstrings, annotations, decorators, imports, what only type checkers read, and notes for people.
 
     Args:

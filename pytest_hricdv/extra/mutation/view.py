@@ -180,7 +180,7 @@ def change(mutant: MutantResult) -> tuple[str, str]:
 
 
 def _share(first: Sequence[str], second: Sequence[str]) -> int:
-    """How many tokens two texts have in common before they part."""
+    """The number of tokens in the common prefix of two texts."""
     return next(
         (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
     )

@@ -44,11 +44,11 @@ class ConformanceMonitor:
         self._delayed: frozenset[int] = frozenset()
         self._product = Product(oracle, self._limits)
         self._left_s: float | None = None
-        """When the run left what the model knows."""
+        """When the run left the model's knowledge."""
         self._doubted: ModelDeviation | None = None
         """The last deviation that was none for an agent that heard an input later."""
         self._error: BdiError | CouplingError | None = None
-        """Raised at the end: when it occurs, a node runs, and it would be an error of this node."""
+        """Raised at the end, not when it occurs: then it would look like an error of the running node."""
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
         """A message has arrived, as for a `MonitorSet`."""

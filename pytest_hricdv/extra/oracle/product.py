@@ -50,10 +50,10 @@ class ObservedEvent:
 
 @dataclass(frozen=True)
 class ModelDeviation:
-    """Where the run does not do what the agent does.
+    """A deviation of the run from the agent.
 
     Args:
-        since_s: when the agent became ready for what was expected (s).
+        since_s: when the agent became ready for the expected act (s).
         time_s: when the run deviated: the unexpected event, or the end of the time in which one was expected (s).
         expected: the acts that were possible, with their times, for people.
         observed: what happened instead, for people.
@@ -176,7 +176,7 @@ class Product:
     def _expire(self, before_s: float) -> None:
         """Find what should have happened before `before_s`, or should not have."""
         ready = self.follower.agent.ready_acts
-        # All times increase with when the agent became ready, so that of those that are the same the first is due.
+        # Deadlines increase with the time at which the agent became ready, so the first of equal acts is due.
         overdue = [
             (last_s, act) for act in ready.longest_ready() if (last_s := self._last_s(act)) < min(before_s, self._end_s)
         ]

@@ -19,7 +19,7 @@ KIND = "patch"
 
 
 class PatchOptions(NamedTuple):
-    """With which revision the code is compared; empty for none."""
+    """The revision with which the code is compared; empty for none."""
 
     revision: str
 

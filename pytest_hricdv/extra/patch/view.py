@@ -12,7 +12,7 @@ from pytest_hricdv.results.model import Report
 
 
 class PatchView(View):
-    """How many changed statements are executed, and which are not."""
+    """The view of changed statements: how many are executed, and which are not."""
 
     name = "patch"
 
@@ -25,7 +25,7 @@ class PatchView(View):
                     yield Line(visible(f"  {file.file}  {missing}"), "warn")
 
     def section(self, report: Report) -> PageSection | None:
-        """The files, each with what is not executed."""
+        """The files, each with its statements that are not executed."""
         patch = PATCH.of(report)
         if patch is None:
             return None

@@ -50,7 +50,7 @@ def _do(options: argparse.Namespace) -> int:
 
 
 def qualify(folder: Path, answers: Sequence[tuple[str, Callable[[Workshop], None]]]) -> Iterator[tuple[str, str]]:
-    """Check answers one by one; yields what has to hold, and what is wrong with it, or an empty text.
+    """Check answers one by one; yields each fact, and its fault or an empty text.
 
     Args:
         folder: empty, for the sessions.

@@ -22,7 +22,7 @@ from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 SESSION_S = 120.0
-"""For a session, which takes some seconds."""
+"""Time limit for a session, which takes some seconds."""
 
 ROBOT = "my_robot.py"
 
@@ -49,10 +49,10 @@ class SessionEnd:
 
 @dataclass
 class Workshop:
-    """Where sessions run.
+    """The place where sessions run.
 
     Args:
-        folder: empty; each session has a project of its own in it.
+        folder: empty; each session gets its own project in it.
     """
 
     folder: Path

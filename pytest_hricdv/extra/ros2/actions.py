@@ -127,7 +127,7 @@ class ActionClient(Destroyable):
             part.configure_introspection(clock, profile or Profile(), state)
 
     def get_num_entities(self) -> tuple[int, int, int, int, int]:
-        """How many subscriptions, guard conditions, timers, clients and services it waits for."""
+        """The numbers of subscriptions, guard conditions, timers, clients and services it waits for."""
         return 2, 0, 0, 3, 0
 
     def add_to_waitset(self, wait_set: WaitSet) -> None:
@@ -250,7 +250,7 @@ class ActionServer(Destroyable):
         return _key(goal_info) in self._goals
 
     def process_cancel_request(self, request: Any, response_type: type[Any]) -> Any:
-        """Which goals a request means: by id, all up to a time, or all; and whether it means any that is known."""
+        """The goals that a request means: by id, all up to a time, or all; and whether any of them is known."""
         response = response_type()
         key, until_ns = _key(request.goal_info), stamp_ns(request.goal_info.stamp)
         # action_msgs/srv/CancelGoal: an id of zeros and a time of 0 say nothing. Only an id: that goal. Only a time:
@@ -284,7 +284,7 @@ class ActionServer(Destroyable):
         if self._keeps_ns is None or not over_ns:
             self._expiry.cancel_timer()
             return
-        # Not below 0: a result may be overdue, as nobody looks before the executor spins.
+        # Not below 0: a result may be overdue, as it is checked only when the executor spins.
         self._expiry.change_timer_period(max(min(over_ns) + self._keeps_ns - self._clock.now_ns(), 0))
         self._expiry.reset_timer()
 
@@ -306,7 +306,7 @@ class ActionServer(Destroyable):
             part.configure_introspection(clock, profile or Profile(), state)
 
     def get_num_entities(self) -> tuple[int, int, int, int, int]:
-        """How many subscriptions, guard conditions, timers, clients and services it waits for."""
+        """The numbers of subscriptions, guard conditions, timers, clients and services it waits for."""
         return 0, 0, 1, 0, 3
 
     def add_to_waitset(self, wait_set: WaitSet) -> None:

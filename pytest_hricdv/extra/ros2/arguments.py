@@ -98,7 +98,7 @@ class Arguments:
         return None
 
     def parameters_of(self, node: str) -> dict[str, Any]:
-        """Those that a node gets, by its full name."""
+        """The parameters of a node, by its full name."""
         return {name: value for pattern, name, value in self.parameters if matches_node(pattern, node)}
 
 
@@ -288,7 +288,7 @@ def yaml_text(node: RosNode, name: str, value: Any) -> str:
 
 
 def _yaml_float(value: float) -> str:
-    """As YAML 1.1 reads a float: with a point, and a sign in the exponent."""
+    """Read a float as YAML 1.1: with a point, and a sign in the exponent."""
     if not math.isfinite(value):
         return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
     mantissa, e, exponent = repr(value).partition("e")

@@ -71,7 +71,7 @@ def requirement_name(full_name: str) -> str:
 
 
 AT_ONCE = Arrival()
-"""When messages arrive where nobody has said anything else."""
+"""The default arrival of messages."""
 
 _PARAMETER_EVENTS = "/parameter_events"
 
@@ -89,7 +89,7 @@ def _result(response: Any) -> Mapping[str, Value]:
 
 
 def _log_fields(entry: Any) -> Mapping[str, Value]:
-    """Not where it was logged: files and lines are no behaviour."""
+    """Without the location of the log call: files and lines are no behaviour."""
     return {"level": entry.level, "name": entry.name, "msg": entry.msg}
 
 
@@ -157,7 +157,7 @@ class Bridge:
         is_heard: Callable[[], bool],
         reliable: Callable[[], str] = lambda: "",
     ) -> None:
-        """Record a message, which nobody may change any more, and deliver it.
+        """Record a message, which must not change any more, and deliver it.
 
         Args:
             node: the full name of the sender.
@@ -177,7 +177,7 @@ class Bridge:
         self._bus.carry(node[1:], route.name, fields, deliver, is_heard, source, arrival.delay_s, arrival.is_lost)
 
     def _deliver_hidden(self, full_name: str, arrival: Arrival, deliver: Callable[[], None]) -> None:
-        """Deliver what is not recorded."""
+        """Deliver an unrecorded message."""
         kernel = self._bus.kernel
 
         def later() -> None:

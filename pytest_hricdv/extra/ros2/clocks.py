@@ -100,21 +100,21 @@ class Clock(Destroyable):
 
     def __init__(self, clock_type: int, kernel: Kernel | None = None) -> None:
         node = current_node()
-        # Without any: rclpy has one in a class.
+        # Neither is given for a clock that rclpy has in a class.
         super().__init__(kernel if kernel is not None or node is None else node.kernel)
         self.type = ClockType(clock_type)
         self._is_overridden = False
         self._override_ns: int | None = None
         self._jumps: list[_Jump] = []
         self.waiting: list[Node] = []
-        """Those that wait for a timer of this clock."""
+        """The nodes that wait for a timer of this clock."""
         self.timers: WeakSet[RosTimer] = WeakSet()
-        """Those that go by it."""
+        """The timers of this clock."""
 
     def now_ns(self) -> int:
         """The time (ns since 1970, or of a steady clock since the machine was switched on).
 
-        An overridden clock that was not set reads the kernel: simulated time needs nobody who publishes `/clock`.
+        An overridden clock that was not set reads the kernel: simulated time needs no publisher of `/clock`.
         """
         set_ns = self._set_ns() if self._is_overridden else None
         if set_ns is not None:
@@ -197,7 +197,7 @@ class Clock(Destroyable):
 
 
 class ClockEvent(Waitable):
-    """As of the extension: what sleeping until a time of a clock waits for; set, it ends the sleep at once."""
+    """As of the extension: the event that a sleep until a clock's time waits for; setting it ends the sleep at once."""
 
     def __init__(self) -> None:
         super().__init__(current_kernel("ClockEvent"))
@@ -209,7 +209,7 @@ class ClockEvent(Waitable):
     is_ready = is_set
 
     def set(self) -> None:
-        """Set it, and wake who waits for it."""
+        """Set it, and wake its waiters."""
         self._is_set = True
         self.wake()
 
@@ -265,11 +265,11 @@ class RosTimer(Waitable):
     is_timer_ready = is_ready
 
     def came(self) -> tuple[int, int]:
-        """When it was due; at one instant timers are first."""
+        """When it was due; timers come first within an instant."""
         return self.kernel.now_us * 1000 + min(self._next_ns - self._clock.now_ns(), 0), 0
 
     def due_ns(self) -> int | None:
-        """When it is due, in the kernel's time; None for one that is cancelled, or whose clock stands still."""
+        """When it is due, in the kernel's time; None if it is cancelled, or its clock stands still."""
         if self._canceled or self._clock.stands_still():
             return None
         return self.kernel.now_us * 1000 + self._next_ns - self._clock.now_ns()
@@ -289,7 +289,7 @@ class RosTimer(Waitable):
         now_ns, expected_ns = self._clock.now_ns(), self._next_ns
         self._last_ns = now_ns
         self._next_ns += self._period_ns
-        # As rcl: whole periods that were missed are skipped, so that the next call is in phase with the first.
+        # As in rcl, missed periods are skipped, so that the next call is in phase with the first.
         if self._next_ns <= now_ns and self._period_ns:
             self._next_ns += ((now_ns - self._next_ns) // self._period_ns + 1) * self._period_ns
         if not self._period_ns:
@@ -325,9 +325,9 @@ class RosTimer(Waitable):
         return self._period_ns
 
     def time_until_next_call(self) -> int | None:
-        """How long until it is due (ns, negative if it is late); None when it is cancelled."""
+        """The time until it is due (ns, negative if it is late); None when it is cancelled."""
         return None if self._canceled else self._next_ns - self._clock.now_ns()
 
     def time_since_last_call(self) -> int:
-        """How long ago it was called last, or made (ns)."""
+        """The time since its last call, or its creation (ns)."""
         return self._clock.now_ns() - self._last_ns

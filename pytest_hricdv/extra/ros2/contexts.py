@@ -17,7 +17,7 @@ from pytest_hricdv.runtime.kernel import Kernel, current_node
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 DEFAULT_DOMAIN = 2**64 - 1
-"""As `RCL_DEFAULT_DOMAIN_ID`: the domain is not said, and is 0; the environment is not asked."""
+"""As `RCL_DEFAULT_DOMAIN_ID`: an unspecified domain, which is 0; the environment is ignored."""
 
 
 class Context(Destroyable):
@@ -26,7 +26,7 @@ class Context(Destroyable):
     Raises:
         KernelError: made outside of a node of a simulated run.
         RCLError: wrong ROS arguments.
-        UnknownROSArgsError: some that are not known.
+        UnknownROSArgsError: unknown ROS arguments.
     """
 
     def __init__(self, arguments: Sequence[str], domain_id: int, kernel: Kernel | None = None) -> None:
@@ -193,7 +193,7 @@ class GraphNode(Destroyable):
         return parameters
 
     def _count(self, part: str, name: str) -> int:
-        """How many entities of a part of the graph a topic or service has."""
+        """The number of entities of a topic or service in a part of the graph."""
         fault = names.full_topic_name_fault(name)
         if fault:
             raise RCLError(f"'{name}': {fault[0]}")

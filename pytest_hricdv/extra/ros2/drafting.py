@@ -93,4 +93,4 @@ def _describe(process: LaunchedProcess) -> dict[str, Any]:
 
 
 ROS_TOOLS = Ros2Tools()
-"""For drafts."""
+"""The tools for drafts."""

@@ -49,11 +49,11 @@ def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
 
 
 _OF_MESSAGES = ("_msgs", "_interfaces", "_srvs")
-"""How names of packages of interfaces end, as a rule."""
+"""Usual ends of the names of interface packages."""
 
 
 def _import_error_text(error: ImportError) -> str:
-    """Which import failed, where, and what to do."""
+    """A text on which import failed, where, and what to do."""
     where = error_line(error)
     if isinstance(error, ModuleNotFoundError) and error.name:
         missing = f"{where} imports {error.name!r}, which is not installed"

@@ -59,7 +59,7 @@ class EventStatus(ABC):
 
 @dataclass
 class CountStatus(EventStatus):
-    """How often it happened."""
+    """The number of events."""
 
     total_count: int = 0
     total_count_change: int = 0
@@ -75,14 +75,14 @@ class CountStatus(EventStatus):
 
 @dataclass
 class QosIncompatibleStatus(CountStatus):
-    """How often a profile did not match, and the policy that did not the last time (`rclpy.qos.QoSPolicyKind`)."""
+    """The number of mismatches, and the policy of the last one (`rclpy.qos.QoSPolicyKind`)."""
 
     last_policy_kind: int = QosPolicyKind.RMW_QOS_POLICY_INVALID
 
 
 @dataclass
 class LivelinessChangedStatus(EventStatus):
-    """How many publishers are alive, and how many are not."""
+    """The numbers of publishers that are alive, and that are not."""
 
     alive_count: int = 0
     not_alive_count: int = 0
@@ -102,7 +102,7 @@ class LivelinessChangedStatus(EventStatus):
 
 @dataclass
 class MatchedStatus(CountStatus):
-    """How many there were that match, and how many there are."""
+    """The total and the present number of matches."""
 
     current_count: int = 0
     current_count_change: int = 0
@@ -123,10 +123,10 @@ class EndpointEvents:
     liveliness_lost: CountStatus = field(default_factory=CountStatus)
     message_lost: CountStatus = field(default_factory=CountStatus)
     handles: list[Waitable] = field(default_factory=list)
-    """Who waits for one of them."""
+    """The handles that wait for one of them."""
 
     def match(self, change: int, is_alive: bool = True) -> None:
-        """One more that matches (1), or one that does no more (-1), and whether it is alive."""
+        """Count one more match (1), or one less (-1), and whether it is alive."""
         if change > 0:
             self.matched.count()
         self.matched.current_count += change
@@ -135,18 +135,18 @@ class EndpointEvents:
         self.wake()
 
     def revive(self, change: int) -> None:
-        """One that matches is alive again (1), or not any more (-1)."""
+        """Count a match that is alive again (1), or not any more (-1)."""
         self.liveliness_changed.change(change, -change)
         self.wake()
 
     def mismatch(self, policy: int) -> None:
-        """One that does not match because of a policy."""
+        """Count a mismatch because of a policy."""
         self.incompatible.count()
         self.incompatible.last_policy_kind = policy
         self.wake()
 
     def differ(self) -> None:
-        """One whose messages are of another type."""
+        """Count an endpoint with messages of another type."""
         self.wrong_type.count()
         self.wake()
 
@@ -181,7 +181,7 @@ class _LeaseHolder(EventSource, Protocol):
 
 
 class Lease:
-    """Until when a publisher counts as alive: one that says so itself, for a time. Others are while they exist."""
+    """The lease of a publisher that asserts its liveliness itself, for a time. Others are alive while they exist."""
 
     def __init__(self, publisher: _LeaseHolder) -> None:
         self._publisher = publisher
@@ -192,7 +192,7 @@ class Lease:
         """Whether it is, as far as it was looked at."""
 
     def end_ns(self) -> int | None:
-        """When it ends (ns of the kernel's time); None: it does not, or has already."""
+        """When it ends (ns of the kernel's time); None if it does not, or has already."""
         if not self._lease_ns or self._asserted_ns is None or not self.is_alive:
             return None
         return self._asserted_ns + self._lease_ns
@@ -252,7 +252,7 @@ class EventHandle(Waitable):
         self._endpoint.events.handles.remove(self)
 
     def due_ns(self) -> int | None:
-        """When the next delay is one too long."""
+        """When the next deadline is missed."""
         if self._of_liveliness:
             return min((end for lease in self._endpoint.leases() if (end := lease.end_ns()) is not None), default=None)
         last_ns = self._endpoint.last_ns

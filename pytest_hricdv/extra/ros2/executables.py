@@ -85,7 +85,7 @@ def command(words: Sequence[str]) -> Command:
 
 @dataclass(frozen=True)
 class Executables:
-    """Where the code of what a launch file starts is.
+    """Locates the code of the executables that a launch file starts.
 
     Args:
         launch: the declaration, with what replaces executables.
@@ -172,7 +172,7 @@ def add_to_path(package: str, sources: Mapping[str, SourcePackage]) -> None:
 
 
 def entry_point(node: RosNode) -> str:
-    """Where the code of a node is, "package.module:name".
+    """The location of a node's code, "package.module:name".
 
     An installed package precedes one of the workspace; modules of the latter can be imported afterwards.
 

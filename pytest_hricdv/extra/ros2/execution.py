@@ -42,7 +42,7 @@ class Ros2Execution(ExecutionFeature):
                 raise Ros2Error(f"ros2: {error}") from None
 
     def topics(self, testbench: Testbench) -> Mapping[str, Mapping[str, Kind]]:
-        """Those of the graph, with services and actions. Raises Ros2Error for a wrong name or type."""
+        """The topics of the graph, with services and actions. Raises Ros2Error for a wrong name or type."""
         return {} if testbench.ros2 is None else vocabulary(testbench.ros2)
 
     def middleware(self, testbench: Testbench) -> Ros2Overlay | None:

@@ -71,7 +71,7 @@ def _replacement(executors: Any, original: Callable[..., Any]) -> Callable[..., 
                 raise executors.ShutdownException
             if not self._context.ok():
                 raise executors.ExternalShutdownException
-            # Asked again: the callback before this one may have taken the group, or cancelled the timer.
+            # Check again: the callback before this one may have taken the group, or cancelled the timer.
             for entity, node, take in _in_order(ready):
                 if self.can_execute(entity) and _is_still(entity):
                     has_work = True
@@ -94,7 +94,7 @@ def _in_order(ready: list[Ready]) -> Iterator[Ready]:
 
 
 def _end_ns(timeout_sec: Any) -> int | None:
-    """When a time-out is over (ns of simulated time); None: never. It is in s, or an object that has it."""
+    """The end of a time-out (ns of simulated time); None: never. The time-out is in s, or an object that has it."""
     timeout_s = getattr(timeout_sec, "timeout", timeout_sec)
     if timeout_s is None or timeout_s < 0:
         return None
@@ -155,7 +155,7 @@ class Entities:
         self._guards: list[Waitable] = [guard.handle for guard in (executor._guard, executor._sigint_gc) if guard]
 
     def _reuse_waitables(self) -> _Waitables:
-        """Those of the last time, if they are the same and none can wait for something else now."""
+        """The last waitables, if they are the same and none can wait for something else now."""
         every = list(self._owners)
         kept = vars(self._executor).get("_waitables")
         if kept is not None and kept[0] == every and all(type(own).__module__.startswith("rclpy.") for own in every):
@@ -316,7 +316,7 @@ def _is_past(end_ns: int | None) -> bool:
 
 
 def _came(ready: Ready) -> tuple[int, int]:
-    """When what an entity is for has come: (ns of simulated time, number of what has come)."""
+    """When an entity's event came: (ns of simulated time, number of the arrival)."""
     entity = ready[0]
     handle = getattr(entity, "handle", None)
     came = None if handle is None else handle.came()

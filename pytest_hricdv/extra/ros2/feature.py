@@ -30,7 +30,7 @@ class Ros2Feature(Feature[None]):
     name = "ros2"
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
-        """With the notes of the run."""
+        """Add the notes of the run."""
         return NOTES.put(result, run.notes) if run.notes else result
 
 
@@ -50,7 +50,7 @@ class Ros2View(View):
             yield Line(visible(f"ROS 2, in {plural(tests, 'test')}: {sentence}"), "warn")
 
     def section(self, report: Report) -> PageSection | None:
-        """The same, on the page."""
+        """The notes on the page."""
         notes = _notes(report)
         if not notes:
             return None
@@ -58,7 +58,7 @@ class Ros2View(View):
         return PageSection("ros2", "ROS 2", "ros2/ros2.html.jinja", values)
 
     def facts(self, test: TestResult) -> dict[str, str]:
-        """Those of a test."""
+        """The notes of a test."""
         return {"ROS 2": "; ".join(NOTES.of(test))}
 
 

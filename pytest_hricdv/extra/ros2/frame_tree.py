@@ -35,7 +35,7 @@ class LookupException(TransformException):
 
 
 class ExtrapolationException(TransformException):
-    """As of tf2: nothing is known of this time."""
+    """As of tf2: no data for this time."""
 
 
 class InvalidArgumentException(TransformException):

@@ -62,7 +62,7 @@ class GraphEntity(Destroyable):
             self._on_leave()
 
     def _on_leave(self) -> None:
-        """For subclasses: what they do when they have left."""
+        """A hook for subclasses after they have left."""
 
     def get_logger_name(self) -> str:
         """The name of its node's logger."""
@@ -82,7 +82,7 @@ class Graph:
     services: _Entities = field(default_factory=dict)
     clients: _Entities = field(default_factory=dict)
     carrier: Carrier | None = None
-    """Carries what is sent; None: it is delivered, and nobody else sees it."""
+    """Carries sent messages; None: they are delivered directly, unseen."""
 
     def entities(self) -> list[Any]:
         """Publishers, subscriptions, services and clients."""
@@ -134,7 +134,7 @@ def topic_names_and_types(node: Any, no_demangle: bool) -> NamesAndTypes:
 
 
 def service_names_and_types(node: Any) -> NamesAndTypes:
-    """All services that are served or asked."""
+    """All services with servers or clients."""
     return _names_and_types([node.graph.services, node.graph.clients])
 
 

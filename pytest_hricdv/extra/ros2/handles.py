@@ -143,17 +143,17 @@ class Waitable(Destroyable, ABC):
         return 0
 
     def _has_new(self) -> None:
-        """One more has come."""
+        """Note one more arrival."""
         self.wake()
         if self._on_new is not None:
             self._on_new(1)
 
     def came(self) -> tuple[int, int] | None:
-        """When what it is ready for came (ns), and its number in the run; None where that is not known."""
+        """The time (ns) and number in the run of the arrival that made it ready; None if unknown."""
         return None
 
     def due_ns(self) -> int | None:
-        """When it becomes ready by itself (ns of simulated time); None: not by itself."""
+        """When it becomes ready by itself (ns of simulated time); None if it does not."""
         return None
 
     def wake(self) -> None:
@@ -175,7 +175,7 @@ class QueueHandle(Waitable):
         return bool(self._queue)
 
     def came(self) -> tuple[int, int] | None:
-        """When the oldest came."""
+        """The arrival of the oldest."""
         return self._queue[0][3] if self._queue else None
 
     def _count_waiting(self) -> int:

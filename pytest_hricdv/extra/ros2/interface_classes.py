@@ -116,7 +116,7 @@ def _class(name: str) -> Any:
 
 
 def _element(kind: FieldType) -> Any:
-    """The value that an element has when nobody sets it."""
+    """The default value of an element."""
     if kind.is_message:
         return _class(kind.name)()
     plain = _KINDS.get(kind.name, int)
@@ -196,7 +196,7 @@ def _check(name: str, kind: FieldType, value: Any) -> None:
 
 
 def slot_type(kind: FieldType) -> Any:
-    """As `rosidl_parser.definition` has it, as far as `messages` asks."""
+    """The type as in `rosidl_parser.definition`, as far as `messages` needs it."""
     if kind.is_message:
         *namespaces, name = kind.name.split("/")
         element: Any = SimpleNamespace(namespaces=namespaces, name=name)

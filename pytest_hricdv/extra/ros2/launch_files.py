@@ -43,7 +43,7 @@ _INSTANT_S = 1e-6
 
 
 class _NoSignals:
-    """In the place of `AsyncSafeSignalManager`: Ctrl+C is for the session, and no launch file sees it."""
+    """Replaces `AsyncSafeSignalManager`: Ctrl+C is for the session, and no launch file sees it."""
 
     def __init__(self, loop: object) -> None: ...
 
@@ -72,7 +72,7 @@ class LaunchFile:
 
     @cached_property
     def executables(self) -> Executables:
-        """Where the code of what it starts is."""
+        """The locations of the code that it starts."""
         return Executables(self.launch, self.sources)
 
 
@@ -208,7 +208,7 @@ def launch_body(file: LaunchFile, processes: Processes) -> Callable[[], None]:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hri-launch-")))
             loop = VirtualEventLoop()
             stack.callback(loop.close)
-            # Not `asyncio.run`, which cancels tasks at its end: the end of a run comes in the midst of everything.
+            # Not `asyncio.run`, which cancels tasks at its end: a run may end at any point.
             try:
                 stack.enter_context(_prepare(file, processes, folder, loop, errors))
                 loop.run_until_complete(_run(file, folder, errors))

@@ -77,7 +77,7 @@ def describe_process(kernel: Kernel, wanted: Command) -> LaunchedProcess:
 
 
 def void(_: object) -> None:
-    """For what returns something that nobody wants."""
+    """Discard an unused return value."""
 
 
 @dataclass
@@ -98,7 +98,7 @@ class Processes:
     executables: Executables
     measured: Wrapper
     failed: Callable[[Exception], None] = void
-    """Told of what cannot be started: it ends the run."""
+    """Called with the error of a failed start; it ends the run."""
     _started: int = 0
 
     def start(self, words: Sequence[str], environ: Mapping[str, str]) -> Transport:
@@ -174,7 +174,7 @@ def _text_of(value: Any) -> str:
 
 
 class Transport:
-    """As of a subprocess of asyncio: what the launch system sees and signals."""
+    """As of a subprocess of asyncio: the launch system reads and signals it."""
 
     def __init__(self, kernel: Kernel, pid: int) -> None:
         self._kernel = kernel

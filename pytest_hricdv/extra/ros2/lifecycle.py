@@ -66,7 +66,7 @@ def _graph() -> tuple[Transition, ...]:
     def transition(number: int, label: str, start: str, goal: str) -> Transition:
         return number, label, _NUMBERS[start], start, _NUMBERS[goal], goal
 
-    # In the order of rcl: what leads to a state, and what comes of it.
+    # In the order of rcl: the transitions to a state, then those from it.
     return tuple(
         each
         for first, state, goals in _OUTCOMES
@@ -141,7 +141,7 @@ class LifecycleStateMachine(Destroyable):
 
     @property
     def available_transitions(self) -> list[Transition]:
-        """Those that begin in the present state."""
+        """The transitions from the present state."""
         return [transition for transition in _GRAPH if transition[2] == self._state]
 
     def get_transition_by_label(self, label: str) -> int:

@@ -71,7 +71,7 @@ def log_of(kernel: Kernel) -> RosLog:
 
 
 def _levels() -> dict[str, int]:
-    """Those of the process that runs."""
+    """The levels of the running process."""
     kernel = current_kernel("a logger of rclpy")
     return log_of(kernel).levels.setdefault(process_of(kernel.current()), {})
 
@@ -84,13 +84,13 @@ def reset_levels() -> None:
 
 
 def configure(context: Context) -> None:
-    """Set the levels that the arguments of a context say."""
+    """Set the levels given in the arguments of a context."""
     for name, level in context.arguments.log_levels:
         set_logger_level(name, level_from_string(level))
 
 
 def set_logger_level(name: str, level: int, detailed_error: bool = False) -> None:
-    """Set the level of a logger; UNSET: that of the one above it. Raises RuntimeError for a level that is none."""
+    """Set the level of a logger; UNSET: that of its parent. Raises RuntimeError for an invalid level."""
     if level not in tuple(Severity):
         raise RuntimeError(f"Failed to set level for logger: {level} is not a level")
     _levels()[name] = int(level)

@@ -110,7 +110,7 @@ def _module_of(value: object) -> object:
 
 @contextmanager
 def virtual_rclpy(*packages: str) -> Iterator[None]:
-    """In the block, `rclpy` and these packages of the code under test run in virtual time.
+    """Run `rclpy` and these packages of the code under test in virtual time within the block.
 
     Nodes of the kernel that use them need `Kernel.virtual` with "time" and "threading".
     """
@@ -187,7 +187,7 @@ def _let_asyncio_await() -> None:
 
 
 def _await_method(original: Callable[..., Generator[Any, Any, Any]]) -> Callable[[Any], Generator[Any, Any, Any]]:
-    """How a future is awaited by whoever awaits it."""
+    """The method by which a future is awaited."""
 
     def __await__(self: Any) -> Generator[Any, Any, Any]:  # noqa: N807 (it takes its place)
         if _is_awaited_by_asyncio():

@@ -91,9 +91,10 @@ class ModuleVariables:
 
 
 class Process:
-    """One process of a system: while its nodes of the kernel run, and only then, the variables have its values.
+    """One process of a system: the variables have its values only while its kernel nodes run.
 
-    It ends when its main function and its threads have, however they do; daemon threads end with it, wherever they are.
+    It ends when its main function and its threads have ended, in whatever way; daemon threads end with it, wherever
+    they are.
 
     Args:
         variables: that it has values of its own of.
@@ -123,7 +124,7 @@ class Process:
             if variable.name in own and variable.module in (vars(sys), vars(os))
         }
         self.at_end: list[Body] = []
-        """Called when it ends: what it has in the graph ends with it."""
+        """Called when it ends: its entities in the graph end with it."""
         self._has_ended = False
         self._going = 0
         self._daemons: list[Node] = []

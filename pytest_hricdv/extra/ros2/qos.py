@@ -10,7 +10,7 @@ from typing import Any
 from pytest_hricdv.extra.ros2.clocks import Duration
 from pytest_hricdv.extra.ros2.messages import NS_PER_S
 
-# As rmw: the longest duration, and the one before it, which stands for "what the other side can".
+# As in rmw: the longest duration, and the one before it, which means "the other side's".
 INFINITE_NS = 2**63 - 1
 BEST_AVAILABLE_NS = INFINITE_NS - 1
 
@@ -71,7 +71,7 @@ class Profile:
 
     @property
     def queue_length(self) -> int | None:
-        """How many messages a queue keeps; None: all."""
+        """The number of messages that a queue keeps; None: all."""
         # A depth of 0 is the system's default, which is one message at least.
         return None if self.history == KEEP_ALL else max(self.depth, 1)
 
@@ -87,7 +87,7 @@ class Profile:
 
     @property
     def finite_lifespan_ns(self) -> int:
-        """How long a message is worth anything (ns); 0: for ever."""
+        """The lifespan of a message (ns); 0: for ever."""
         return self.lifespan_ns if self.lifespan_ns < BEST_AVAILABLE_NS else 0
 
     @property
@@ -96,7 +96,7 @@ class Profile:
         return self.lease_ns if self.lease_ns < BEST_AVAILABLE_NS else 0
 
     def to_dict(self) -> dict[str, Any]:
-        """As `rclpy.qos.QoSProfile` takes it."""
+        """The arguments of `rclpy.qos.QoSProfile`."""
         from rclpy.duration import Duration as RclpyDuration  # type: ignore[import-not-found, unused-ignore]
 
         return {
@@ -120,7 +120,7 @@ PREDEFINED = {
     "qos_profile_services_default": Profile(),
     "qos_profile_parameters": Profile(depth=1000),
     "qos_profile_parameter_events": Profile(depth=1000),
-    # Who joins late gets the last ten seconds of the log, up to a thousand entries.
+    # Late joiners get the last ten seconds of the log, up to a thousand entries.
     "qos_profile_rosout_default": Profile(depth=1000, durability=TRANSIENT_LOCAL, lifespan_ns=10 * NS_PER_S),
     "qos_profile_system_default": Profile(_SYSTEM_DEFAULT, 0, _SYSTEM_DEFAULT, _SYSTEM_DEFAULT),
     "qos_profile_unknown": _UNKNOWN_PROFILE,
@@ -168,7 +168,7 @@ class RmwProfile(Profile):
 
 
 def effective(profile: Profile, *, receives: bool = False) -> Profile:
-    """With what is left to the system decided as Fast DDS does it: it keeps the last, and liveliness is automatic.
+    """The profile with system defaults resolved as in Fast DDS: keep last, automatic liveliness.
 
     Publishers are reliable, and keep messages for later ones; subscriptions (`receives`) want neither.
     """
@@ -199,7 +199,7 @@ _POLICY_TEXTS: dict[QosPolicyKind, tuple[str, str, dict[int, str]]] = {
 
 
 def policies_text(offered: Profile, requested: Profile) -> str:
-    """For a report, the policies by which two profiles do not match: "durability: volatile is offered, ..."."""
+    """The mismatched policies of two profiles, for a report: "durability: volatile is offered, ..."."""
     parts = []
     for policy, _ in mismatches(offered, requested):
         name, attribute, texts = _POLICY_TEXTS[policy]

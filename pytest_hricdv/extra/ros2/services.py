@@ -75,7 +75,7 @@ class Introspection:
 
 @dataclass(frozen=True)
 class RequestId:
-    """As `rmw_request_id_t`: which request of which client."""
+    """As `rmw_request_id_t`: the number of a request and its client."""
 
     sequence_number: int
     client: Client
@@ -116,7 +116,7 @@ class _ServiceEndpoint(GraphEntity, QueueHandle):
             self._introspection.publish(event, request_id.client.pointer, request_id.sequence_number, content)
 
     def _send(self, direction: str, content: Any, deliver: Callable[[Any], None], is_heard: Callable[[], bool]) -> None:
-        """Deliver a request or a response, which nobody changes any more."""
+        """Deliver a request or a response, which does not change any more."""
         sent, carrier = copy_message(content), self.node.graph.carrier
         if carrier is None:
             deliver(sent)
@@ -242,7 +242,7 @@ class Client(_ServiceEndpoint):
         return bool(self._queue) and self._queue[0][2] < system_ns(self.kernel)
 
     def take_response(self, kind: type[Any]) -> tuple[ServiceInfo, Any] | tuple[None, None]:
-        """To which request the oldest response is, and the response; (None, None) if there is none."""
+        """Take the oldest response: its request's id and the response; (None, None) if there is none."""
         if not self._queue:
             return None, None
         response, request_id, sent_ns, _ = self._queue.popleft()

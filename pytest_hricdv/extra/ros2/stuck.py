@@ -98,7 +98,7 @@ class _Wait:
             if client is None or client.missed_since_s is None or client.servers():
                 break
             is_endless = timeout_s is None or math.isinf(timeout_s)
-            # At least an instant: whoever looks for the first time now has not looked in vain yet.
+            # At least an instant: a client that looks for the first time now has not waited in vain yet.
             if is_endless or self.kernel.now_s - client.missed_since_s >= max(least_s, 1e-6):
                 return client.missed_since_s, f"for {_client_text(client)}, which nobody serves"
         return 0.0, ""
@@ -129,7 +129,7 @@ class _Wait:
         return [client for client in cast("list[Client]", clients) if client.asked_by is self.node]
 
     def requests_without_server(self, least_s: float) -> Iterator[str]:
-        """Requests of clients of its executor whose response is still awaited, though nobody serves them."""
+        """Requests of its executor's clients whose response is still awaited without a server."""
         spinning = next((frame for frame in self.frames if _function(frame) in _SPINNING), None)
         nodes = [] if spinning is None else spinning.f_locals["self"].get_nodes()
         for client, numbers in (pending for node in nodes for pending in _open_requests(node)):

@@ -29,7 +29,7 @@ NAME = "tf2_py"
 _CACHE_NS = 10 * 10**9
 """As `tf2::BUFFER_CORE_DEFAULT_CACHE_TIME`."""
 _TOLERANCE = 10e-3
-"""How far the squared length of a quaternion may be from 1, as `QUATERNION_NORMALIZATION_TOLERANCE` of tf2."""
+"""Tolerance of the squared length of a quaternion, as `QUATERNION_NORMALIZATION_TOLERANCE` of tf2."""
 
 
 def _ns(time: Any) -> int:
@@ -42,7 +42,7 @@ def _ns(time: Any) -> int:
 
 
 class BufferCore:
-    """As `tf2_py.BufferCore`: the tree of frames, each with what is known of it in the course of time.
+    """As `tf2_py.BufferCore`: the tree of frames, each with its transforms over time.
 
     Args:
         cache_time: how long transforms are kept, as a duration; 10 s by default.
@@ -120,7 +120,7 @@ class BufferCore:
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> Any:
-        """From where the source frame was at its time, to the target frame at its time. Raises as the other one."""
+        """The transform from the source frame at its time to the target frame at its time. Raises as the other one."""
         frames = {"target_frame": target_frame, "source_frame": source_frame, "fixed_frame": fixed_frame}
         for argument, frame in frames.items():
             self._tree.require(frame, f"lookupTransform argument {argument}")

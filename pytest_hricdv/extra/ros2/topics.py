@@ -26,7 +26,7 @@ class _TopicEndpoint(GraphEntity):
     profile: Profile
     events: EndpointEvents
     last_ns: int | None = None
-    """When the last message was sent or came, in the kernel's time (ns)."""
+    """The time of the last message sent or received, in the kernel's time (ns)."""
 
     def _admit(self) -> None:
         """Ask whether the graph takes it.
@@ -69,7 +69,7 @@ def _match(publisher: Publisher, subscription: TopicSubscription) -> None:
 
 
 def _mismatch(publisher: Publisher, subscription: TopicSubscription) -> str:
-    """For the report: without it, nobody hears of it who does not wait for the event."""
+    """Note a mismatch for the report: otherwise only those who wait for the event learn of it."""
     ends = f"{publisher.node.get_fully_qualified_name()} to {subscription.node.get_fully_qualified_name()}"
     policies = policies_text(publisher.profile, subscription.profile)
     return f"{publisher.full_name}: no message goes from {ends}, their qualities of service do not match ({policies})"
@@ -102,12 +102,12 @@ class Publisher(_TopicEndpoint):
         self.lease.renew()
 
     def subscriptions(self) -> list[TopicSubscription]:
-        """Those that it reaches."""
+        """The subscriptions that it reaches."""
         subscriptions = self.node.graph.subscriptions.get(self.full_name, ())
         return [subscription for subscription in subscriptions if self.matches(subscription)]
 
     def get_subscription_count(self) -> int:
-        """How many subscriptions its messages reach."""
+        """The number of subscriptions that its messages reach."""
         return len(self.subscriptions())
 
     def publish(self, message: Any) -> None:
@@ -181,7 +181,7 @@ class TopicSubscription(_TopicEndpoint, QueueHandle):
 
     Raises:
         ValueError: a wrong topic.
-        RCLError: a filter expression that is none.
+        RCLError: an invalid filter expression.
     """
 
     def __init__(
@@ -270,10 +270,10 @@ class TopicSubscription(_TopicEndpoint, QueueHandle):
         return (serialize(message, kind) if raw else message), info
 
     def leases(self) -> list[Lease]:
-        """Those of the publishers that reach it."""
+        """The leases of the publishers that reach it."""
         publishers = self.node.graph.publishers.get(self.full_name, ())
         return [publisher.lease for publisher in publishers if publisher.matches(self)]
 
     def get_publisher_count(self) -> int:
-        """How many publishers reach it."""
+        """The number of publishers that reach it."""
         return sum(publisher.matches(self) for publisher in self.node.graph.publishers.get(self.full_name, ()))

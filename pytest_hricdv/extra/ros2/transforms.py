@@ -68,7 +68,7 @@ def slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
 
 @dataclass(frozen=True)
 class Transform:
-    """From a child frame to its parent, or from a source frame to a target frame."""
+    """A transform from a child frame to its parent, or from a source frame to a target frame."""
 
     translation: Vector = NO_WAY
     rotation: Quaternion = IDENTITY
@@ -78,7 +78,7 @@ class Transform:
         return add(rotate(self.rotation, point), self.translation)
 
     def after(self, first: Transform) -> Transform:
-        """Both, `first` first."""
+        """The composition of both, `first` first."""
         return Transform(self.of(first.translation), product(self.rotation, first.rotation))
 
     def inverse(self) -> Transform:
@@ -101,7 +101,7 @@ class StampedTransform(Transform):
 
 
 class NoTransformError(LookupError):
-    """There is none of this time; `kind` says on which side: "past", "future" or "only one"."""
+    """There is no transform for this time; `kind` says on which side: "past", "future" or "only one"."""
 
     def __init__(self, kind: str, text: str) -> None:
         super().__init__(text)
@@ -130,7 +130,7 @@ class StaticFrame:
         return True
 
     def at(self, time_ns: int) -> StampedTransform:
-        """The same at each time."""
+        """The static transform, for any time."""
         assert self.stored is not None
         return StampedTransform(self.stored.translation, self.stored.rotation, time_ns, self.stored.parent)
 
@@ -178,7 +178,7 @@ class MovingFrame:
         self._stored.clear()
 
     def insert(self, stored: StampedTransform) -> bool:
-        """Add one, and forget those that are too old before the latest of now; False if it is too old itself."""
+        """Add one, and forget those too old compared with the latest; False if it is too old itself."""
         latest_ns = self.latest_ns
         while self._stored and self._stored[0].stamp_ns + self.keeps_ns < latest_ns:
             del self._stored[0]
@@ -191,7 +191,7 @@ class MovingFrame:
         return True
 
     def at(self, time_ns: int) -> StampedTransform:
-        """The transform of a time, between its neighbours; that of 0 is the latest.
+        """The transform at a time, interpolated between its neighbours; 0 means the latest.
 
         Raises:
             NoTransformError: the time is before the first or after the last.

@@ -124,7 +124,7 @@ def _class(kind: str | type[Any], folder: str) -> Any:
 
 
 _LOOKS_EVERY_S = 0.01
-"""How often a client looks whether there is a server. Servers appear in the first milliseconds, if they do."""
+"""Period (s) at which a client looks for a server. Servers appear in the first milliseconds, if they do."""
 
 
 class ServiceClient(Caller):
@@ -217,7 +217,7 @@ class SentGoal(RosSentGoal):
         return response is not None and bool(response.goals_canceling)
 
     def _client(self, part: str, kind: Any) -> Client:
-        """One for each goal and question: several nodes of the kernel may wait at the same time."""
+        """A client for each goal and question: several kernel nodes may wait at the same time."""
         return Client(self._node, kind, self._names[part], qos.Profile())
 
 
@@ -255,5 +255,5 @@ class ActionCaller(RosActionCaller):
         response = answer(self._goal, request, timeout_s)
         if response is None or not response.accepted:
             return None
-        goal.ask()  # at once, as clients do: the result is in the record when it is there, also if nobody takes it
+        goal.ask()  # at once, as clients do, so that the record has the result even if nobody takes it
         return goal

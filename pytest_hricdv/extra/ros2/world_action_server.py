@@ -23,7 +23,7 @@ from pytest_hricdv.runtime.kernel import Node as KernelNode
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _KEEPS_S = 900.0
-"""How long a result is kept, as `rcl_action_server_get_default_options` says (s)."""
+"""Time (s) for which a result is kept, as in `rcl_action_server_get_default_options`."""
 
 _REJECTED = 1
 """`ERROR_REJECTED` of `action_msgs/srv/CancelGoal`."""
@@ -42,7 +42,7 @@ class ServedGoal(RosServedGoal):
         self.result: Any = None
         self._waiting: list[KernelNode] = []
         self.asked: list[RequestId] = []
-        """Who waits for its result."""
+        """The requests that wait for its result."""
 
     def empty_result(self) -> Any:
         """An empty result."""
@@ -221,7 +221,7 @@ class ServedAction:
         self.server.send_result_response(header, response)
 
     def is_done(self, goal: ServedGoal) -> None:
-        """To be called when a goal is over: those who wait for the result get it."""
+        """Deliver the result to those who wait; called when a goal is over."""
         self.server.notify_goal_done()
         for header in goal.asked:
             self._answer(goal, header)

@@ -52,7 +52,7 @@ class SearchFeature(Feature[SearchOptions]):
     )
 
     def read(self, reader: OptionReader) -> SearchOptions:
-        """How to shrink and to search."""
+        """The options of shrinking and searching."""
         return SearchOptions(
             shrink=reader.flag("shrink"),
             shrink_runs=reader.integer("shrink_runs", BUDGET, minimum=1),

@@ -164,10 +164,10 @@ class RemoteRuns:
     workers: Workers
     service: Service
     is_over: threading.Event = field(default_factory=threading.Event)
-    """Set where nobody waits for runs any more."""
+    """Set when nobody waits for runs any more."""
 
     def run(self, test: ConcreteTest, requirement: str) -> RequirementResult | None:
-        """Run a test; what became of a requirement, None where the run came to no end.
+        """Run a test; the result on a requirement, None if the run did not end.
 
         Raises:
             KeyboardInterrupt: it is over.
@@ -191,7 +191,7 @@ def _request(test: ConcreteTest) -> RunRequest:
 
 @contextmanager
 def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[RemoteRuns | None]:
-    """On the cluster that the session's options name; None where they name none.
+    """Runs on the cluster that the session's options name; None without one.
 
     Raises:
         ClusterError: there is no such cluster.

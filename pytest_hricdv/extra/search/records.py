@@ -36,7 +36,7 @@ class ShrunkTest(PlainRecord, frozen=True, kw_only=True):
 
 
 class SearchResult(PlainRecord, frozen=True, kw_only=True):
-    """How near a search came to violating a requirement.
+    """How close a search came to violating a requirement.
 
     Args:
         suite_margin: the least margin of the suite's own tests.
@@ -99,7 +99,7 @@ class SearchOptions:
     Args:
         shrink: whether tests are shrunk.
         shrink_runs: most runs for each of them.
-        shrink_seconds: at most so long (s) for each of them.
+        shrink_seconds: time limit (s) for each of them.
         search: most runs for each requirement; 0: there is no search.
     """
 

@@ -45,7 +45,7 @@ class SearchView(View):
         return {"shrunk": [_plain(name, shrunk, report) for name, shrunk in sorted(SHRUNK.of(test).items())]}
 
     def of_requirement(self, report: Report, name: str) -> RequirementNote | None:
-        """How near a search came to violating it."""
+        """How close a search came to violating it."""
         result = SEARCH.of(report).get(name)
         if result is None:
             return None

@@ -41,7 +41,7 @@ class RequirementCandidate:
 
     @property
     def formula(self) -> str:
-        """In the language of requirements."""
+        """The formula in the language of requirements."""
         return f"always({self.antecedent} -> {self.response})"
 
     @property
@@ -51,7 +51,7 @@ class RequirementCandidate:
 
     @property
     def worth(self) -> tuple[bool, bool, float]:
-        """How useful it is to people, whatever faults violate it: what a robot does after a message comes first."""
+        """Its usefulness to people, whatever faults violate it: a robot's reactions to messages come first."""
         return not self.of_state, self.antecedent.startswith("on("), self.surprise
 
 
@@ -71,7 +71,7 @@ def below(value: float, spread: float = 0.0) -> float:
 
 
 def round_up(value: float) -> float:
-    """To two digits.
+    """Round up to two digits.
 
     >>> round_up(12.31), round_up(0.0472), round_up(-151.0)
     (13.0, 0.048, -150.0)
@@ -88,5 +88,5 @@ def is_quantity(member: str) -> bool:
 
 
 def number(value: float) -> str:
-    """In a formula or a title, short."""
+    """The short text of a number in a formula or a title."""
     return f"{value:.6g}"

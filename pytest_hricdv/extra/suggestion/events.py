@@ -14,7 +14,7 @@ from pytest_hricdv.monitor import Log, Vocabulary
 from pytest_hricdv.runtime.json_value import Value
 
 Author = Literal["robot", "person", "world"]
-"""Who causes an event: the code under test, an actor of the model, or neither as far as is known."""
+"""The cause of an event: the code under test, an actor of the model, or neither as far as is known."""
 
 Series = tuple[Sequence[float], Sequence[float] | Sequence[str]]
 """Times (s) and values."""
@@ -66,7 +66,7 @@ class RecordedEvent:
 
     @cached_property
     def count(self) -> int:
-        """How often it happened in all runs."""
+        """Its number of occurrences in all runs."""
         return sum(map(len, self.times))
 
 
@@ -135,14 +135,14 @@ class Runs:
         return tuple(tuple(message.time_s for message in run.messages if message.topic in topics) for run in self.runs)
 
     def author(self, topic: str) -> Author:
-        """Who sends a topic."""
+        """The sender of a topic."""
         if any(topic in run.own_topics for run in self.runs):
             return "robot"
         senders = {message.sender for run in self.messages[topic] for message in run}
         return "person" if senders and senders <= self.actors else "world"
 
     def signal_author(self, name: str) -> Author:
-        """Who changes a signal."""
+        """The author of a signal's changes."""
         changed = [
             run for run, log in zip(self.runs, self.logs, strict=True) if len(log.signals.get(name, ((),))[0]) > 1
         ]
@@ -290,7 +290,7 @@ def _last_of_instants(times: Sequence[float], values: Sequence[float] | Sequence
 
 
 def _spans(log: Log, times: Sequence[float], truths: Sequence[bool]) -> tuple[tuple[float, float], ...]:
-    """From when to when (s) something held that changed at these times."""
+    """The spans (s) during which a condition held that changed at these times."""
     spans: list[tuple[float, float]] = []
     ends = [*times[1:], log.end_s][: len(times)]
     for begin_s, end_s, holds in zip(times, ends, truths, strict=True):

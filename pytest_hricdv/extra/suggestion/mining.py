@@ -87,11 +87,11 @@ class CandidatePool:
 
     @property
     def refutation_count(self) -> int:
-        """How many further runs refuted."""
+        """The number of candidates that further runs refuted."""
         return self.candidates - len(self.scores)
 
     def rank(self) -> list[CandidateScore]:
-        """In the order in which they are shown, without redundant ones."""
+        """The candidates in the order in which they are shown, without redundant ones."""
         return rank(self.scores, self.noticed)
 
     def check(self, runs: Sequence[StoredRun]) -> CandidatePool:
@@ -102,7 +102,7 @@ class CandidatePool:
         return replace(self, scores=left, further={formula: tally.decisive for formula, tally in tallies.items()})
 
     def drop(self, formulas: Collection[str]) -> CandidatePool:
-        """Without these candidates."""
+        """The result without these candidates."""
         return replace(self, scores=tuple(score for score in self.scores if _key(score) not in formulas))
 
 
@@ -202,11 +202,11 @@ class _Judge:
 
 
 def rank(scores: Iterable[CandidateScore], noticed: int = 0) -> list[CandidateScore]:
-    """In the order in which they are shown, without what is redundant.
+    """Rank candidates in the order in which they are shown, without redundant ones.
 
-    A seeded fault stands for others: what notices five of a kind will notice a sixth. So a fault that is noticed
-    already counts half for each requirement or candidate above that notices it. Where no fault was tried, the most
-    useful come first.
+    A seeded fault represents others: a candidate that detects five of a kind will detect a sixth. So a detected fault
+    counts half for each requirement or candidate above that detects it. Where no fault was tried, the most useful come
+    first.
 
     Args:
         scores: of candidates.

@@ -84,7 +84,7 @@ class RecordingJob:
 
 
 class VersionEnd(msgspec.Struct, frozen=True):
-    """All runs of a version that are runs_to_repeat are stored."""
+    """The end of a version: all of its runs to repeat are stored."""
 
     name: str
 

@@ -76,7 +76,7 @@ class Recordings:
         return RecordingRequest(test, f"{name[:32]}.run", record_sha256)
 
     def of_tests(self, tests: Sequence[ConcreteTest], what: str, formulas: Sequence[str] = ()) -> list[StoredRun]:
-        """The runs of tests with the code as it is, in their order; those that came to no end are left out.
+        """The runs of tests with the unchanged code, in order, except those that did not end.
 
         Args:
             tests: to be run.
@@ -193,5 +193,5 @@ def vary_tests(cases: Sequence[HriCase], count: int, start: int = 0) -> list[Con
 
 
 def _fresh(test: AbstractTest) -> AbstractTest:
-    """Without values that were chosen: they are to be drawn."""
+    """The test without chosen values, so that they are drawn."""
     return replace(test, values={})

@@ -11,7 +11,7 @@ SuggestionEnd = Literal["done", "seconds", "interrupted"]
 
 
 class Suggestion(PlainRecord, frozen=True, kw_only=True):
-    """A requirement that all runs satisfied, and that nobody has accepted.
+    """A requirement that all runs satisfied, and that is not accepted yet.
 
     Args:
         id: a name that no requirement has.

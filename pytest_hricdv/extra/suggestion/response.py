@@ -23,13 +23,13 @@ MAX_OF_TRIGGER = 6
 
 @dataclass(frozen=True)
 class _Delays:
-    """How a reaction follows a trigger.
+    """The delays of a reaction after a trigger.
 
     Args:
         delays_s: of each case (s).
         prompt: how many came before the next trigger.
         open_s: how long (s) triggers without a reaction waited until the end of their run.
-        by_people: in how many cases a person acts between trigger and reaction.
+        by_people: number of cases in which a person acts between trigger and reaction.
     """
 
     delays_s: list[float]
@@ -122,7 +122,7 @@ def _delays(runs: Runs, trigger: RecordedEvent, reaction: RecordedEvent) -> _Del
 
 
 def _base_rate(runs: Runs, reaction: RecordedEvent, within_s: float) -> float:
-    """At which share of all times the reaction follows within this time."""
+    """The share of all times at which the reaction follows within this time."""
     covered_s = 0.0
     for log, times in zip(runs.logs, reaction.times, strict=True):
         before_s = 0.0

@@ -102,7 +102,7 @@ class Authorship:
             authors.add("code" if self.code.is_running() else "other" if self.code.is_other_running() else "world")
 
     def signals_of(self, author: str) -> tuple[str, ...]:
-        """The signals that nobody else has changed."""
+        """The signals that no other one has changed."""
         return tuple(sorted(name for name, authors in self.changed_by.items() if authors == {author}))
 
 

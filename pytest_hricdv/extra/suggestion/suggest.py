@@ -37,7 +37,7 @@ MIN_TESTS = 3
 """Fewer runs are no evidence."""
 
 MAX_ROUNDS = 5
-"""How often suggestions that fail when a run continues are replaced by the next ones."""
+"""Most rounds in which suggestions that fail when a run continues are replaced by the next ones."""
 
 TESTS_OF_FAULT = 4
 """Tests that a fault is tried on: the first reaches its statement with the least else, the others reach the most."""
@@ -85,7 +85,7 @@ class Suggester:
     _notes: list[str] = field(default_factory=list, init=False)
 
     def suggest(self) -> SuggestionResult:
-        """Record runs, mine them, try to refute the candidates, and rank what is left.
+        """Record runs, mine them, try to refute the candidates, and rank the rest.
 
         Raises:
             RecordingError: no runs can be recorded.
@@ -169,7 +169,8 @@ class Suggester:
     def _continue_runs(
         self, pool: CandidatePool, recordings: Recordings, own: Sequence[StoredRun], cases: Sequence[HriCase]
     ) -> CandidatePool:
-        """Without what fails if a run continues until it is decided, as it does once a suggestion is accepted."""
+        """Drop candidates that fail if a run continues until they are decided, as it does once a suggestion is
+        accepted."""
         tests = {case.concrete.id: case.concrete for case in cases}
         for _ in range(MAX_ROUNDS):
             shown = pool.rank()[: self.settings.most]

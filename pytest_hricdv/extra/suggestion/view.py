@@ -42,7 +42,7 @@ class SuggestionView(View):
             yield from (Line(visible(text)) for text in toml_lines(suggestion))
 
     def of_requirement(self, report: Report, name: str) -> RequirementNote | None:
-        """Where a suggested requirement comes from."""
+        """The evidence of a suggested requirement."""
         text = report.requirements.get(name)
         if text is None or not text.suggested:
             return None
@@ -50,7 +50,7 @@ class SuggestionView(View):
         return RequirementNote(f"Suggested from runs ({text.suggested}), ", accepted, ".")
 
     def section(self, report: Report) -> PageSection | None:
-        """All suggestions, with what each rests on."""
+        """All suggestions, each with its evidence."""
         result = SUGGESTIONS.of(report)
         if result is None:
             return None

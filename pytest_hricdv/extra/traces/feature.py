@@ -79,13 +79,13 @@ FEATURE = TracesFeature()
 
 
 class TracesView(View):
-    """How many files there are, and on a test's page its own."""
+    """The view of traces: the number of files, and on a test's page its own file."""
 
     name = "traces"
     scripts = ("trace",)
 
     def file_lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """How many runs were written, and why others were not."""
+        """The number of written runs, and why others were not written."""
         from pytest_hricdv.report.formatting import Line, count_notes, plural
 
         traces = [trace for test in report.tests if (trace := TRACE.of(test)) is not None]

@@ -46,7 +46,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class TraceEvent:
-    """One message of a channel: when (ns of virtual time), and its content as JSON has it."""
+    """One message of a channel: its time (ns of virtual time), and its content as JSON."""
 
     channel: Channel
     time_ns: int
@@ -88,7 +88,7 @@ class McapTrace:
         }
 
     def events(self) -> list[TraceEvent]:
-        """All of them in the order of time; those of one instant in the order of this module."""
+        """All events in the order of time; within an instant in the order of this module."""
         parts = (
             self._scene(),
             self._signals(),

@@ -110,7 +110,7 @@ class TraceWriter:
         return name if written else None
 
     def _scene(self, run: CaseResult) -> tuple[Sequence[SceneChange], str]:
-        """How the shapes of the world moved, from a replay; nothing where the testbench cannot tell."""
+        """The movement of the world's shapes, from a replay; nothing if the testbench does not provide it."""
         film = self._testbench.simulation.film
         bodies = film.bodies if film is not None else None
         if bodies is None:

@@ -42,7 +42,7 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
         began: date and time (UTC, ISO 8601).
         revision: of the project's repository; empty where there is none.
         dirty: tracked files were changed.
-        compared_by: what has to be the same for sessions to be compared: testbench, suites with seeds, and options.
+        compared_by: has to be equal for sessions to be compared: testbench, suites with seeds, and options.
         complete: all tests of the suites ran.
         tests: how many ran.
         outcomes: how many tests had each outcome.
@@ -142,7 +142,7 @@ def append(path: Path, entry: HistoryEntry) -> None:
 
 
 def _is_torn(path: Path) -> bool:
-    """Whether the last line has no end: its session was killed."""
+    """Whether the last line is incomplete because its session was killed."""
     try:
         with path.open("rb") as file:
             if file.seek(0, os.SEEK_END) == 0:
@@ -188,7 +188,7 @@ def _comparable(entries: Iterable[HistoryEntry], entry: HistoryEntry) -> tuple[H
 
 
 def changes(entries: Sequence[HistoryEntry]) -> list[str]:
-    """How the last session differs from the one before, a sentence each."""
+    """Differences between the last session and the one before, a sentence each."""
     if len(entries) < 2:
         return []
     before, now = entries[-2], entries[-1]
@@ -269,7 +269,7 @@ FEATURE = TrendFeature()
 
 
 class TrendView(View):
-    """How figures went over sessions."""
+    """The view of figures over sessions."""
 
     name = "trend"
     scripts = ("trend",)

@@ -186,7 +186,7 @@ _STYLES: dict[PlanState, Style] = {
 
 
 class PlanView(View):
-    """How many goals are met, and what the others lack."""
+    """The view of the plan: the number of goals met, and what the others lack."""
 
     name = "verification_plan"
 

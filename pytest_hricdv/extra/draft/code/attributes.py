@@ -22,14 +22,14 @@ class AttributeStates:
         self._sources, self._flow = sources, flow
 
     def machines(self, scope: Scope) -> Iterator[StateMachine]:
-        """Those of the class itself first; of these, enumerations, then those with most states."""
+        """The machines of a class: its own first; within these, enumerations, then those with most states."""
         for own in (scope, *(part for _, part in self._parts(scope))):
             found = self._machines_of(own)
             ordered = sorted(found, key=lambda each: (each[1], len(each[0].states)), reverse=True)
             yield from (machine for machine, _ in ordered)
 
     def _machines_of(self, own: Scope) -> Iterator[tuple[StateMachine, bool]]:
-        """Those of a class alone, each with whether it is an enumeration."""
+        """A class's own machines, each with whether it is an enumeration."""
         for name, assigned in self._values_of(own):
             states, is_enum = self._of_constants(assigned)
             if states or any(self._is_tree(where, value) for where, value in assigned):
@@ -58,7 +58,7 @@ class AttributeStates:
         return False
 
     def path(self, scope: Scope, machine: StateMachine) -> str:
-        """From the object to the attribute that holds the state of a machine; empty where there is no way."""
+        """The path from the object to the attribute with the state of a machine; empty if there is none."""
         owner, _, attribute = machine.held_in.rpartition(".")
         if not owner:
             return ""

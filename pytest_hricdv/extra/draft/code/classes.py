@@ -20,7 +20,7 @@ ARRAY_LENGTH = 36
 """Numbers in an array of any length: a scan with a ray each ten degrees."""
 
 FAR = "10.0"
-"""Each of them: of distances, nobody is near."""
+"""The neutral value of each kind; for distances, nobody is near."""
 
 _MAX_DEPTH = 5
 

@@ -34,7 +34,7 @@ class Member:
 
     @property
     def text(self) -> str:
-        """How the record calls it: by its value if this is a text, else by its name."""
+        """Its text in the record: its value if this is a text, else its name."""
         return self.value if isinstance(self.value, str) else self.name
 
 

@@ -34,7 +34,7 @@ class Argument:
     imports: Imports = ()
 
     def fix(self, name: str, text: str) -> Argument:
-        """The same where a field has always one text."""
+        """Note that a field always has one text."""
         source = re.sub(rf"\bm\.{name}\b", lambda _: repr(text), self.source)
         return Argument(source, tuple(part for part in self.fields if part.name != name), self.imports)
 

@@ -51,7 +51,7 @@ class EntryFinder:
         return next((entry for entry, score in self.entries() if score > 0), None)
 
     def entries(self) -> Iterator[tuple[Entry, float]]:
-        """All that may be the entry, each with its score, the likeliest first."""
+        """All candidates for the entry, each with its score, the likeliest first."""
         candidates = sorted(self._candidates(), key=lambda candidate: -candidate.score)
         for candidate in candidates:
             is_alone = len(candidates) == 1 or candidate.score >= candidates[1].score + 2
@@ -115,7 +115,7 @@ class EntryFinder:
         begin = methods.get("__init__")
         ports = tuple(self._ports.ports(begin, skip=1)) if begin is not None else tuple(self._ports.fields(scope))
         method_ports = tuple(self._ports.ports(method, skip=1)) if method is not None else ()
-        # Where no method runs it, its bus calls one back.
+        # If no method runs it, its bus calls one back.
         is_async = any(_is_async(called) for called in ([method] if method is not None else methods.values()))
         run = method.node.name if method is not None else ""
         return Entry(module, name, run, is_async, ports, method_ports, scope.location, is_certain)

@@ -132,7 +132,7 @@ class FieldReader:
         return tuple(FieldValue(*value) for value in values.items())
 
     def _with_values(self, scope: Scope, part: MessageField) -> MessageField:
-        """The same with the texts that it is made of or compared with, or the numbers that it is compared with."""
+        """The field with the texts that it is made of or compared with, or the numbers that it is compared with."""
         if part.by_type or part.kind not in ("float", "str"):
             return part
         others = list(self._others(scope, part.name))

@@ -17,7 +17,8 @@ from pytest_hricdv.extra.draft.code.sources import Function, Module, Scope, Sour
 from pytest_hricdv.extra.draft.code_model import CodeLine
 
 MAX_STEPS = 4
-"""From an expression back to a constant: a local name, a parameter and its argument, an attribute, a return value."""
+"""Most steps from an expression back to a constant: a local name, a parameter and its argument, an attribute, a return
+value."""
 
 Origin = tuple[ast.expr, Module, Scope | None]
 """An expression, and where it stands."""
@@ -89,7 +90,7 @@ class Flow:
         return assigned
 
     def names_in(self, scope: Scope) -> dict[str, list[ast.Name]]:
-        """Where a function has each name; it is looked up once."""
+        """The nodes of each name in a function; looked up once."""
         key = id(scope.node)
         if key not in self._names:
             found = self._names[key] = defaultdict(list)
@@ -145,11 +146,11 @@ class Flow:
         return known
 
     def values(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[Any]:
-        """The same without locations."""
+        """The values without locations."""
         return [value for value, _ in self.constants(expression, module, scope)]
 
     def numbers(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[float]:
-        """Those of them that are numbers."""
+        """The values that are numbers."""
         values = self.values(expression, module, scope)
         return [float(value) for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
 
@@ -258,7 +259,8 @@ class Flow:
 
 
 def texts(constants: list[tuple[Any, CodeLine]]) -> dict[str, CodeLine]:
-    """Those that are texts or members of enumerations, as the record calls them; also those of tuples and dicts."""
+    """The constants that are texts or members of enumerations, in the record's words; also those of tuples and
+    dicts."""
     found: dict[str, CodeLine] = {}
     for value, location in constants:
         for part in value if isinstance(value, tuple | dict) else (value,):

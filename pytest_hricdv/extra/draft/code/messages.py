@@ -26,7 +26,7 @@ _QUEUES = ("Queue", "SimpleQueue", "PriorityQueue", "Subscription")
 
 @dataclass
 class _Uses:
-    """Where a class is published and received; `tested` is where the code asks whether something is an instance."""
+    """The places where a class is published and received; `tested` are the isinstance checks."""
 
     published: list[CodeLine] = field(default_factory=list)
     received: list[CodeLine] = field(default_factory=list)
@@ -116,12 +116,12 @@ class MessageFinder:
                     self._note(own, "published", puts[0], key)
 
     def _sides(self, queue: str) -> tuple[list[CodeLine], list[CodeLine]]:
-        """Where the code puts into a queue of this name, and where it takes from it."""
+        """The places where the code puts into a queue of this name, and where it takes from it."""
         puts, gets = self._sides_by_owner(queue)
         return [each for lines in puts.values() for each in lines], [each for lines in gets.values() for each in lines]
 
     def _sides_by_owner(self, queue: str) -> tuple[dict[int, list[CodeLine]], dict[int, list[CodeLine]]]:
-        """The same for each class, and for each module outside of classes."""
+        """These places for each class, and for each module outside of classes."""
         puts: dict[int, list[CodeLine]] = defaultdict(list)
         gets: dict[int, list[CodeLine]] = defaultdict(list)
         for module, scope, node in self._flow.nodes:
@@ -184,7 +184,7 @@ class MessageFinder:
 
 
 def _receiver(node: ast.Call) -> str:
-    """On what a method is called, its last name without underscores: `self._jobs.put(1)` -> `jobs`."""
+    """The receiver of a method call, its last name without underscores: `self._jobs.put(1)` -> `jobs`."""
     return _name_of(node.func.value) if isinstance(node.func, ast.Attribute) else ""
 
 

@@ -41,7 +41,7 @@ def unit_of(name: str) -> str:
 
 
 def snake(name: str) -> str:
-    """As the bus calls the topic of a class (`HumanReady` -> `human_ready`).
+    """The bus's topic for a class (`HumanReady` -> `human_ready`).
 
     >>> snake("GaveUp"), snake("URDFState")
     ('gave_up', 'urdfstate')

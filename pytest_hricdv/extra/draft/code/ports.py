@@ -126,7 +126,7 @@ class PortReader:
         return "device" if used or written else "parameter"
 
     def _declaration(self, operation: Operation, own: Scope | None) -> Operation:
-        """The same with what the class of the annotation says of it."""
+        """The operation with the declarations of the annotation's class."""
         for statement in own.node.body if own is not None else ():
             assert own is not None
             if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef) and statement.name == operation.name:

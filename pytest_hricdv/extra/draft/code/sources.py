@@ -29,7 +29,7 @@ class Module:
     star_imports: tuple[str, ...] = ()
 
     def location(self, node: ast.AST) -> CodeLine:
-        """Where a node of its tree is."""
+        """The location of a node of its tree."""
         return CodeLine(self.file, getattr(node, "lineno", 1))
 
     @cached_property
@@ -52,7 +52,7 @@ class Scope:
 
     @property
     def location(self) -> CodeLine:
-        """Where it is defined."""
+        """The location of its definition."""
         return self.module.location(self.node)
 
 
@@ -137,7 +137,7 @@ class Sources:
         )
 
     def base_classes(self, scope: Scope) -> tuple[Scope, ...]:
-        """Those of the bases of a class that are classes of the code, and theirs; each once."""
+        """The base classes of a class within the code, and their bases; each once."""
         found: dict[int, Scope] = {id(scope.node): scope}
         waiting = [scope]
         while waiting:
@@ -173,7 +173,7 @@ def name_with_dots(expression: ast.AST | None) -> str:
 
 
 def resolve_import(module: Module, expression: ast.AST | None) -> str:
-    """The same with the name under which something was imported replaced: `sleep` -> `time.sleep`."""
+    """The expression with imported names resolved: `sleep` -> `time.sleep`."""
     head, dot, rest = name_with_dots(expression).partition(".")
     return module.imports.get(head, head) + dot + rest
 

@@ -62,7 +62,7 @@ class StateMachines:
         self._sources, self._flow = sources, flow
 
     def machines(self) -> Iterator[StateMachine]:
-        """All of them, in the order of the code."""
+        """All machines, in the order of the code."""
         yield from self._transitions_library()
         for scope in self._sources.classes:
             bases = self._sources.bases(scope)
@@ -260,7 +260,7 @@ def _name(value: Any) -> str:
 
 
 def _state(value: Any) -> str:
-    """How `transitions` tells a state: a member of an enumeration stays one, which is recorded as `text_of` says."""
+    """The state as `transitions` reports it: a member of an enumeration stays one, and is recorded as by `text_of`."""
     return value.text if isinstance(value, Member) else _name(value)
 
 
@@ -310,5 +310,5 @@ def _is_of_one_enum(parts: tuple[Any, Any]) -> bool:
 
 
 def _state_name(value: Any) -> str:
-    """How a state is called that a constant names; empty where it names none."""
+    """The name of the state in a constant; empty if it names none."""
     return value.text if isinstance(value, Member) else value if isinstance(value, str) else ""

@@ -11,7 +11,7 @@ from pytest_hricdv.extra.draft.code.sources import Sources, name_with_dots
 
 USERS = ("test*.py", "tests/**/*.py", "test/**/*.py", "demo*.py", "demos/**/*.py", "main*.py", "example*.py",
          "examples/**/*.py", "run*.py", "scripts/**/*.py", "__main__.py")  # fmt: skip
-"""Where programs are that use code."""
+"""Patterns of programs that use the code."""
 
 MAX_FILES, MAX_BYTES = 100, 200_000
 """More files, and longer ones, are not read."""

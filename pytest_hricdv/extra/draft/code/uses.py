@@ -62,7 +62,7 @@ class UseReader:
 
 
 def walk_what_runs(node: ast.AST, skipped: frozenset[int]) -> Iterator[ast.AST]:
-    """All nodes below one, without those statements."""
+    """All nodes below one, without the skipped statements."""
     waiting = [node]
     while waiting:
         each = waiting.pop(0)

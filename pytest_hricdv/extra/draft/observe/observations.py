@@ -25,8 +25,7 @@ class Site:
     """One place at which something crosses the border.
 
     Args:
-        count: how often.
-        location: file and line of the first time, in the code.
+        count: number of crossings. location: file and line of the first one, in the code.
         arguments: by parameter, or by number.
         result: of the call.
         periods: shortest and longest time between two calls (s), empty for a single one.
@@ -64,7 +63,7 @@ class Site:
 
 @dataclass
 class Observations:
-    """All that was observed.
+    """All observations.
 
     Args:
         made: "module:Class" of the code -> its construction from outside.
@@ -164,7 +163,7 @@ def _site_from_json(plain: Mapping[str, Any]) -> Site:
 
 
 def merge_observations(parts: Iterable[Observations]) -> Observations:
-    """Those of several processes as one."""
+    """Merge the observations of several processes."""
     merged = Observations()
     for part in parts:
         merged.merge(part)

@@ -20,7 +20,7 @@ MAX_FIELDS, MAX_DEPTH = 40, 4
 _SECRET = re.compile(r"pass(word|wd)?|secret|token|api_?key|credential|private", re.IGNORECASE)
 
 MASK = "***"
-"""In place of a text whose name says that it is a secret."""
+"""Replaces a text whose name says that it is a secret."""
 
 
 @dataclass
@@ -138,7 +138,7 @@ class Shape:
         self.is_open |= other.is_open
 
     def to_json(self) -> dict[str, Any]:
-        """As plain data, without what is empty."""
+        """The shape as plain data, without empty parts."""
         plain: dict[str, Any] = {"count": self.count, "kinds": self.kinds}
         plain |= {name: value for name, value in (("texts", self.texts), ("classes", self.classes)) if value}
         plain |= {"low": self.low, "high": self.high} if self.low is not None else {}

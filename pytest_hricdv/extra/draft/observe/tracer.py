@@ -29,7 +29,7 @@ VARIABLE = "HRICDV_RECORD"
 """The environment variable that tells a process what to record and where to."""
 
 CALLBACK = "callback "
-"""Before the name of a function that the code has handed to a port, among the observed functions."""
+"""Prefix of the name of a function that the code has passed to a port, among the observed functions."""
 
 LIBRARY = "library"
 """The location of a function that libraries call, as those of threads, event loops and state machines do."""
@@ -148,7 +148,7 @@ class BorderTracer:
         self._follow(code.co_name if owner is None else f"{type(owner).__name__}.{code.co_name}", frame)
 
     def _follow(self, owner: str, frame: FrameType) -> None:
-        """From now on, calls of what was handed over are calls at a port."""
+        """Count calls of a passed object as calls at a port from now on."""
         for name, value in _arguments(frame).items():
             is_object = not isinstance(value, (*_PLAIN, list, tuple, dict, set, Enum, type))
             if is_object and len(self._ports) < MAX_OBJECTS:

@@ -15,7 +15,7 @@ Answers = Mapping[str, tuple[str, str]]
 """Name of a file -> its text as it was drafted, and as it is now."""
 
 _LOCATION = re.compile(r"[\w./-]+\.py:\d+")
-"""Where in the code something is: other lines of code move it."""
+"""A location in the code, which moves with other lines."""
 
 
 def read_answers(folder: Path) -> Answers:
@@ -81,5 +81,5 @@ def _overlap(one: _Change, other: _Change) -> bool:
 
 
 def _shift(old: list[str], others: list[str], there: Mapping[int, int], begin: int, end: int) -> Iterator[str]:
-    """Lines that nobody changed, with the locations of now."""
+    """Unchanged lines, with their present locations."""
     return (others[there[line]] if line in there else old[line] for line in range(begin, end))

@@ -88,7 +88,7 @@ def command_table_lines(draft: Draft, table: str, numbers: str, each: str) -> li
 
 
 def time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
-    """Which blocking APIs the code uses, and how runs may end without that the person leaves or the robot returns."""
+    """The blocking APIs that the code uses, and how runs may end without the person leaving or the robot returning."""
     lines = [f"            apis={tuple_text(apis)},  # the code imports them"] if apis else []
     endings = draft.allowed_endings
     lines += [f"            allowed_endings={tuple_text(endings)},  # TODO: which ends are right?"] if endings else []

@@ -27,13 +27,13 @@ from pytest_hricdv.extra.draft.ros_model import RosStart
 from pytest_hricdv.skeleton.skeleton import name_like
 
 MANNERS = ("in_time", "too_early", "too_late", "twice")
-"""How a person does something; *never* is a belief without a command."""
+"""The manners of a person's acts; *never* is a belief without a command."""
 
 ENDS = ("limit", "idle", "early", "cycle")
-"""How a run may end, of `VirtualTime.allowed_endings`."""
+"""The ends of a run, from `VirtualTime.allowed_endings`."""
 
 LATE_S, LATE_FOR_NODES_S = 30.0, 10.0
-"""How long a person waits at least who is too late; the timers of nodes of ROS 2 make each simulated second dear."""
+"""Least wait of a person who is too late; the timers of ROS 2 nodes make each simulated second expensive."""
 
 MAX_LATE_S = 300.0
 """Longer time-outs are not waited for: a run would take long."""
@@ -244,7 +244,7 @@ class Draft:
 
     @property
     def transitions(self) -> tuple[tuple[str, str, CodeLine], ...]:
-        """From state to state, without those that lead nowhere else."""
+        """The transitions, without those that stay in a state."""
         moves = self.code.machine.transitions if self.code.machine is not None else ()
         return tuple((move.source, move.target, move.location) for move in moves if move.source != move.target)
 
@@ -259,7 +259,7 @@ class Draft:
 
     @property
     def patience_s(self) -> float:
-        """How long a person waits at least for an answer, and who is too late."""
+        """The least wait of a person for an answer, also of one who is too late."""
         return LATE_S if self.ros is None else LATE_FOR_NODES_S
 
     @property

@@ -51,7 +51,7 @@ hri_no_waivers = true
 _TESTS, _RUNS = 30, 60
 """Tests of the suite `rl`, runs of a closing loop: less than two minutes, with the first runs."""
 _NODE_TESTS, _NODE_RUNS = 20, 30
-"""The same for nodes of ROS 2, whose timers make runs longer."""
+"""These numbers for ROS 2 nodes, whose timers make runs longer."""
 
 
 def files(draft: Draft) -> Iterator[tuple[str, str]]:

@@ -52,7 +52,7 @@ class Input:
         return tuple((f"{self.name}_{each.name}" if each.name else self.name, each) for each in self.variants)
 
     def without(self, commands: Collection[str]) -> Input:
-        """The same without some commands."""
+        """The input without some commands."""
         kept = tuple(variant for command, variant in self.commands if command not in commands)
         return Input(self.message, self.name, kept, self.numbers)
 
@@ -120,7 +120,7 @@ def variants_of(message: Message) -> Input:
 
 
 def _combine(choices: list[list[_Choice]]) -> list[tuple[_Choice, ...]]:
-    """All combinations, or where these are too many, some in which each choice is."""
+    """All combinations, or if these are too many, some that contain each choice."""
     combinations = list(product(*choices))
     if len(combinations) <= MAX_VARIANTS:
         return combinations
@@ -136,7 +136,7 @@ def _text(_: MessageField, text: str) -> str:
 
 
 def _source(part: MessageField, text: str) -> str:
-    """How a value is written: as a text, or as the member of an enumeration."""
+    """The source text of a value: a text, or a member of an enumeration."""
     if part.by_type and part.type.isidentifier() and not part.type.startswith("Literal") and part.imports:
         return f"member({part.type}, {json.dumps(text, ensure_ascii=False)})"
     return json.dumps(text, ensure_ascii=False)

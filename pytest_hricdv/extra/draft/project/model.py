@@ -12,7 +12,7 @@ UNTIL_QUIET = "wait_quiet"
 """The command of who waits until the robot publishes nothing more."""
 
 STAY = "stay long"
-"""The command of who only is there, with a robot of which nobody knows what it receives."""
+"""The command of a person who is only present, with a robot whose inputs are unknown."""
 
 LEAVES = ("leaves_when_quiet", "leaves_at_once")
 """Whether a person waits at the end until the robot has been quiet for a while: one that has accepted an order has not
@@ -73,7 +73,8 @@ def leaves(draft: Draft) -> bool:
 
 
 def in_order(draft: Draft) -> tuple[str, ...]:
-    """All that a person can say, in the order of the code; empty where that is one thing, or too much for a round."""
+    """All messages that a person can say, in the order of the code; empty if there is only one, or too many for a
+    round."""
     commands = [command for thing in draft.inputs for command, variant in thing.commands if variant.is_usual]
     return tuple(commands) if 2 <= len(commands) <= MAX_IN_ORDER else ()
 

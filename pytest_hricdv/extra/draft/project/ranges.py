@@ -15,13 +15,13 @@ MAX_PATIENCE_S, PATIENCE = 60.0, 1.1
 """A person waits a little longer for an answer than the robot waits for anything, up to a limit: a run is to end."""
 
 LATE, STAYS = 1.5, 5
-"""How much later somebody is at most who is too late; for how many times for an answer somebody stays at the end."""
+"""Greatest factor of a late person's wait; and how many answer times a person stays at the end."""
 
 MIN_LIMIT_S = 900.0
 """Least simulated time that a run gets."""
 
 EARLY_S = 0.05
-"""Who acts sooner is too early, where people of the recording were not as fast (as `TIMES` has it)."""
+"""A person who acts sooner is too early, unless people in the recording were as fast (see `TIMES`)."""
 
 
 def command_lines(draft: Draft, thing: Input) -> Iterator[str]:
@@ -40,7 +40,7 @@ def command_lines(draft: Draft, thing: Input) -> Iterator[str]:
 
 
 def number_range(draft: Draft, thing: Input, part: MessageField, of_code: str | None) -> tuple[str, str]:
-    """The range of a number of a message, and a note: where it comes from, or what is not known; empty without one."""
+    """The range of a number of a message, and a note on its source or on what is unknown; empty without one."""
     topic = topic_of(draft, thing)
     if topic is None or not any(each.name in topic.numbers for each in thing.numbers):
         return (of_code, "") if of_code is not None else (_unknown(part), "TODO: between which numbers?")
@@ -101,7 +101,8 @@ def times_of_lines(draft: Draft) -> list[str]:
 
 
 def _times(topic: ObservedTopic) -> Iterator[str]:
-    """In time: as after what was said before, or as messages of a periodic topic follow each other; twice: likewise."""
+    """The observed times: after the message before, or between messages of a periodic topic; also for saying it
+    twice."""
     after, of, why = topic.waits, "waits", "after what was said before"
     if topic.is_periodic or after is None:
         after, of, why = topic.gaps, "gaps", f"between messages of {topic.name}"
@@ -127,7 +128,7 @@ def _with_default(seen: Spread, default: tuple[float, float]) -> tuple[float, fl
 
 
 def _reactions(draft: Draft) -> Iterator[tuple[Input, Spread]]:
-    """How soon the robot answered each input in the recording."""
+    """The robot's reaction times to each input in the recording."""
     answers = {key_of(message.topic) for message in draft.answers}
     for thing in draft.inputs if draft.observed is not None else ():
         seen = draft.observed.reactions(key_of(thing.message.topic), answers) if draft.observed is not None else None
@@ -142,7 +143,7 @@ def reaction_lines(draft: Draft) -> list[str]:
 
 
 def answer_s(draft: Draft) -> tuple[float, str]:
-    """How long a person waits for an answer, and why: longer than all that were observed."""
+    """How long a person waits for an answer, and why: longer than all observed times."""
     chosen_s = max(draft.patience_s, min(draft.late_s[0], MAX_PATIENCE_S) * PATIENCE)
     longest = max((seen for _, seen in _reactions(draft)), key=lambda seen: seen.high, default=None)
     if longest is None:

@@ -60,7 +60,7 @@ def requirements(draft: Draft) -> str:
 
 
 def _requirements(draft: Draft) -> Iterator[DraftedRequirement]:
-    """Those that the language can express."""
+    """The requirements that the language can express."""
     return (requirement for requirement in _candidates(draft) if _is_expressible(requirement.formula))
 
 
@@ -159,7 +159,7 @@ def _differs(field: str, kind: str) -> str:
 
 def _presence(draft: Draft) -> Iterator[DraftedRequirement]:
     """A requirement for robots whose messages are unknown."""
-    # Where the first runs refuted all that was asked, nobody knows whether the code may end before the person leaves.
+    # If the first runs refuted all requirements, it is unknown whether the code may end before the person leaves.
     if draft.ros is None and not draft.has_dropped_all:
         yield DraftedRequirement(
             "works",

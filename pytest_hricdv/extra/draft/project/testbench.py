@@ -171,7 +171,7 @@ def _disturbances(draft: Draft) -> Iterator[str]:
         topic = message.topic
         if message.form == "called":
             continue
-        # Without the message that tells a state, the robot would seem to go from the one before to the one after.
+        # Without the message with a state, the robot would seem to skip this state.
         if topic != state_topic:
             yield f'            "{topic}_lost": Drop("{topic}"),'
         if message.direction != "published":

@@ -179,7 +179,7 @@ class _NodeReader:
         return _NodeName()
 
     def _class_owner(self, module: Module, node: ast.ClassDef) -> _NodeName:
-        """As the class says it; else its base in the code, or the only class that is derived from it."""
+        """The class that says it; else its base in the code, or the only derived class."""
         owner = self._name_in(node)
         if owner.name:
             return owner
@@ -195,7 +195,7 @@ class _NodeReader:
         return derived.pop() if len(derived) == 1 else _NodeName()
 
     def _name_in(self, node: ast.ClassDef) -> _NodeName:
-        """By `super().__init__(name)`."""
+        """The name in `super().__init__(name)`."""
         for call in self._flow.calls.get("__init__", ()):
             if call.scope is not None and call.scope.owner is node and isinstance(call.node.func, ast.Attribute):
                 is_super = isinstance(call.node.func.value, ast.Call)

@@ -57,7 +57,7 @@ class RunBorder:
     instance: Any = None
     """The object of the code, once it is made."""
     on_crossing: Callable[[], None] = lambda: None
-    """Called when the code calls something outside, or has been called."""
+    """Called when the code calls something outside, or was called."""
     on_said: Callable[[Any], None] = lambda _: None
     """Called with each message of the code."""
     _last_calls: dict[str, tuple[Any, float]] = field(default_factory=dict)
@@ -176,7 +176,7 @@ class RunBorder:
 
 
 def _location(function: Callable[..., Any]) -> str:
-    """Where a function is defined; empty where it is none of Python."""
+    """The location of a function's definition; empty if it is not in Python."""
     code = getattr(inspect.unwrap(getattr(function, "func", function)), "__code__", None)
     return f"{code.co_filename}:{code.co_firstlineno}" if code is not None else ""
 

@@ -18,7 +18,7 @@ LOOKS_EACH_S = 0.02
 """Period at which a queue with several topics is looked into."""
 
 Convert = Callable[[Any], Any]
-"""From a message of the test to what the code gets."""
+"""Converts a message of the test to the object that the code gets."""
 
 
 def _same(message: Any) -> Any:
@@ -78,7 +78,7 @@ class Inbox:
         return not self._look()
 
     def qsize(self) -> int:
-        """One where there is any."""
+        """At most 1: whether there is any."""
         return int(self._look())
 
     def full(self) -> bool:
@@ -172,11 +172,11 @@ class Outbox:
     put_nowait = put = __call__
 
     def empty(self) -> bool:
-        """All that is said is taken at once."""
+        """True: every message is taken at once."""
         return True
 
     def qsize(self) -> int:
-        """Nothing waits in it."""
+        """0: nothing waits in it."""
         return 0
 
     def full(self) -> bool:

@@ -47,7 +47,7 @@ class ConnectionPort:
 
 
 class SocketStandIn(DeviceStandIn):
-    """In place of a socket, and of the connection that it accepts: one only."""
+    """A fake of a socket, and of the only connection that it accepts."""
 
     def __init__(self, border: RunBorder, name: str, device: Device, inbox: Inbox) -> None:
         super().__init__(border, name, device)
@@ -90,7 +90,7 @@ class SocketStandIn(DeviceStandIn):
 
 
 class StreamStandIn:
-    """In place of a reader and a writer."""
+    """A fake of a reader and a writer."""
 
     def __init__(self, border: RunBorder, name: str, inbox: AsyncInbox) -> None:
         self._border, self._name, self._inbox = border, name, inbox
@@ -121,7 +121,7 @@ class StreamStandIn:
         self.write(b"".join(contents))
 
     async def drain(self) -> None:
-        """All is written."""
+        """Return at once: all is written."""
 
     async def wait_closed(self) -> None:
         """It closes at once."""
@@ -141,7 +141,7 @@ class StreamStandIn:
 
 
 class ServerStandIn:
-    """In place of a server: one client has connected."""
+    """A fake of a server: one client has connected."""
 
     sockets: tuple[Any, ...] = ()
 
@@ -156,7 +156,7 @@ class ServerStandIn:
         return None
 
     async def serve_forever(self) -> None:
-        """For the rest of the run; what its client raises is raised here."""
+        """Serve for the rest of the run; errors of its client are raised here."""
         if self._client is not None:
             await self._client
         await asyncio.sleep(REST_OF_RUN_S)

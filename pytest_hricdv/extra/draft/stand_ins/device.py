@@ -37,7 +37,7 @@ class Device:
 
 
 class DeviceStandIn(Neutral):
-    """In place of a device, or of a number of which nobody knows whether it is one."""
+    """A fake of a device, or of an object that may be a device or a number."""
 
     def __new__(cls, border: RunBorder, name: str, device: Device, number: Any = 0.0) -> Self:
         return float.__new__(cls, number if isinstance(number, float) else 0.0)

@@ -236,7 +236,7 @@ class ActiveRobot:
         return [getattr(self._border.instance, how.method)] if self._border.instance is not None else []
 
     def _call(self, call: Callable[[], Any]) -> None:
-        """At once; in an event loop, or between two steps of a control loop, where the code has one."""
+        """Call at once; in an event loop, or between two steps of a control loop, if the code has one."""
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._call_in_loop, call)
         elif self._driver.period_s:

@@ -80,7 +80,7 @@ class NeutralNumber(Neutral):
 
 
 class _ModuleStandIn(ModuleType):
-    """In place of a module that is not installed."""
+    """A fake of a module that is not installed."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -99,7 +99,7 @@ class _ModuleFinder(MetaPathFinder, Loader):
         self.names = names
 
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
-        """For these modules only."""
+        """Find these modules only."""
         return ModuleSpec(fullname, self, is_package=True) if fullname.partition(".")[0] in self.names else None
 
     def create_module(self, spec: ModuleSpec) -> _ModuleStandIn:

@@ -111,7 +111,7 @@ class _ModuleWith(ModuleType):
 
 
 class _Maker:
-    """In place of a class: makes the stand-in, and has the constants of the class."""
+    """A fake of a class: makes the stand-in, and has the constants of the class."""
 
     def __init__(self, kind: Any, made: Any) -> None:
         self._kind, self._made = kind, made

@@ -29,7 +29,7 @@ class ToldContent:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """All values, the others by their numbers."""
+        """All values; positional ones are named by their numbers."""
         return {**{str(number): value for number, value in enumerate(self.others)}, **self.named}
 
     def message(self, kind: type[Any]) -> Any:

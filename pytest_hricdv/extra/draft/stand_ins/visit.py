@@ -9,7 +9,7 @@ from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.say import Say
 
 LOOKS_EACH_S = 0.25
-"""How often a person looks whether there is an answer."""
+"""The period (s) at which a person checks for an answer."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Manners:
 
     Args:
         answer_s: for an answer (s).
-        stays_s: at most, until the robot says nothing more (s).
+        stays_s: most time until the robot says nothing more (s).
     """
 
     answer_s: float = 30.0
@@ -47,7 +47,7 @@ class Visit:
     senses: dict[str, tuple[str, str | None]]
     manners: Manners
     manner: str = "in_time"
-    """How the last thing was said."""
+    """The manner of the last message."""
 
     def act(self) -> None:
         """The body of the person's node."""
@@ -59,7 +59,7 @@ class Visit:
         for action in run.actions():
             run.kernel.sleep(float(action.parameters.get("after_s", 0.0)))
             if run.ending is not None:
-                return  # the robot has ended: only what was asked before is waited for
+                return  # the robot has ended: only earlier questions are waited for
             what, _, how = action.command.rpartition(" ")
             if action.command == "wait_answer":
                 self._wait_answer(answers)

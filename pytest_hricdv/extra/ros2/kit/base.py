@@ -15,14 +15,14 @@ from pytest_hricdv.extra.ros2.world import StartedSystem
 
 @dataclass(frozen=True)
 class PlanarPose:
-    """Where a base is (m), and where it heads (rad, counterclockwise from the x axis)."""
+    """Position (m) and heading (rad, counterclockwise from the x axis) of a base."""
 
     x_m: float = 0.0
     y_m: float = 0.0
     heading_rad: float = 0.0
 
     def move(self, forward_m_s: float, left_m_s: float, turn_rad_s: float, duration_s: float) -> PlanarPose:
-        """Where it is after it has moved for some time with a constant velocity of its own frame: on an arc."""
+        """The pose after moving on an arc, with a constant velocity in its own frame."""
         turned_rad = turn_rad_s * duration_s
         # The integral of a rotating velocity; the limit of sin(x) / x and (1 - cos(x)) / x where it does not turn.
         straight = math.sin(turned_rad) / turned_rad if turned_rad else 1.0
@@ -97,7 +97,7 @@ class PlanarBase:
 
     @property
     def pose(self) -> PlanarPose:
-        """Where it is now."""
+        """The present pose."""
         gone_s = self._system.kernel.now_s - self._posed_s
         return self._pose.move(self.forward_m_s, self.left_m_s, self.turn_rad_s, gone_s)
 
@@ -158,7 +158,7 @@ def _segments(polygons: Sequence[Polygon]) -> Iterator[tuple[float, float, float
 
 
 def distance_m(x_m: float, y_m: float, angle_rad: float, polygons: Sequence[Polygon]) -> float:
-    """How far a ray from a point goes until it meets an edge of a polygon; infinity: it meets none."""
+    """The distance from a point along a ray to an edge of a polygon; infinity if it meets none."""
     cos, sin, nearest_m = math.cos(angle_rad), math.sin(angle_rad), math.inf
     for x1, y1, x2, y2 in _segments(polygons):
         # Solve p + t d = a + u (b - a) by Cramer's rule.

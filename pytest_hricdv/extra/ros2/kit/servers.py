@@ -26,7 +26,7 @@ Reaches = Callable[[PlanarPose], bool]
 
 
 def set_those_there_are(message: Any, **values: Any) -> None:
-    """Set fields of a message, as far as its version has them: those of Nav2 differ between distributions."""
+    """Set the fields that this version of a message has: those of Nav2 differ between distributions."""
     there_are = message.get_fields_and_field_types()
     for name, value in values.items():
         if name in there_are:
@@ -63,7 +63,7 @@ class Navigation:
 
     @property
     def pose(self) -> PlanarPose:
-        """Where the base is."""
+        """The pose of the base."""
         return self._pose if self._base is None else self._base.pose
 
     def _go(self, pose: PlanarPose) -> None:
@@ -141,7 +141,7 @@ class Navigation:
 
 
 def _misses(goal: ServedGoal, missed: list[tuple[int, Any]]) -> Any:
-    """As the version of the message has it: indices in humble, messages since."""
+    """The missed poses as this version of the message has them: indices in humble, messages since."""
     result = goal.empty_result()
     if isinstance(result.missed_waypoints, array.array):
         return [index for index, _ in missed]
@@ -195,7 +195,7 @@ class JointTrajectoryFollower:
     ) -> None:
         self._system, self._period_s = system, period_s
         self.positions = dict(joints)
-        """Where the joints are (rad or m)."""
+        """The positions of the joints (rad or m)."""
         self._moving: ServedGoal | None = None
         action = "control_msgs/action/FollowJointTrajectory"
         system.node(node).serve_action(name, action, self._follow, accept=self._accepts)
