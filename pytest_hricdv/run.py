@@ -81,7 +81,7 @@ class Run:
     filming: Callable[[Run], AbstractContextManager[None]] | None = None
     """Entered around the run when it is filmed; None otherwise."""
     producing: Actions | None = field(default=None, repr=False)
-    """Produces the actions while the run goes on; None: they are those of the test."""
+    """Produces the actions during the run; None: they are those of the test."""
     taken: list[ConcreteAction] = field(default_factory=list)
     """The actions that have begun, as far as `actions` or `report_action` reported it, in this order."""
     action_times_s: list[float] = field(default_factory=list)
@@ -95,9 +95,9 @@ class Run:
     bystander_events: list[tuple[float, str]] = field(default_factory=list)
     """The acts that bystanders began, and when (s of simulated time): `(4.0, "dog: walk")`."""
     fidelity: str = ""
-    """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
+    """How to simulate the world, as `--hri-fidelity` says; empty if it says nothing."""
     engine: str = ""
-    """The physics engine to use, of the testbench's `engines`; empty where it has none."""
+    """The physics engine to use, of the testbench's `engines`; empty if it has none."""
     ending: Ending | None = None
     """How `go` ended; None before."""
     may_go_round: bool = True
@@ -190,7 +190,7 @@ class Run:
     def actions(self, actor: str = "") -> Iterator[ConcreteAction]:
         """The actions of an actor, one after the other; taking the next one reports that it begins now.
 
-        They are those of the test, or are produced while the run goes on: take each when the person is free for it.
+        They are those of the test, or are produced during the run: take each when the person is free for it.
         Disturbances are applied when their turn comes, and are not among the actions: nobody enacts them.
 
         Where the model has several actors, each has a node of its own that takes its actions, without who does them

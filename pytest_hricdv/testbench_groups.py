@@ -81,7 +81,7 @@ class Simulation:
     """How the world is simulated, and filmed.
 
     Args:
-        fidelities: ways to simulate the world; `--hri-fidelity` chooses one. Empty where there is only one.
+        fidelities: ways to simulate the world; `--hri-fidelity` chooses one. Empty if there is only one.
         engines: physics engines that `run` can use: the name of each one's package -> the module to import for it
             before the first test, whose ImportError says what to install. An engine of your own that needs no package
             has an empty text. The first one that is installed is used, unless `--hri-engine` chooses another one.
@@ -89,7 +89,7 @@ class Simulation:
             that depends on the engine is then explained by their tolerance.
         requires: modules that `run` imports, such as the simulator's. They are imported before the first test, so that
             a missing one is reported once instead of by every test.
-        film: how runs are filmed; None where they are not.
+        film: how runs are filmed; None if they are not.
     """
 
     fidelities: tuple[str, ...] = ()
@@ -100,7 +100,7 @@ class Simulation:
     fidelity: str = field(default="", init=False)
     """The session's choice, which `Run.fidelity` hands to `run`; empty for the testbench's own choice."""
     engine: str = field(default="", init=False)
-    """The engine in use, which `Run.engine` hands to `run`; empty where there are none."""
+    """The engine in use, which `Run.engine` hands to `run`; empty if there are none."""
 
     def choose(self, *, fidelity: str | None = None, engine: str | None = None) -> Simulation:
         """The simulation with this fidelity or engine; None keeps the current one."""
@@ -116,7 +116,7 @@ class People:
     """Actors of a run besides those in the lines of a test.
 
     Args:
-        agents: the agents of the model that can decide during a run what people do, one for each actor; empty where all
+        agents: the agents of the model that can decide during a run what people do, one for each actor; empty if all
             actions are known before.
         bystanders: actors without a model, such as a dog: `Bystander("dog", {"walk": {...}})`. A node of the world
             takes what each does, `run.actions("dog")`.
@@ -131,7 +131,7 @@ class Suites:
     """The settings of generated suites.
 
     Args:
-        by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
+        by_hand: TOML file of belief subsets for the suite `by-hand`; None if there is none.
         learning: the constants of Q-learning, for the suite `rl`.
         random_test_length: fewest and most actions of a test of the suite `pseudorandom`, of each actor where there are
             several.
@@ -147,7 +147,7 @@ class StateField:
     """Where the code under test publishes its state.
 
     Args:
-        name: the text field of a message, such as "state.name"; empty where there is none.
+        name: the text field of a message, such as "state.name"; empty if there is none.
         transitions: from one such state to the next: those that the suite `closure` is to cover.
     """
 

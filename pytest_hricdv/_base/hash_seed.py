@@ -57,7 +57,7 @@ def hash_seed_of_children() -> str:
 
 
 def hash_seed_difference(before: str, now: str) -> str:
-    """How the hash seeds of two runs differ, as `0, now random`; empty where they are the same, or one is not known."""
+    """How the hash seeds of two runs differ, as `0, now random`; empty if they are the same, or one is not known."""
     if not before or not now or (before == now and now.isdigit()):
         return ""
     return f"{before}, now {'another one' if before == now else now}"
@@ -73,8 +73,7 @@ def question_of_drawn_seed() -> str:
 
 
 def hand_to_children() -> Callable[[], None]:
-    """Put the seed of children into this process's environment, for those that others start; returns an undo
-    function."""
+    """Put the seed of children into this process's environment, for processes that others start; returns an undo."""
     before = os.environ.get(VARIABLE)
     os.environ[VARIABLE] = hash_seed_of_children()
 

@@ -252,7 +252,7 @@ def from_cache(cache: Any | None, key: str) -> Any:
     """An entry of pytest's cache; None if it is missing or unreadable, so that it is made again.
 
     Args:
-        cache: `config.cache`, or None where the cache plugin is off.
+        cache: `config.cache`, or None if the cache plugin is off.
         key: as of `Cache.get`.
     """
     try:
@@ -321,7 +321,7 @@ def _place(text: str, index: int) -> str:
 
 
 def write_ahead_log(path: Path) -> Path | None:
-    """The write-ahead log of a database, where it holds what the file itself does not; None where there is none.
+    """The write-ahead log of a database, where it holds what the file itself does not; None if there is none.
 
     A reader that opens SQLite files as immutable passes such a log over without a word.
 

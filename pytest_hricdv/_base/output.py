@@ -47,7 +47,7 @@ def work_on_unread() -> None:
     """
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
-        if isinstance(stream, io.TextIOWrapper):  # none where the process was started without it
+        if isinstance(stream, io.TextIOWrapper):  # none if the process was started without it
             stream.flush()
             written = io.BufferedWriter(_StreamWriter(stream.fileno()))
             setattr(sys, name, io.TextIOWrapper(written, stream.encoding, stream.errors, None, stream.line_buffering))

@@ -246,7 +246,7 @@ class ProcessState:
 
 
 def _folder() -> str:
-    """The current folder; empty where it was removed."""
+    """The current folder; empty if it was removed."""
     try:
         return os.getcwd()
     except OSError:

@@ -35,7 +35,7 @@ def read(cache: Any | None, key: str) -> Any:
     """A cache entry; None if there is none that a session of this user wrote.
 
     Args:
-        cache: `config.cache`, or None where the cache plugin is off.
+        cache: `config.cache`, or None if the cache plugin is off.
         key: as of `Cache.get`; a hash of all that the content depends on.
     """
     entry, secret = from_cache(cache, key), _secret(_folder())

@@ -49,7 +49,7 @@ def percent(part: int, whole: int) -> float:
 
 @dataclass(frozen=True)
 class Bits:
-    """Covered statements and branches as bit sets; `branches` is None where only lines were measured.
+    """Covered statements and branches as bit sets; `branches` is None if only lines were measured.
 
     `unmeasured` are files of which not all was measured, each with the reason, sorted.
     """
@@ -67,7 +67,7 @@ class Bits:
 
     @classmethod
     def of(cls, share: CodeShare | None) -> Bits | None:
-        """The bits of a test's record; None where it was not measured."""
+        """The bits of a test's record; None if it was not measured."""
         if share is None:
             return None
         statements, branches = share.bits
@@ -94,7 +94,7 @@ class CodeMap:
         sha256: over the contents of all files, measured or not: equal hashes, comparable bits.
         contents: name of a file, measured or not -> SHA-256 of what is in it.
         unmeasured: name of a file that is not measured, though nobody left it out -> why.
-        nothing: why there is no file to measure; empty where there is.
+        nothing: why there is no file to measure; empty if there is.
     """
 
     packages: tuple[str, ...]

@@ -117,7 +117,7 @@ class CrossProduct:
         return CheckedHits(tuple(sorted(bins)), tuple(sorted(faults)))
 
     def _with_verdicts(self, hit: Bin, verdicts: Mapping[str, str]) -> Bin | None:
-        """The hit, completed; None where it is no bin."""
+        """The hit, completed; None if it is no bin."""
         if len(hit) != sum(name not in verdicts for name in self.coordinates):
             return None
         rest = iter(hit)

@@ -96,7 +96,7 @@ class _FileGaps:
         return self.file.name if function.name == MODULE else f"{self.file.name} {function.name}"
 
     def _nearest(self, lines: Sequence[int]) -> str:
-        """The test that ran most of these lines; empty where none ran any."""
+        """The test that ran most of these lines; empty if none ran any."""
         mask = sum(1 << self.bits[line] for line in lines if line in self.bits)
         best = max(self.measured, key=lambda test: ((test[1].statements & mask).bit_count(), test[0]), default=None)
         return best[0] if best is not None and best[1].statements & mask else ""
@@ -215,7 +215,7 @@ def near_miss(results: Iterable[tuple[str, RequirementResult]]) -> tuple[str, tu
         results: ids of tests, each with the test's result for the requirement.
 
     Returns:
-        Empty where no test came near.
+        Empty if no test came near.
     """
     misses = [(len(miss.missing), test, miss.missing) for test, result in results if (miss := result.near_miss)]
     _, test, missing = min(misses, default=(0, "", ()))

@@ -51,7 +51,7 @@ class _Tracers:
             sys.settrace(self._outer)
 
     def reset(self) -> None:
-        """Forget greenlets that were left where they are, and will not go on."""
+        """Forget greenlets that were left where they are, and will not continue."""
         if self._own:
             self._own.clear()
             self._inner.clear()

@@ -178,7 +178,7 @@ class ImportWatch(MetaPathFinder):
 
 
 def file_of(spec: ModuleSpec) -> Path | None:
-    """The file that a module is loaded from; None where there is none, as for what is built in."""
+    """The file that a module is loaded from; None if there is none, as for what is built in."""
     return _resolve(os.path.abspath(spec.origin)) if spec.has_location and spec.origin is not None else None
 
 

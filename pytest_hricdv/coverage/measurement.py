@@ -42,7 +42,7 @@ class Measurement(Protocol):
 
     @property
     def reason(self) -> str:
-        """Why nothing can be measured; empty where it can."""
+        """Why nothing can be measured; empty if it can."""
 
     def watch_imports(self, context: str) -> AbstractContextManager[None]:
         """While the test runs that is measured under `context`: which modules it imports is noted."""
@@ -54,7 +54,7 @@ class Measurement(Protocol):
         """The coverage of `context`, including that of importing its modules; None when unmeasured."""
 
     def settle(self) -> None:
-        """A run is over: greenlets that are still measured were left where they are, and will not go on."""
+        """A run is over: greenlets that are still measured were left where they are, and will not continue."""
 
 
 @dataclass(frozen=True)

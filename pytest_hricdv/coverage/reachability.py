@@ -33,7 +33,7 @@ def explore(context: GenerationContext, products: Mapping[str, CrossProduct], ca
     Args:
         context: the model, its belief space, and the human's commands.
         products: as declared by the testbench.
-        cache: `config.cache`, or None where the cache plugin is off.
+        cache: `config.cache`, or None if the cache plugin is off.
 
     Raises:
         CoverageError: a cross product's `planned` returned what is not a bin of its first coordinates.
@@ -73,7 +73,7 @@ def skip_exploration(products: Mapping[str, CrossProduct]) -> Reachability:
 
 
 def explore_model(context: GenerationContext, cache: Any | None) -> Exploration:
-    """Explore a model, or take its exploration from the cache. Raises GenerateError where the model fails."""
+    """Explore a model, or take its exploration from the cache. Raises GenerateError if the model fails."""
 
     def explore_now() -> Exploration:
         from pytest_hricdv.generate.model_runner import explore_exhaustively  # it loads the BDI engine

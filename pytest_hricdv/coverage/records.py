@@ -52,7 +52,7 @@ class FileCoverage(PlainRecord, frozen=True, kw_only=True):
 class ReportedCode(PlainRecord, frozen=True, kw_only=True):
     """The code under test: what there is to cover, and what all tests covered.
 
-    `reason` says why it was not measured, or not completely; empty where it was. `never_imported` are files that no
+    `reason` says why it was not measured, or not completely; empty if it was. `never_imported` are files that no
     test imported, so that nothing of them was run. `unmeasured_files` are others of which not all was measured, each
     with the reason.
     """
@@ -71,7 +71,7 @@ class ReportedCode(PlainRecord, frozen=True, kw_only=True):
 class CodeShare(PlainRecord, frozen=True, kw_only=True):
     """The code coverage of one test; `bits` are statements and branches as hexadecimal numbers.
 
-    Branches are None where only lines were measured. `unmeasured` are files of which not all was measured, with the
+    Branches are None if only lines were measured. `unmeasured` are files of which not all was measured, with the
     reasons.
     """
 
@@ -92,7 +92,7 @@ class CodeCoverage(PlainRecord, frozen=True, kw_only=True):
 
 
 class SuiteCode(PlainRecord, frozen=True, kw_only=True):
-    """Code coverage of a suite; None where it was not measured."""
+    """Code coverage of a suite; None if it was not measured."""
 
     statements: CodeCoverage | None
     branches: CodeCoverage | None

@@ -32,7 +32,7 @@ class ModuleFile:
         path: of the file; within an archive, of the archive and on.
         name: as reports show it.
         module: as Python calls it.
-        problem: why there is no source to measure; empty where there is.
+        problem: why there is no source to measure; empty if there is.
     """
 
     path: Path

@@ -28,11 +28,11 @@ class RunCoverage:
 
     Args:
         id: of the test.
-        code: None where it was not measured.
+        code: None if it was not measured.
         plans: agent -> labels of the plans that the test's beliefs triggered.
         beliefs: that the test was generated from.
         cross: cross product -> bins, one for each hit.
-        requirements: requirement -> verdict; empty where the test was not run.
+        requirements: requirement -> verdict; empty if the test was not run.
     """
 
     id: str

@@ -66,7 +66,7 @@ class ModelOracle:
             whole milliseconds, for its clock (`.wait`) goes with the run: a millisecond is one of simulated time.
         tolerance_s: how much later (s) than observed the agent may become ready for an act, or perceive something.
         until: an event by which a run leaves what the model knows, such as somebody who holds the robot's arm; the run
-            is followed up to there. Empty where there is none.
+            is followed up to there. Empty if there is none.
 
     Raises:
         ModelOracleError: nothing that it does, or a number that makes no sense.

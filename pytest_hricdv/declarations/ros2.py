@@ -69,7 +69,7 @@ class RosNode:
     """One process with a node, as `launch_ros.actions.Node` describes it.
 
     Args:
-        package: of an executable, or empty where there is an entry.
+        package: of an executable, or empty if there is an entry.
         executable: a console script of the package.
         entry: instead of both, where its code is: "package.module:main" for a function without arguments, or
             "package.module:Class" for a class of nodes, which is made without arguments, and spun.

@@ -177,5 +177,4 @@ class Middleware(Protocol):
         """
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
-        """Note stuck nodes; called when a run is over, before its nodes are ended; `is_idle` if nothing could
-        continue."""
+        """Note stuck nodes; called after a run, before its nodes are ended; `is_idle` if nothing could continue."""

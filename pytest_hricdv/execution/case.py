@@ -128,7 +128,7 @@ def execute(
         settings: what the run is judged and measured with.
         context: name of this test's share of the measurement.
         filming: see `Run`.
-        producing: produces the actions while the run goes on; the result's test has those that were taken (see
+        producing: produces the actions during the run; the result's test has those that were taken (see
             `Run.enacted`).
         watching: who else sees the run, before what produces its actions asks them.
         begun: called before the run, with what knows the nodes of the code under test.

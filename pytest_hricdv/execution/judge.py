@@ -44,7 +44,7 @@ def judge_run(
     """Judge a run.
 
     Args:
-        result: of the run, with that on a second engine where engines check each other; None where it came to no end.
+        result: of the run, with that on a second engine where engines check each other; None if it did not end.
         known_violations: requirement -> why its violation is known; none in a strict session.
         differences: what came out otherwise on the second engine.
         mismatch: that the run of a replay is another one than the recorded one, without a reason for it.
@@ -103,7 +103,7 @@ def _judge_engines(
     known_violations: Container[str],
     differences: Sequence[Discrepancy],
 ) -> Judgement | None:
-    """The judgement where the engine decides; None where it does not, as where the same violation is on both.
+    """The judgement where the engine decides; None if it does not, as where the same violation is on both.
 
     A test whose verdict depends on the engine is never a pass. Where margins explain it, it is expected to fail. A
     failure on one engine that they do not explain is one, as are another course of the run and a fault there.

@@ -60,7 +60,7 @@ class _CauseFinder:
         self._asking: dict[tuple[str, str], list[int]] = defaultdict(list)
         """Asked and asking agent -> the lines that asked."""
         self._plan_names: dict[int, Collection[str] | None] = {}
-        """Step that chose a plan -> the names in the plan; None where all may be."""
+        """Step that chose a plan -> the names in the plan; None if all may be."""
         self._actions: list[tuple[str, Past]] = []
         """The actor of each action, and what the action depends on."""
 

@@ -201,7 +201,7 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
 def beliefs_without_test(model: Model, beliefs: Iterable[str]) -> tuple[str, ...]:
     """The beliefs that no agent tests: in no trigger, context, condition, test goal or rule.
 
-    Choosing them can change no test, whatever else the programs do with their names. None where a variable stands for
+    Choosing them can change no test, whatever else the programs do with their names. None if a variable stands for
     a belief that is tested, or plans come during the run: then it is not known.
 
     Raises:

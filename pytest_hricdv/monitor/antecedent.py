@@ -113,14 +113,14 @@ class _Conjunct:
     robustness: Measure | None  # with respect to the bound at which it would become true
 
     def holds(self, moment: _Moment) -> bool | None:
-        """Whether it is true; None where it has no value."""
+        """Whether it is true; None if it has no value."""
         try:
             return bool(self.condition(moment.values, moment.arrived, moment.outputs))
         except _UNDEFINED:
             return None
 
     def distance(self, moment: _Moment) -> float:
-        """How far it is from being true; infinite where this is not known."""
+        """How far it is from being true; infinite if this is not known."""
         if self.robustness is None:
             return math.inf
         try:

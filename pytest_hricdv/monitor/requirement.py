@@ -50,7 +50,7 @@ class Requirement:
         shows: numeric signals that a violation reports in addition to those that the formula reads: while a violation
             lasts, the value with the largest absolute value. They have no effect on verdicts.
         suggested: what it rests on, of a requirement that was suggested from runs; empty for others.
-        accepted_by: who accepted it; empty where nobody says so.
+        accepted_by: who accepted it; empty if nobody says so.
         accepted_on: when, as `2026-11-26`; empty likewise.
         names: the conditions in the formula that have a definition, each with its name; by it, verdicts show a part.
     """

@@ -26,7 +26,7 @@ class Situation:
 
     Args:
         time_s: simulated time.
-        state: the state that the code under test has reported last; empty where there is none.
+        state: the state that the code under test has reported last; empty if there is none.
         interaction: its number, from 1; 0 before the first one, and where nothing tells interactions apart.
         taken: the commands so far, disturbances among them.
     """
@@ -53,8 +53,7 @@ class ChoicePoint:
 
 
 class Choice(NamedTuple):
-    """A choice: after how many commands, in which state of the code and interaction, about which subject, and its
-    value."""
+    """A choice: after how many commands, in which state of code and interaction, about which subject, and its value."""
 
     taken: int
     state: str

@@ -97,7 +97,7 @@ class OnlineAgent:
                 run.
 
         Raises:
-            InteractiveAgentError: the agent cannot go on, has an action that is no command, or hears what has no
+            InteractiveAgentError: the agent cannot continue, has an action that is no command, or hears what has no
                 value yet.
         """
         try:
@@ -190,7 +190,7 @@ class OnlineActions:
         """The actions, up to when the agent has nothing to do and nothing more to expect.
 
         Raises:
-            InteractiveAgentError: the agent cannot go on.
+            InteractiveAgentError: the agent cannot continue.
             GenerateError: it does what is no command.
         """
         for place in count():

@@ -1,11 +1,11 @@
 """Several interactive people in one run: each has an agent, and they perceive each other.
 
-All agents live in the time of the run. A person that is free goes on with what its agent is ready for. If that is
+All agents live in the time of the run. A person that is free continues with what its agent is ready for. If that is
 nothing, the person waits: for a message of another one, for something of the run that its agent hears, for the end of a
 `.wait`. What a person waits for is not in the test that the run becomes. So the test has, of what another one did, that
 the action comes after it, and of all else how long the person paused.
 
-For the run and its test to be the same to the bit, a person that waited goes on a moment later than it could, each at
+For the run and its test to be the same bit by bit, a person that waited goes on a moment later than it could, each at
 a moment of its own: then it does not matter who noticed at which instant that there is something to do.
 """
 
@@ -160,7 +160,7 @@ class OnlinePeople:
         """The actions of an actor, up to when its agent has nothing to do, and nothing more to expect for a while.
 
         Raises:
-            InteractiveAgentError: an agent cannot go on, or hears what has no value yet.
+            InteractiveAgentError: an agent cannot continue, or hears what has no value yet.
             GenerateError: it does what is no command.
         """
         if self._kernel is None:
@@ -312,7 +312,7 @@ class OnlinePeople:
                 since_us = end_us if is_busy else person.free_us
                 rest_us = end_us - since_us + round(person.role.declaration.idle_timeout_s * US_PER_S)
                 self._record.leave(person.name, since_us, since_us + rest_us)
-        with suppress(BdiError):  # an agent cannot go on after its last action, which had not ended
+        with suppress(BdiError):  # an agent cannot continue after its last action, which had not ended
             self._run.settle()
         programs = {role.agent.name: role.agent.program for role in self._roles}
         programs[self._steering.name] = self._roles[0].steering.program

@@ -33,7 +33,7 @@ class Role:
         percepts: an event for each of `declaration.percepts`.
         goals: the goals without parameters that the agent has plans for.
         disturbances: the lines of the testbench's disturbances.
-        state: the field that has the state of the code under test, as `state.name`; empty where there is none.
+        state: the field that has the state of the code under test, as `state.name`; empty if there is none.
         planned: what tells the interactions of commands apart: `planned` of the cross products that have it.
     """
 

@@ -29,7 +29,7 @@ MAX_PARTS = 1000
 
 
 class RecordedSample(NamedTuple):
-    """A message: when (s), on which topic, and its fields; these are empty where nobody asked for them."""
+    """A message: when (s), on which topic, and its fields; these are empty if nobody asked for them."""
 
     time_s: float
     topic: str

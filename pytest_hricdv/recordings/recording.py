@@ -63,7 +63,7 @@ def read_recordings(
     Args:
         paths: of bags (folders, or files of them) and MCAP files; of other folders, each file in it is one recording.
         wanted: whether the fields of a topic are of use.
-        file_of: the interface file of a type of ROS 2; None where there is none.
+        file_of: the interface file of a type of ROS 2; None if there is none.
     """
     return [_read(reader, wanted) for reader in recording_readers(paths, file_of)]
 

@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None, called: str = "hricdv report") 
     """Do what the command line says.
 
     Returns:
-        The exit status: 0 where all is well, 1 where tests or a gate failed or results are missing, 2 where a report
+        The exit status: 0 if all is well, 1 if tests or a gate failed or results are missing, 2 where a report
         cannot be used.
     """
     options = _parser(called).parse_args(arguments)

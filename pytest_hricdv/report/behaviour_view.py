@@ -63,7 +63,7 @@ def index(report: Report) -> list[dict[str, Any]]:
 
 
 def details(report: Report, test: TestResult) -> dict[str, Any] | None:
-    """How a test's run differs from that of the baseline, as plain data; None where it does not, or without one."""
+    """How a test's run differs from that of the baseline, as plain data; None if it does not, or without one."""
     change = report.changes.changed.get(test.nodeid) if report.changes else None
     if change is None:
         return None

@@ -27,7 +27,7 @@ class FileHits:
     """One file of the code under test: tests by line, and by branch (from line, to line; negative for an exit).
 
     Waived lines, and branches from or to them, are left out, as tools leave out what is excluded from coverage; tests
-    by waived line are in `waived`. `branches` is None where only lines were measured.
+    by waived line are in `waived`. `branches` is None if only lines were measured.
     """
 
     name: str
@@ -77,7 +77,7 @@ def lcov(report: Report) -> str:
 
 
 def hits(report: Report) -> tuple[FileHits, ...]:
-    """Tests per line and branch of each file, by name; empty where the code was not measured."""
+    """Tests per line and branch of each file, by name; empty if the code was not measured."""
     return tuple(sorted(count_hits(report), key=lambda file: file.name)) if report.code_under_test.measured else ()
 
 

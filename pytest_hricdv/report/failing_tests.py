@@ -25,7 +25,7 @@ class FailingTests:
     Args:
         report: of the session.
         tests: node id -> test.
-        causes: None where nobody looked for them.
+        causes: None if nobody looked for them.
     """
 
     report: Report
@@ -86,7 +86,7 @@ class FailingTests:
                 yield from (Line(line, "dim") for line in _wrap_lines(self.causes.remark, columns))
 
     def list_causes(self, columns: int) -> Iterator[Line]:
-        """How many causes, then each; nothing where nobody looked for them."""
+        """How many causes, then each; nothing if nobody looked for them."""
         if self.causes is not None:
             yield from (Line(self.headline, "title"), *self.lines(columns))
 

@@ -59,7 +59,7 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
     So nothing looks as if it were of the session that begins now, however this ends. Films and replay files stay.
 
     Args:
-        of_this_journal: the session goes on with the journal, which stays.
+        of_this_journal: the session continues with the journal, which stays.
 
     Returns:
         Whether there was anything to move.
@@ -78,7 +78,7 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
 
 
 def read_superseded(directory: Path) -> Report | None:
-    """The report of the session before; None where there is none, or another version wrote it."""
+    """The report of the session before; None if there is none, or another version wrote it."""
     for name in (EARLIER, WHOLE):
         try:
             return load(directory / name / REPORT_NAME)

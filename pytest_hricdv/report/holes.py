@@ -38,7 +38,7 @@ class HoleCause:
         count: how many they are.
         reason: why they are not covered, as far as that is known.
         reach: what is likely to reach them; empty where nothing is known.
-        test: the test that came nearest; None where the report has none.
+        test: the test that came nearest; None if the report has none.
         command: runs this test again, to be varied; empty without one.
         points: the points of each part, and what is known of it.
     """

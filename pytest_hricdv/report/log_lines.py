@@ -29,7 +29,7 @@ class LogLine:
 
 
 class RunLog(logging.Handler):
-    """Takes what the root logger gets while a run goes on; levels stay as the project has set them.
+    """Takes what the root logger gets during a run; levels stay as the project has set them.
 
     A context manager. `now_s` tells the simulated time, once the run has begun.
     """

@@ -46,14 +46,14 @@ class RequirementView:
         known_reason: why, and under which condition, its violation is known; empty if it is not.
         outside: how many tests violated it outside of this condition.
         until: the last day on which it is; empty if that is not limited.
-        allowed_untriggered: why no test need trigger it; None where one must.
+        allowed_untriggered: why no test need trigger it; None if one must.
         counts: verdict -> number of tests.
         triggers: over all tests.
         pending: those that were undecided at the end of a run.
         tight: tests that passed with the least margins.
         near_misses: tests that did not trigger it, by how near they came.
         notes: of features.
-        unit: of its margin; empty where that is not known.
+        unit: of its margin; empty if that is not known.
         least: the least margin of all tests; None where nothing was compared.
     """
 

@@ -26,7 +26,7 @@ class Sheet:
     """The content of the sheet besides the verdict and the figures.
 
     Attributes:
-        date: when the session began; of a merged report, the last one. Empty where nobody knows.
+        date: when the session began; of a merged report, the last one. Empty if nobody knows.
         revision: of the project, with a remark where it was changed; of a merged report, each.
         incomplete: why it should not be signed as it is, a sentence each.
         tables: of features, such as the verification plan.

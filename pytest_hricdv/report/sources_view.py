@@ -57,7 +57,7 @@ class AnnotatedSource:
 
     Attributes:
         title: how it is named.
-        file: where it is; empty where that is the title.
+        file: where it is; empty if that is the title.
         lines: of the text.
         units: statements, or plans.
         branches: from line to line; of agents none.

@@ -41,7 +41,7 @@ def header(suites: Sequence[str], seed: int, tests: int | None, testbench: str) 
     Args:
         suites: names of the chosen suites.
         seed: the seed they are generated from.
-        tests: how many tests were generated, None where that is not known yet.
+        tests: how many tests were generated, None if that is not known yet.
         testbench: the name of the testbench.
     """
     word = "suite" if len(suites) == 1 else "suites"

@@ -24,7 +24,7 @@ class PageSection:
 
     Args:
         id: of its element, and of its address.
-        title: in the navigation; empty where it is a part of another view.
+        title: in the navigation; empty if it is a part of another view.
         template: its file in the feature's folder `page`, as `PART/NAME.html.jinja`.
         values: what the template reads as `part`.
         place: where it stands.
@@ -50,10 +50,10 @@ class FailureCause:
         title: a line that stands alone.
         lines: the terminal's text on it, the title first.
         tests: node ids, the best example first.
-        place: the file and line of the code where it probably is; None where nobody knows.
+        place: the file and line of the code where it probably is; None if nobody knows.
         is_known: all of its violations are known ones.
-        anchor: id of its element on the page; empty where it has none.
-        decides: what makes the difference between failing and passing; empty where nobody knows.
+        anchor: id of its element on the page; empty if it has none.
+        decides: what makes the difference between failing and passing; empty if nobody knows.
     """
 
     label: str
@@ -151,7 +151,7 @@ class View:
         return None
 
     def aim(self, report: Report) -> str:
-        """The command that aims at what no test of the report covers; empty where this feature has none."""
+        """The command that aims at what no test of the report covers; empty if this feature has none."""
         return ""
 
     def markdown(self, report: Report) -> Iterable[str]:

@@ -126,7 +126,7 @@ def unit_of(formula: str, units: Mapping[str, str]) -> str:
 
 
 def margin_unit(report: Report, requirement: str) -> str:
-    """The unit of a requirement's margins in a report; empty where that is not known."""
+    """The unit of a requirement's margins in a report; empty if that is not known."""
     return unit_of(report.requirements.get(requirement, NO_TEXT).text, report.units or {})
 
 

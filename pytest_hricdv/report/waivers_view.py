@@ -32,7 +32,7 @@ class Waiver:
         kind: "known violation", "may be NC" or "unreachable line".
         subject: requirement, with condition or suites; or file and line.
         reason: for people.
-        owner: who answers for it: what stands in brackets at the end of the reason; empty where nobody is named.
+        owner: who answers for it: what stands in brackets at the end of the reason; empty if nobody is named.
         until: the last day; empty for ever.
         state: whether it is still needed, as far as this report tells.
     """

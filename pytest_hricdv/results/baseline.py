@@ -42,7 +42,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
         environment: name -> version, of what a record can depend on besides code and testbench.
         tests: test -> what it did; a test is its id, or its node id where several test functions ran it.
         hash_seed: see `ReportOrigin`.
-        causes: why tests fail, except known violations: id -> words; None where nobody looked for it.
+        causes: why tests fail, except known violations: id -> words; None if nobody looked for it.
     """
 
     violations: Mapping[str, Names]

@@ -45,7 +45,7 @@ class Behaviour(PlainRecord, frozen=True, kw_only=True):
     """The behaviour of one run.
 
     Args:
-        record_sha256: of the whole record, bit by bit; None where no run came to an end.
+        record_sha256: of the whole record, bit by bit; None if no run came to an end.
         parameters: checksum of the concrete test, so of what the run was given.
         end_reason: why the run ended, in the testbench's words.
         end_s: when (s of simulated time).
@@ -73,8 +73,8 @@ class BehaviourChange(PlainRecord, frozen=True, kw_only=True):
     Args:
         kind: of the first difference, without times and numbers, so that equal kinds can be counted.
         text: the first difference, with times and values.
-        time_s: when it was (s); None where all messages are the same.
-        topic: of the message that differs first; empty where all messages are the same.
+        time_s: when it was (s); None if all messages are the same.
+        topic: of the message that differs first; empty if all messages are the same.
         also: what else differs: the end, outcomes, faults, verdicts and margins; a sentence each.
         before: the behaviour in the baseline.
     """
@@ -125,7 +125,7 @@ class Difference(PlainRecord, frozen=True, kw_only=True):
         what: for instance "R3 violated by", "statements" or "bins of handover".
         before: in the baseline, as a number with its unit.
         now: in this run, likewise.
-        items: the tests, plans or bins that came or went; empty where it is about a number only.
+        items: the tests, plans or bins that came or went; empty if it is about a number only.
         worse: it fails the session; otherwise it is better.
         text: the same as a sentence, with the first items only.
     """

@@ -65,7 +65,7 @@ def gates_of(
 
 
 def policy_of(gates: Gates) -> GatePolicy | None:
-    """The gates of a session, as its report keeps them; None where it has none: then it does not speak of them."""
+    """The gates of a session, as its report keeps them; None if it has none: then it does not speak of them."""
     thresholds = {threshold.kind: threshold.percent for threshold in gates.thresholds}
     if not (thresholds or gates.fail_on_nc or gates.fail_on_change or gates.fail_on_pending):
         return None

@@ -78,7 +78,7 @@ class Exemption:
         condition: text of a condition; a violation is tolerated where it holds at the time of the violation. Empty for
             everywhere.
         suites: where it is tolerated; empty for all.
-        causes: ids of the causes for which it is tolerated; empty where none is named.
+        causes: ids of the causes for which it is tolerated; empty if none is named.
     """
 
     requirement: str
@@ -127,7 +127,7 @@ def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
     Args:
         line: of this form.
         form: which clauses it may have, as errors say it: `KNOWN` or `ALLOWED_UNTRIGGERED`.
-        reason: where the line has none; empty where it must have one.
+        reason: where the line has none; empty if it must have one.
 
     Raises:
         ExemptionError: it has another form, or a day that does not exist.

@@ -108,7 +108,7 @@ def line(record: JournalRecord) -> bytes:
 
 
 def parse(text: bytes) -> JournalRecord | None:
-    """The record of a line; None where it is torn, or was changed."""
+    """The record of a line; None if it is torn, or was changed."""
     head, _, rest = text.partition(b" ")
     length, _, body = rest.partition(b" ")
     body = body.removesuffix(b"\n")
@@ -126,7 +126,7 @@ class Journal:
 
     Args:
         began: the sessions that wrote it, in order.
-        declared: the report without results, as JSON; None where no test had begun.
+        declared: the report without results, as JSON; None if no test had begun.
         results: node id -> result as JSON, compressed; the last one counts.
         reasons: node id -> why it has no result, or what went wrong after it.
         kept: part -> key -> what it worked out after the tests, as JSON, compressed.
@@ -177,7 +177,7 @@ class Journal:
 
 
 def read(path: Path) -> Journal:
-    """Read a journal. Raises OSError where there is none, or it cannot be read, is a symbolic link, or too large."""
+    """Read a journal. Raises OSError if there is none, or it cannot be read, is a symbolic link, or too large."""
     journal = Journal()
     end = 0
     with _open(path) as file:
@@ -212,13 +212,13 @@ def _lines(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
 
 
 def records(path: Path) -> list[JournalRecord]:
-    """The whole records of a journal, in order. Raises OSError where it cannot be read."""
+    """The whole records of a journal, in order. Raises OSError if it cannot be read."""
     with _open(path) as file:
         return [record for text, _ in _lines(file) if (record := parse(text)) is not None]
 
 
 def is_ended(path: Path) -> bool:
-    """Whether the last record of a journal says that its session ended. Raises OSError where it cannot be read."""
+    """Whether the last record of a journal says that its session ended. Raises OSError if it cannot be read."""
     with _open(path) as file:
         file.seek(max(0, file.seek(0, os.SEEK_END) - _LONGEST_END))
         last = file.read().splitlines(keepends=True)[-1:]
@@ -243,7 +243,7 @@ class JournalWriter:
         self._size = size
         self._waiting: list[bytes] = []
         self.problem = ""
-        """Why records are waiting; empty where none is."""
+        """Why records are waiting; empty if none is."""
         self._file = open_unlinked(path, _FLAGS)
         OWN.add(self._file)
         os.ftruncate(self._file, size)

@@ -234,8 +234,7 @@ def _content(run: TestResult) -> str:
 
 
 def _unite(run: TestResult, other: TestResult) -> TestResult:
-    """Unite two reports of one run: the shorter time, all measurements, and for texts and files the first by
-    content."""
+    """Unite two reports of one run: the shorter time, all measurements, the first texts and files by content."""
     times = [result.wall_s for result in (run, other) if result.wall_s is not None]
     return replace(
         run,

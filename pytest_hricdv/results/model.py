@@ -78,11 +78,11 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         skipped_s: simulated time without physics steps (s).
         end_reason: why the run ended, in the testbench's words.
         outcomes: how each interaction ended, in order.
-        requirements: requirement -> verdict; empty where the test was not run: that is not NC.
+        requirements: requirement -> verdict; empty if the test was not run: that is not NC.
         failure: the text of the failure, or why the test was not run.
         errors: what is wrong with the run besides its requirements, a sentence each; they fail the test.
         unmeasured: why the code was not measured, or not completely.
-        timeline: None where no run came to an end, as are `action_times_s`, `cross` and `record_sha256`.
+        timeline: None if no run came to an end, as are `action_times_s`, `cross` and `record_sha256`.
         action_times_s: when actions began (s), ascending; shorter than `abstract` where the run was over before.
         action_indices: of a test with several actors, which actions began at these times, as indices from 1; None
             where there is one actor: they begin in the order of `abstract`.
@@ -92,7 +92,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         replay: what to give to `--hri-replay` to run this test again.
         values: parameters that were chosen instead of drawn: number of the command (from 1), or `run` -> parameter ->
             value.
-        engine: of physics; empty where the testbench has none.
+        engine: of physics; empty if the testbench has none.
         repeats: of a merged report: the runs that differ from this one, which is the worst.
     """
 
@@ -206,7 +206,7 @@ class RequirementText(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         group: what it belongs to; empty where nothing was said.
-        reads: signals, `topic.field` and topics in its formula, and what a violation shows beside; empty where it has
+        reads: signals, `topic.field` and topics in its formula, and what a violation shows beside; empty if it has
             no formula, and in reports of older versions.
         limits: in its formula.
         suggested: what a requirement rests on that was suggested from runs; empty for others.
@@ -296,7 +296,7 @@ class Report(PlainRecord, frozen=True, kw_only=True):
         outcome_label: what the testbench calls the interactions, which views list by their outcomes.
         shard: of a session that ran one part of the suites: which, as in 2/3.
         sessions: of a merged report: the sessions it was merged from.
-        gates: None where the session did not come to its end, or ran a shard.
+        gates: None if the session did not come to its end, or ran a shard.
         environment: name -> version, what records can depend on besides code and testbench; of a merged report, where
             all sessions had the same.
         policy: the gates that were asked for; of a merged report, those of all sessions.

@@ -37,9 +37,9 @@ class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
     Args:
         began: date and time (UTC, ISO 8601, to the second).
         command: the arguments that pytest was given.
-        revision: of the project's git repository; empty where there is none.
+        revision: of the project's git repository; empty if there is none.
         dirty: tracked files differed from the revision.
-        ini: the file with the options and waivers, relative to the project's root; empty where there is none.
+        ini: the file with the options and waivers, relative to the project's root; empty if there is none.
         versions: name -> version, of what runs and measures the tests.
         hash_seed: of the processes that ran the tests, in decimal digits; "random" where Python drew it, which nobody
             can repeat; "several" where they differ. Empty: an older version did not say.

@@ -68,8 +68,8 @@ def build_result(
     """The result of a test.
 
     Args:
-        result: of its run; None where it was not run, or came to no end: then nothing is checked or covered.
-        code: under test; None where it is not measured.
+        result: of its run; None if it was not run, or did not end: then nothing is checked or covered.
+        code: under test; None if it is not measured.
         requirements: of the testbench.
         unmeasured: why the run was not measured.
         ending: what pytest says of the test.

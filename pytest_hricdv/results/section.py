@@ -78,7 +78,7 @@ class Share:
 
     Args:
         kind: what thresholds call it.
-        percent: of a suite, by its name; None where it was not measured.
+        percent: of a suite, by its name; None if it was not measured.
         is_measured: whether it was, for any suite.
     """
 
@@ -98,7 +98,7 @@ def further_engines(test: msgspec.Struct) -> tuple[str, ...]:
 
 
 def failure_causes(report: msgspec.Struct, suite: str = "") -> Mapping[str, str] | None:
-    """Causes of the failures of a report, except known violations: id -> words; None where nobody looked for it.
+    """Causes of the failures of a report, except known violations: id -> words; None if nobody looked for it.
 
     Args:
         suite: of the tests; empty for all.

@@ -83,7 +83,7 @@ def _is_substitute(frame: FrameType) -> bool:
 
 
 def _call_of(frame: FrameType) -> tuple[str, str]:
-    """The function in C that a frame calls now, as its author wrote it, and its module; empty where not known."""
+    """The function in C that a frame calls now, as its author wrote it, and its module; empty if not known."""
     nowhere = (None, None, None, None)  # with -X no_debug_ranges
     line, last_line, start, end = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None), nowhere)
     if line is None or line != last_line:
@@ -99,7 +99,7 @@ def _call_of(frame: FrameType) -> tuple[str, str]:
 
 
 def _module_of(function: ast.expr, frame: FrameType) -> str:
-    """The module of what an expression calls, without evaluating it; empty where that is not known."""
+    """The module of what an expression calls, without evaluating it; empty if that is not known."""
     names = {**vars(builtins), **frame.f_globals, **frame.f_locals}
     value = _value_of(function, names)
     if value is not _UNKNOWN:

@@ -72,8 +72,7 @@ class Node:
         self.body = body
         self.ended = False
         self.leaving: list[Callable[[], Callable[[], None]]] = []
-        """Called when it blocks; each returns a function to call when it resumes. For state that Python keeps per
-        thread."""
+        """Called when it blocks; each returns a function to call when it resumes. For Python's state per thread."""
         self.wrap_thread: Callable[[Callable[[], None], bool], Callable[[], None]] = lambda body, daemon: body
         """Wraps the body of a thread that it starts, for instance so that it is measured."""
         self.own: dict[str, object] = {}

@@ -87,8 +87,7 @@ class Repetition:
         self._changes: dict[str, int] = {}  # of a signal, read
 
     def cycle(self, nothing_new_s: float = NOTHING_NEW_S) -> Cycle | None:
-        """The cycle that the run repeats; None if something was new in the last `nothing_new_s`, or is about to
-        come."""
+        """The cycle that the run repeats; None if something was new in the last `nothing_new_s`, or is to come."""
         self._follow()
         now_s = self._kernel.now_s
         if now_s - self._new_s < nothing_new_s:

@@ -15,7 +15,7 @@ FORMS = "dataclasses, named tuples, or classes of attrs, msgspec or pydantic"
 
 
 def fields_of(kind: object) -> tuple[str, ...] | None:
-    """The fields of the instances of a class, in their order; None where it can be no message.
+    """The fields of the instances of a class, in their order; None if it can be no message.
 
     Nothing but what the class itself has is asked, so that none of these libraries is needed.
 
@@ -94,7 +94,7 @@ def record_fields(message: object, names: Iterable[str], above: str = "") -> dic
 
 
 def _content(value: object) -> bytes | None:
-    """The content of a collection, the same in each process; None where something in it has none of its own."""
+    """The content of a collection, the same in each process; None if something in it has none of its own."""
     if isinstance(value, bytes | bytearray):
         return bytes(value)
     to_bytes = getattr(value, "tobytes", None)

@@ -37,7 +37,7 @@ class Timeouts(Generic[W]):
             self._prune()
 
     def next_us(self) -> int | None:
-        """When the next wait ends (us); None where none has a time-out."""
+        """When the next wait ends (us); None if none has a time-out."""
         while self._due and not _is_pending(self._due[0][2], self._due[0][3]):
             heapq.heappop(self._due)
         return self._due[0][0] if self._due else None

@@ -265,7 +265,7 @@ def _demand_s(but: str) -> float | None:
 
 
 def _wants_now(but: str) -> bool:
-    """Whether a thread of this process has or wants a processor now; False where the system does not tell.
+    """Whether a thread of this process has or wants a processor now; False if the system does not tell.
 
     Args:
         but: the number that the system has for a thread, which does not count.

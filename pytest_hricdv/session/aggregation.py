@@ -82,7 +82,7 @@ class EachWorker:
         self._ran.setdefault(nodeid, {})[worker] = msgspec.json.decode(result, type=_Ran)
 
     def note(self) -> str:
-        """How the figures of the report go with those of pytest; empty where no test ran twice."""
+        """How the figures of the report go with those of pytest; empty if no test ran twice."""
         workers = sorted({worker for ran in self._ran.values() for worker in ran})
         tests = plural(len(self._ran), "test")
         return f"--dist=each: {tests} ran on each of {', '.join(workers)}, and count once" if len(workers) > 1 else ""

@@ -88,7 +88,7 @@ class EventCounter:
 
 
 def first_violation(result: CaseResult, asked: Sequence[str]) -> tuple[str, float] | None:
-    """The requirement that a run violated first, of those asked for, and when (s); None where it violated none."""
+    """The requirement that a run violated first, of those asked for, and when (s); None if it violated none."""
     violated = [
         (violation.time_s, verdict.requirement)
         for verdict in result.verdicts

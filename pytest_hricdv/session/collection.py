@@ -202,7 +202,7 @@ class Collection:
         return tell
 
     def rewrite(self, texts: Iterable[str]) -> bool:
-        """Report progress on a line that the next report takes; False where there is no terminal, or none is wanted.
+        """Report progress on a line that the next report takes; False if there is no terminal, or none is wanted.
 
         Args:
             texts: that say it, the fullest first; the first that fits is shown. Of a line that wraps, the terminal

@@ -55,7 +55,7 @@ class CallResult:
     """The message of a process after the call of a test.
 
     Args:
-        report: of the call, as pytest sends reports; None where there is none.
+        report: of the call, as pytest sends reports; None if there is none.
         sections: what the test has written, by phase and kind, for the report of its teardown.
         properties: that the test has recorded.
         warned: its warnings.
@@ -113,7 +113,7 @@ class _Call:
     """The call of a test, as this process sees it, which does not make it.
 
     Args:
-        answer: of the process; None where it ended without one.
+        answer: of the process; None if it ended without one.
         report: of the answer.
         problem: how it ended.
     """

@@ -74,11 +74,11 @@ class JournalKeeper:
 
         Args:
             depends_on: what results depend on, name -> value.
-            resume: go on with the journal that is there; it is touched only when the first test begins.
+            resume: continue with the journal that is there; it is touched only when the first test begins.
 
         Raises:
             pytest.UsageError: another session writes into the folder, the earlier report cannot be moved, or the
-                journal to go on with is of something else.
+                journal to continue with is of something else.
         """
         self._depends_on = depends_on
         with _explain_errors(self._folder):
@@ -102,7 +102,7 @@ class JournalKeeper:
             self._open(0)
 
     def _earlier(self, folder: str = ".") -> Journal | None:
-        """The journal of the session before; None where there is none."""
+        """The journal of the session before; None if there is none."""
         path = self._folder / folder / NAME
         return read(path) if path.is_file() else None
 
@@ -177,7 +177,7 @@ class JournalKeeper:
             is_whole: this session ran all tests of its suites.
 
         Returns:
-            The page of the report that is kept, relative to the folder; empty where there is none.
+            The page of the report that is kept, relative to the folder; empty if there is none.
 
         Raises:
             ReportError: files cannot be moved or removed.
@@ -211,7 +211,7 @@ class JournalKeeper:
         return round(time.monotonic() - self._began_s, 3)
 
     def abandon(self) -> None:
-        """Let another process go on with the journal."""
+        """Let another process continue with the journal."""
         self._close()
         if self._lock is not None:
             self._lock.release()

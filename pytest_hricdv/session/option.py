@@ -61,7 +61,7 @@ class Value:
 
     @property
     def ini(self) -> str:
-        """Its key in the ini file; empty where it has none."""
+        """Its key in the ini file; empty if it has none."""
         return _ini_name(self.name) if self.key else ""
 
 
@@ -82,7 +82,7 @@ class Flag:
 
     @property
     def ini(self) -> str:
-        """Its key in the ini file; empty where it has none."""
+        """Its key in the ini file; empty if it has none."""
         return _ini_name(self.name) if self.key else ""
 
 
@@ -138,7 +138,7 @@ class OptionReader:
         return self.config.getoption(f"hri_{name}")
 
     def text(self, name: str) -> str:
-        """A text without spaces around it; empty where there is none."""
+        """A text without spaces around it; empty if there is none."""
         value = self.command_line_value(name)
         return str(self.config.getini(f"hri_{name}") if value is None else value).strip()
 
@@ -220,7 +220,7 @@ class FeatureOptions(Generic[Settings]):
     switched_off: Mapping[str, object] = {}
 
     def read(self, reader: OptionReader) -> Settings | None:
-        """Its settings; None where there are none. Raises pytest.UsageError for an invalid one."""
+        """Its settings; None if there are none. Raises pytest.UsageError for an invalid one."""
         return None
 
     def asks_for_suites(self, reader: OptionReader) -> bool:
@@ -236,7 +236,7 @@ class FeatureOptions(Generic[Settings]):
         return ()
 
     def configure(self, testbench: Testbench, options: HasFeatures) -> Testbench:
-        """The testbench as its options have it. Raises TestbenchError where it cannot be that."""
+        """The testbench as its options have it. Raises TestbenchError if it cannot be that."""
         return testbench
 
     def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:

@@ -154,7 +154,7 @@ class Preparation:
 
     @pytest.hookimpl(tryfirst=True, optionalhook=True)
     def pytest_xdist_setupnodes(self) -> None:
-        """Say what is run before xdist begins its line of workers, which it goes on with later."""
+        """Say what is run before xdist begins its line of workers, which it continues with later."""
         self._write_header()
 
     def _write_header(self) -> None:

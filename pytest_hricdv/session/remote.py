@@ -87,8 +87,8 @@ class Answer:
     Args:
         worker: which.
         lines: of the answer, as far as there are.
-        problem: why the process ended before the answer did; empty where it did not.
-        unable: why this worker cannot answer any question; empty where it can.
+        problem: why the process ended before the answer did; empty if it did not.
+        unable: why this worker cannot answer any question; empty if it can.
     """
 
     worker: WorkerName
@@ -113,7 +113,7 @@ class Workers(Protocol):
 
     @property
     def dashboard(self) -> str:
-        """The address of a page that shows their work; empty where there is none."""
+        """The address of a page that shows their work; empty if there is none."""
 
     def answers(
         self, service: Service, queue: deque[WorkRequest], tick: Callable[[], None] = lambda: None
@@ -156,7 +156,7 @@ class Remote(ABC):
 
     @abstractmethod
     def project_of_session(self, config: pytest.Config, options: Options) -> RemoteProject:
-        """The project of a session. Raises ClusterError where it cannot be sent."""
+        """The project of a session. Raises ClusterError if it cannot be sent."""
 
     @abstractmethod
     def project(
@@ -189,5 +189,5 @@ class Remote(ABC):
 
 
 def remote() -> Remote | None:
-    """Workers on other machines; None where no feature has any."""
+    """Workers on other machines; None if no feature has any."""
     return next(iter(offers("remote", "REMOTE")), None)

@@ -223,7 +223,7 @@ class Failures:
         return os.path.relpath(self._folder / f"{test_id}.json", self._start)
 
     def keep(self, replay: Replay) -> str | None:
-        """Write a file; returns its name, or None where it cannot be written: `problem` then says why."""
+        """Write a file; returns its name, or None if it cannot be written: `problem` then says why."""
         try:
             write(replay, self._folder)
         except ReplayError as error:
@@ -256,7 +256,7 @@ class TestRerunner:
         begun: Callable[[CodeUnderTest], None] = lambda code: None,
         watching: Iterable[Watcher] = (),
     ) -> CaseResult | None:
-        """Run a test; None where the run came to no end. What it prints goes nowhere.
+        """Run a test; None if the run did not end. What it prints goes nowhere.
 
         Args:
             test: to be run.

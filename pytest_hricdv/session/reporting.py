@@ -234,7 +234,7 @@ class SessionReporter:
 
     @property
     def reason_for_missing_tests(self) -> str:
-        """Why tests that the command line names were not found; empty where all were."""
+        """Why tests that the command line names were not found; empty if all were."""
         return self._missing
 
     def session_info(self) -> SessionInfo:

@@ -295,7 +295,7 @@ def refuse_missing_part(error: BaseException, item: pytest.Item) -> None:
 
 
 def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:
-    """Why the code under test was not measured in a run, or not completely; empty where it was."""
+    """Why the code under test was not measured in a run, or not completely; empty if it was."""
     if run is None or (run.code is not None and run.code.branches is not None):
         return ""
     if measurement.reason or run.has_measured_node:

@@ -46,7 +46,7 @@ def select_suites(
 
     Args:
         root: the folder that paths of suites are relative to.
-        cache: `config.cache`, or None where the cache plugin is off.
+        cache: `config.cache`, or None if the cache plugin is off.
         say: receives messages.
         wait: what is told of something that may take long how far it is.
 
@@ -180,7 +180,7 @@ def from_text(text: str) -> list[GeneratedSuite]:
 def export(selected: Iterable[GeneratedSuite], folder: Path) -> list[Path]:
     """Write each suite as a text file that `--hri-suite=FOLDER` reads back with its ids unchanged.
 
-    Raises pytest.UsageError where the folder cannot be written.
+    Raises pytest.UsageError if the folder cannot be written.
     """
     try:
         suites = [generated.suite for generated in selected]

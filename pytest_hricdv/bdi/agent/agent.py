@@ -47,7 +47,7 @@ class Agent(AgentState):
         """Do a reasoning cycle: perceive, read a message, react to an event, take an action's outcome, do a statement.
 
         Raises:
-            BdiError: the agent cannot go on.
+            BdiError: the agent cannot continue.
         """
         # In Jason's order: sense, read a message, deliberate on an event, act.
         self.busy_waiting = False

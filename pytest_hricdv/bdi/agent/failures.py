@@ -253,7 +253,7 @@ def drop_goal(agent: AgentState, intention: Intention, goal: Term, succeeded: bo
         agent: whose intention it is.
         intention: the intention, taken out of whatever it was in.
         goal: what the goal has to unify with.
-        succeeded: whether the intention goes on as if the goal were achieved, or as if it had failed.
+        succeeded: whether the intention continues as if the goal were achieved, or as if it had failed.
 
     Returns:
         Whether the intention was pursuing it.

@@ -113,8 +113,7 @@ class Intention:
     def __init__(self, number: int) -> None:
         self.number = number
         self.branch_of: ForkedIntention | None = None
-        """For a branch of a fork: the intention that continues once it is done; the branch has copies of the plans
-        below."""
+        """The intention that continues after a branch of a fork; the branch has copies of the plans below."""
         self.stack: list[IntendedMeans] = []
 
     @property
@@ -196,8 +195,7 @@ class PendingWait:
 
 @dataclass(slots=True, eq=False)
 class HardDeadline:
-    """The deadline of a goal posted with the annotation ``hard_deadline(Ms)``: it fails then, unless it has ended
-    before."""
+    """The deadline of a goal posted with the annotation ``hard_deadline(Ms)``: it fails then, unless it has ended."""
 
     goal: Structure
     """The goal object of its event and its plan."""

@@ -113,7 +113,7 @@ def _check(agent: AgentState, intention: Intention, means: IntendedMeans, statem
 
 
 def _update_beliefs(agent: AgentState, intention: Intention, means: IntendedMeans, statement: BeliefUpdate) -> None:
-    """A change posts an event that the intention waits for; without one, or for ``++``, the intention goes on."""
+    """A change posts an event that the intention waits for; without one, or for ``++``, the intention continues."""
     literal = statement.event_literal
     if literal is None:
         if (rule := _rule_of(agent, statement.literal, means)) is not None:

@@ -101,7 +101,7 @@ def _unify_structures(pattern: Structure, target: Structure, bindings: Bindings,
             return False
     if not pattern.annots and pattern.annots_tail is None:
         return True
-    # Only a query goes on with the other ways. The generator is dropped where it has yielded, before it would undo the
+    # Only a query tries the other ways. The generator is dropped where it has yielded, before it would undo the
     # bindings of this way: so they stay.
     return next(match_annotations(pattern, target.annots, bindings, trail), False)
 

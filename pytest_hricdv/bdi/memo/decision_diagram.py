@@ -59,7 +59,7 @@ class Segment:
 
 
 Edge = AtomDecision | Segment | None
-"""None where no run has been executed yet."""
+"""None if no run has been executed yet."""
 
 
 def follow(node: StateNode, atoms: Container[str], segments: list[Segment], most: int) -> StateNode | None:

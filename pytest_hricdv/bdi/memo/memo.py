@@ -61,7 +61,7 @@ class Memo:
         """The result of :meth:`MultiAgentSystem.run` with these arguments.
 
         Raises:
-            BdiError: an agent cannot go on.
+            BdiError: an agent cannot continue.
             ValueError: an argument is out of its range, or names an unknown agent.
         """
         environment = self.system.environment
@@ -115,7 +115,7 @@ class Memo:
 
         Raises:
             TooLargeError: there are too many runs.
-            BdiError: an agent cannot go on.
+            BdiError: an agent cannot continue.
             ValueError: there is no such agent.
         """
         starts: dict[tuple[StateNode, Content], None] = {}

@@ -111,10 +111,10 @@ class RecordingRun(SystemRun):
         Returns:
             The segment, and the states of the agents at its end if that is not the end of the run. None if it is not
             certain that other runs in this state with the same answers have the same segment: then
-            the run cannot go on here.
+            the run cannot continue here.
 
         Raises:
-            BdiError: an agent cannot go on.
+            BdiError: an agent cannot continue.
         """
         ticks = self.ticks
         self.skipped, self.rounds = ticks, 0

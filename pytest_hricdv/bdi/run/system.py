@@ -135,8 +135,7 @@ class MultiAgentSystem:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings about parts of the project without an effect here, or that would end a run; each once, with its
-        place."""
+        """Warnings about parts of the project without effect here, or that would end a run; each once, with place."""
         return self._warnings
 
     @property
@@ -188,7 +187,7 @@ class MultiAgentSystem:
             trace: whether to note what led to what, as the result's ``trace``.
 
         Raises:
-            BdiError: an agent cannot go on: an action raised an exception, a rule recurses for ever.
+            BdiError: an agent cannot continue: an action raised an exception, a rule recurses for ever.
             ValueError: an argument is out of its range, or names an agent that there is not.
         """
         if max_rounds < 0:

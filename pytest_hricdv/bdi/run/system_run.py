@@ -187,7 +187,7 @@ class SystemRun:
         self.progress += 1
 
     def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:
-        """Let the environment execute an action; whether it succeeded. Raises BdiError where the environment raises."""
+        """Let the environment execute an action; whether it succeeded. Raises BdiError if the environment raises."""
         self.actions.append((agent, str(action)))
         self.progress += 1
         try:
@@ -226,7 +226,7 @@ class SystemRun:
             How it ended: "idle", "spin", "goal", "stopped" or "round limit".
 
         Raises:
-            BdiError: an agent cannot go on.
+            BdiError: an agent cannot continue.
         """
         with count_work(self):
             try:

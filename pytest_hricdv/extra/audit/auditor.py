@@ -66,7 +66,7 @@ class Auditor:
         )
 
     def audit(self, results: list[TestResult]) -> list[TestResult]:
-        """The results, with those marked that came otherwise; what was run again is added to the report."""
+        """The results, with those marked that gave another result; what was run again is added to the report."""
         before = self._take_over(results)
         place = {nodeid: number for ran in self._processes for number, nodeid in enumerate(ran) if nodeid not in before}
         tests = choose_tests(results, place, self._number)
@@ -116,7 +116,7 @@ class Auditor:
         session.done.update(() if session.interrupted else [AUDIT.name])
 
     def _take_over(self, results: Sequence[TestResult]) -> tuple[str, ...]:
-        """The tests that the session which this one goes on with had found to come otherwise; they fail it, too."""
+        """The tests with another result in the session that this one resumes; they fail it, too."""
         marks = {result.nodeid: (result.id, UNREPEATABLE.of(result)) for result in results}
         found = {nodeid: f"{name} {sentence(mark)}" for nodeid, (name, mark) in marks.items() if mark is not None}
         self._session.problems += found.values()
@@ -227,7 +227,7 @@ _COARSE_S = 0.01
 
 
 def _test_at(time_s: float, runs: Sequence[tuple[str, TestTimes]]) -> str:
-    """The test that ran at a time (s since 1970); empty where none did, or several."""
+    """The test that ran at a time (s since 1970); empty if none did, or several."""
     running = [nodeid for nodeid, ran in runs if ran.start_s - _COARSE_S <= time_s <= ran.stop_s + _COARSE_S]
     return running[0] if len(running) == 1 else ""
 

@@ -35,7 +35,7 @@ class OutOfTimeError(Exception):
 
 @dataclass(frozen=True)
 class RepeatCause:
-    """Why a test came otherwise; see `records.Unrepeatable`."""
+    """Why a test gave another result; see `records.Unrepeatable`."""
 
     name: str
     detail: str
@@ -52,7 +52,7 @@ class CauseSearch:
         session_key: what it came to in the session (see `repeating.key_of`).
         alone: what it came to alone, under `hash_seed`.
         hash_seed: of a fresh process.
-        session_seed: of the process in which it ran; empty where nobody knows it.
+        session_seed: of the process in which it ran; empty if nobody knows it.
         in_process: the tests that ran in its process, in order.
         changed: files of the project that the session wrote: path -> the test that ran then; empty: none is known.
         was_in_worker: it ran in a worker of xdist.

@@ -68,7 +68,7 @@ class AuditFeature(Feature[AuditOptions]):
         return "the audit" if self.settings(context.options).is_on else ""
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
-        """The results, with those marked that came otherwise when they ran again."""
+        """The results, with those marked that gave another result when they reran."""
         settings, context = self.settings(session.options), session.context
         begin = context.stash.get(BEGIN, None)
         if begin is None or stopped or session.interrupted or not results or context.debugger_reason:
@@ -87,7 +87,7 @@ class AuditView(View):
     name = "audit"
 
     def section(self, report: Report) -> PageSection | None:
-        """The tests that came otherwise, with their causes; in a merged report, of all sessions."""
+        """The tests that gave another result, with their causes; in a merged report, of all sessions."""
         from pytest_hricdv.report.formatting import plural
 
         audit = AUDIT.of(report)

@@ -7,7 +7,7 @@ from pytest_hricdv.results.section import Section, TestSection
 
 
 class Unrepeatable(PlainRecord, frozen=True, kw_only=True):
-    """How the result of a test changed when it reran.
+    """How a test gave another result when it reran.
 
     Args:
         cause: in words: "state that ... leaves", "hash order", "random numbers", ...; "not found" where no experiment

@@ -95,7 +95,7 @@ class Fresh:
         """It was killed by somebody else."""
 
     def begin(self, session: FreshSession) -> None:
-        """Start pytest there. Raises StartError where it does not begin."""
+        """Start pytest there. Raises StartError if it does not begin."""
         self._running.send(session)
         self._lines(PATIENCE_S)
         if self.problem:
@@ -159,7 +159,7 @@ class Repeater:
         variables: Mapping[str, str] | None = None,
         among: Sequence[str] = (),
     ) -> Rerun:
-        """Run an order of tests. Raises StartError where a process does not begin.
+        """Run an order of tests. Raises StartError if a process does not begin.
 
         Args:
             order: of tests.

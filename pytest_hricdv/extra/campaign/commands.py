@@ -1,6 +1,6 @@
 """Implements the commands of `hricdv campaign`.
 
-Exit status: 0 where all is well; 1 where runs failed or were lost, a repeated run differs, or a gate fails; 2 where the
+Exit status: 0 if all is well; 1 if runs failed or were lost, a repeated run differs, or a gate fails; 2 where the
 campaign cannot be run or read; 3 where it was ended before all was done.
 """
 
@@ -44,7 +44,7 @@ _SHOWN = 10
 
 
 def run(options: argparse.Namespace) -> int:
-    """Begin a campaign, or go on with it."""
+    """Begin a campaign, or continue with it."""
     root = Path.cwd()
     now = plan(_arguments(options), options.concretizations, root)
     of_project = (root / now.planned.rootdir).resolve()

@@ -83,8 +83,7 @@ class CampaignPlan:
         return len(self.planned.tests) * self.concretizations
 
     def run_keys(self) -> Iterator[RunKey]:
-        """The keys of all runs: all tests with the first seed come first, then the next seed, so that early results are
-        fair."""
+        """The keys of all runs: all tests with the first seed, then the next seed, so that early results are fair."""
         return ((test, k) for k in range(self.concretizations) for test in range(len(self.planned.tests)))
 
     @cached_property

@@ -37,7 +37,7 @@ class CampaignRequirement(PlainRecord, frozen=True, kw_only=True):
         ever: abstract tests that violated it with some seed.
         always: abstract tests that violated it with each seed.
         unsettled: abstract tests whose verdict depends on the seed.
-        least: of all margins; None where there is none.
+        least: of all margins; None if there is none.
     """
 
     passed: Count

@@ -70,7 +70,7 @@ class Store:
 
     @classmethod
     def create(cls, path: Path, plan: CampaignPlan) -> Self:
-        """A new store. Raises CampaignError where there is a file already."""
+        """A new store. Raises CampaignError if there is a file already."""
         if path.exists():
             raise CampaignError(f"{path}: there is such a file already")
         if not path.parent.is_dir():
@@ -85,7 +85,7 @@ class Store:
 
     @classmethod
     def open(cls, path: Path) -> Self:
-        """The store in a file. Raises CampaignError where there is none."""
+        """The store in a file. Raises CampaignError if there is none."""
         if not path.is_file():
             raise CampaignError(f"{path}: no such campaign: 'hricdv campaign run --state={path}' begins one")
         with error_location(path):
@@ -99,7 +99,7 @@ class Store:
         return store
 
     def hold(self) -> None:
-        """Keep others from running this campaign. Raises CampaignError where somebody does."""
+        """Keep others from running this campaign. Raises CampaignError if somebody does."""
         try:
             self._lock = FolderLock(self.path.parent, f"{self.path.name}.lock")
         except LockedError as error:
@@ -165,7 +165,7 @@ class Store:
             self._insert(key, LOST, 0.0, "", 0, RowSummary(note=reason))
 
     def _insert(self, key: RunKey, outcome: str, sim_s: float, sha256: str, worker: int, summary: RowSummary) -> bool:
-        """Insert a row; False where the run has one already."""
+        """Insert a row; False if the run has one already."""
         values = *key, outcome, sim_s, sha256, worker, encode(summary)
         inserted = self._connection.execute("INSERT OR IGNORE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", values)
         return inserted.rowcount > 0

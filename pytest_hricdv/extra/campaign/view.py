@@ -20,7 +20,7 @@ class CampaignView(View):
     name = "campaign"
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """The sums over all runs; none where the report is not of a campaign."""
+        """The sums over all runs; none if the report is not of a campaign."""
         result = CAMPAIGN.of(report)
         if result is None:
             return

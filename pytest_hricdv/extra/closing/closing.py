@@ -176,8 +176,7 @@ class ClosureGenerator:
     def _run_others(
         self, archive: Archive, runs: ClosingRuns, tests: Sequence[AbstractTest], faults: list[str]
     ) -> ClosingEnd | None:
-        """Run the other suites, outside the budget: points that they hit are not open. Returns why there will be no
-        loop."""
+        """Run the other suites, outside the budget: their hits are not open. Returns why there is no loop."""
         ended: ClosingEnd | None = None
         observed: dict[int, RunObservation] = {}
         if tests:

@@ -49,7 +49,7 @@ class CombinationSynthesis:
     def synthesize(self, planned: Bin, outcome: Outcome, commands: int, rng: Random) -> CombinationCandidate | None:
         """A combination that may lead to an outcome in an interaction with this number of commands.
 
-        Its chance is what is expected before it is tried. None where a condition is missing that no intervention has
+        Its chance is what is expected before it is tried. None if a condition is missing that no intervention has
         brought about.
         """
         wanted, nominal = self._target_effect(planned, outcome), self._model.nominal(planned)
@@ -85,7 +85,7 @@ class CombinationSynthesis:
         """An intervention that probably changes the effect, with those of other disturbances that may mask this.
 
         What seems nominal and is not leads to checks in the code that are beyond the first ones. Of several, it is
-        rather one whose disturbances were rarely combined. None where no way to mask a change is known.
+        rather one whose disturbances were rarely combined. None if no way to mask a change is known.
         """
         nominal = self._model.nominal(planned)
         changes = {} if nominal is None else self._changes(nominal)
@@ -160,7 +160,7 @@ class CombinationSynthesis:
         """Disturbance -> how many of the missing characters its interventions probably change, of those that no known
         intervention brings about.
 
-        Empty where no character is missing: that another effect comes does not promise that it is nearer.
+        Empty if no character is missing: that another effect comes does not promise that it is nearer.
         """
         wanted, nominal = self._target_effect(planned, outcome), self._model.nominal(planned)
         expected: dict[str, float] = {}

@@ -193,8 +193,7 @@ class _Generation:
         return (self._intervention(name, self._place(name, nominal, commands)),)
 
     def _place(self, name: str, nominal: Outcome | None, commands: int) -> int:
-        """Whether the disturbance was tried as rarely as any after this many commands where the same outcome is
-        nominal."""
+        """Whether it was tried as rarely as any after this many commands where the same outcome is nominal."""
         places = [(name, nominal, place) for place in range(1, max(commands, 1) + 1)]  # of no commands, after the last
         return self._rarest(places, self._tries_at)[2]
 

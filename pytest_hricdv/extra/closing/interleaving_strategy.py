@@ -176,7 +176,7 @@ class InterleavingStrategy:
         return Proposal(self._draft(number, order, wait_s), self.name, (aim[2],) if aim else ())
 
     def _aim(self, archive: Archive, rng: Random) -> tuple[int, Sequence[Place], Point] | None:
-        """A test, where actions meet in it, and the open bin that this is for; None where none is known for it."""
+        """A test, where actions meet in it, and the open bin that this is for; None if none is known for it."""
         weights = {
             point: 1.0 / (1 + archive.tries[point])
             for point in archive.open

@@ -70,7 +70,7 @@ def _text_distance(left: str, right: str) -> float:
 
 
 def character(effect: Effect, condition: CharacterCondition) -> str:
-    """The character that is there; empty where the text is of another length."""
+    """The character that is there; empty if the text is of another length."""
     texts = tuple(chain(*effect))
     is_alike = condition.text < len(texts) and len(texts[condition.text]) == condition.size
     return texts[condition.text][condition.place] if is_alike else ""

@@ -100,7 +100,7 @@ class FallbackStrategy:
         return proposals
 
     def _repeat_tests(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """Tests that were run, the least often run first; none that has done the same each time, to the bit."""
+        """Tests that were run, the least often run first; none that has done the same each time, bit by bit."""
         records: dict[tuple[str, ...], list[str]] = {}
         for entry in archive.entries:
             if not entry.observation.error:

@@ -45,7 +45,7 @@ class RunObservation(msgspec.Struct, frozen=True):
         record_sha256: of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
         begun: where there are several actors: its actions as they began, by their numbers from 0.
-        error: why it came to no end; empty where it did. Then it hits nothing.
+        error: why it did not end; empty if it did. Then it hits nothing.
     """
 
     test: dict[str, Any]

@@ -16,7 +16,7 @@ class Surroundings:
     """The parts of the system under test that explain open points.
 
     Args:
-        code: under test; None where it is not measured.
+        code: under test; None if it is not measured.
         coordinates: cross product -> the names of its coordinates.
         plans: agent -> plan -> beliefs that, by the model, lead to it.
     """
@@ -26,7 +26,7 @@ class Surroundings:
     plans: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
 
     def text(self, file: str, line: str) -> str:
-        """The text of a line of the code, as ` (`...`)`; empty where it is not known."""
+        """The text of a line of the code, as ` (`...`)`; empty if it is not known."""
         for source in self.code.files if self.code is not None else ():
             lines = source.text.splitlines()
             if source.name == file and 0 < int(line) <= len(lines):
@@ -127,7 +127,7 @@ def _before(file: str, line: str, archive: Archive, surroundings: Surroundings) 
 
 
 def waiver(point: Point, archive: Archive) -> str:
-    """The line by which a person declares a point impossible; empty where there is none."""
+    """The line by which a person declares a point impossible; empty if there is none."""
     match point:
         case ("bin", product, *parts):
             return f'cross product {product}: impossible={{{tuple(parts)}: "why"}}'

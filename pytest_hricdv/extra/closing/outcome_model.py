@@ -139,7 +139,7 @@ class OutcomeModel:
     def nominal(self, planned: Bin) -> Effect | None:
         """The nominal effect: the most frequent one without disturbances where these coordinates are planned.
 
-        Where they were never run so, it is the one of the most similar coordinates; None where none are similar.
+        Where they were never run so, it is the one of the most similar coordinates; None if none are similar.
         """
         if planned in self._nominal:
             return self._nominal[planned]
@@ -176,7 +176,7 @@ class OutcomeModel:
             combination: of the interaction.
             outcome: that it may lead to.
             like: the combination of longer interactions that it was made from, which counts until it was tried itself;
-                None where it was not.
+                None if it was not.
             expected: the probability before anything was seen of it.
         """
         variants = self._variants.get(_kind(combination), {}).get(planned) if combination else None

@@ -51,10 +51,10 @@ class OpenPoint(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         tries: runs that were aimed at it.
-        bound: upper bound of the probability that such a run hits it; None where no run was aimed at it.
+        bound: upper bound of the probability that such a run hits it; None if no run was aimed at it.
         test: the id of the test that came nearest; empty where nothing is known.
         lacking: what this test missed, or what else is known.
-        waiver: a line that declares the point impossible; empty where there is none.
+        waiver: a line that declares the point impossible; empty if there is none.
     """
 
     point: Names
@@ -71,8 +71,8 @@ class ViolationKind(PlainRecord, frozen=True, kw_only=True):
     Args:
         requirement: empty for what was wrong with a run other than its requirements, which `part` then says.
         part: the conditions that were false.
-        state: of the code under test; empty where it names none.
-        outcome: how the interaction ended in which it happened; empty where there was none, or where it did not end.
+        state: of the code under test; empty if it names none.
+        outcome: how the interaction ended in which it happened; empty if there was none, or where it did not end.
         known: such violations are known.
         runs: with one.
         test: the id of a test that has one: of the suite, or of one that was there before the loop.
@@ -141,7 +141,7 @@ class NearestRun(PlainRecord, frozen=True, kw_only=True):
     Args:
         margin: the least one of all runs, in its unit; None where nothing was compared.
         spread: by how much the least margins of runs differ, in the same unit.
-        test: the id of the test that had the least margin; empty where none had one.
+        test: the id of the test that had the least margin; empty if none had one.
         runs: that triggered it.
         searched: runs that were made to violate it.
         vacuous_alternatives: the alternatives of its response by which it never held.
@@ -178,7 +178,7 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         suite: the name of the suite that it led to.
         budget: largest number of runs.
-        runs: that were made; `errored_runs` of them came to no end.
+        runs: that were made; `errored_runs` of them did not end.
         initial_runs: tests that were there before the loop; they are no part of `runs` and `sim_s`.
         sim_s: simulated time of its runs (s).
         bound: upper bound of the probability that a run hits a certain open point; None without runs.
@@ -222,7 +222,7 @@ SECTIONS = (CLOSING,)
 
 
 def target_suite(report: Struct) -> str:
-    """The suite that the loop generated to reach all there is; empty where there is none."""
+    """The suite that the loop generated to reach all there is; empty if there is none."""
     result = CLOSING.of(report)
     return result.suite if result is not None else ""
 

@@ -70,7 +70,7 @@ class ClosingRuns(ABC):
                 yield numbers[answer.number], answer.observation
 
     def _lose(self, problem: str, where: str = "") -> None:
-        """A process was lost. Raises GivenUpError where that was one too many."""
+        """A process was lost. Raises GivenUpError if that was one too many."""
         self._losses += 1
         if self._losses >= MAX_ATTEMPTS:
             raise GivenUpError(f"{_loss_text(self._losses)}, the last time{where}: {problem}") from None

@@ -47,7 +47,7 @@ class TestSelection(NamedTuple):
     """A test with combinations for its interactions of a cross product, and the points that it is to hit.
 
     Args:
-        run_values: with which the most promising of the combinations has worked before; empty where none has.
+        run_values: with which the most promising of the combinations has worked before; empty if none has.
     """
 
     test: int
@@ -76,7 +76,7 @@ class Selection:
         self._options: dict[PlannedInteraction, list[Option]] = {}
 
     def select(self, rng: Random) -> TestSelection | None:
-        """Select one test; None where no gain is expected."""
+        """Select one test; None if no gain is expected."""
         gains = {interaction: options[0].gain for interaction in self._targets if (options := self._of(interaction))}
         gains = {interaction: gain for interaction, gain in gains.items() if gain > 0.0}
         if not gains:

@@ -91,7 +91,7 @@ class SuiteCache:
         self._key = f"{CACHE_FOLDER}/{key}"
 
     def read(self) -> GeneratedSuite | None:
-        """The suite; None where there is none, or it is of other files."""
+        """The suite; None if there is none, or it is of other files."""
         kept = sealed_cache.read(self._cache, self._key)
         try:
             if kept is None or kept["files"] != self._digests(kept["files"]):

@@ -29,7 +29,7 @@ def target_points(
     """All points that are to be hit, without those that are waived, forbidden, or proved impossible by the model.
 
     Args:
-        code: under test; None where it is not measured.
+        code: under test; None if it is not measured.
         plans: the coverage plans, by agent.
         cross: the cross products.
         reachability: what exploring the model has shown.

@@ -63,7 +63,7 @@ class ClosingView(View):
     scripts = ("closing",)
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """The points by kind, and those left open; none where there was no closing loop."""
+        """The points by kind, and those left open; none if there was no closing loop."""
         result = CLOSING.of(report)
         if result is None:
             return
@@ -158,7 +158,7 @@ def headline(result: ClosingResult) -> str:
 
 
 def notes(result: ClosingResult) -> Iterator[str]:
-    """Notes on another run, and on runs that came to no end, a sentence each."""
+    """Notes on another run, and on runs that did not end, a sentence each."""
     if result.errored_runs:
         yield f"{plural(result.errored_runs, 'run')} came to no end"
     if result.good_turing is not None and result.open:
@@ -266,8 +266,7 @@ def page(report: Report) -> dict[str, Any] | None:
 
 
 def _open_by_place(result: ClosingResult) -> list[tuple[str, str, list[tuple[OpenPoint, str, str]]]]:
-    """Open points by place (a file, a product, ...): their number and kind, and for each its text and the result of its
-    tries."""
+    """Open points by place (a file, a product, ...): number and kind, and for each its text and its tries."""
     places: dict[tuple[str, str], list[tuple[OpenPoint, str, str]]] = {}
     for point in result.open:
         kind, *names = point.point

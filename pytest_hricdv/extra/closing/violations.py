@@ -64,7 +64,7 @@ class _StateTimeline:
         self._names = [str(message.fields[name]) for message in said]
 
     def at(self, time_s: float) -> str:
-        """The state at a time (s); empty where it had named none."""
+        """The state at a time (s); empty if it had named none."""
         count = bisect_right(self._times_s, time_s)
         return self._names[count - 1] if count else ""
 

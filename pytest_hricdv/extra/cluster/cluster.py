@@ -53,7 +53,7 @@ class Cluster:
 
     @property
     def dashboard(self) -> str:
-        """The address of the scheduler's page; empty where it has none."""
+        """The address of the scheduler's page; empty if it has none."""
         return self.connection.dashboard
 
     @property

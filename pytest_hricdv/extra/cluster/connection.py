@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 # A scheduler that is up answers in milliseconds; one that its service restarts is back in two minutes.
 CONNECT_S, WAIT_FOR_SCHEDULER_S = 5.0, 120.0
 CONNECT_LOCALLY_S = 60.0
-"""Time limit (s) for a scheduler in this process, which cannot be gone; next to 25 processes on two cores it takes over
-5 s."""
+"""Time limit (s) for a scheduler in this process; next to 25 processes on two cores it takes over 5 s."""
 
 MAX_RESTARTS = 20
 """Restarts of the workers of this machine, which end where a run kills its worker."""
@@ -77,8 +76,7 @@ class Address:
 
     @property
     def is_encrypted(self) -> bool:
-        """Whether both ends are authenticated and the connection is encrypted; always true for workers on this
-        machine."""
+        """Whether both ends are authenticated and all is encrypted; always true for workers on this machine."""
         return not self.scheduler or self.scheduler.startswith(("tls://", "wss://"))
 
     def __str__(self) -> str:
@@ -105,7 +103,7 @@ class Connection:
 
     @property
     def dashboard(self) -> str:
-        """The address of Dask's own page; empty where it cannot be made."""
+        """The address of Dask's own page; empty if it cannot be made."""
         return str(self.client.dashboard_link) if importlib.util.find_spec("bokeh") is not None else ""
 
     @property
@@ -219,8 +217,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _credentials(address: Address) -> Security:
-    """The credentials of Dask's settings. Raises ClusterError if an address needs them, and they are missing or
-    damaged."""
+    """The credentials of Dask's settings. Raises ClusterError if they are needed, and missing or damaged."""
     from distributed.security import Security
 
     made = Security()

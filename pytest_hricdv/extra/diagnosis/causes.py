@@ -202,7 +202,7 @@ def cause_of(
         subject: whose failures they are.
         group: the failures.
         evidence: of experiments.
-        decision: what decides; None where nobody tried.
+        decision: what decides; None if nobody tried.
         ranked: statements of the code, the most suspicious first.
         switched: file and line of decisions with which tests of it pass, reversed.
         traces: of runs that failed for it.

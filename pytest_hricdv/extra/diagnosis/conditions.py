@@ -91,7 +91,7 @@ def condition_for(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocab
         vocabulary: names that it may use.
 
     Returns:
-        One that holds at none outside, where there is one; else the one that holds at the fewest; None where no atom
+        One that holds at none outside, where there is one; else the one that holds at the fewest; None if no atom
         holds at all inside.
     """
     atoms = _atoms(examples, logs, vocabulary)
@@ -193,7 +193,7 @@ def _thresholds(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabul
 
 
 def _value(log: Log, name: str, time_s: float) -> float | None:
-    """The last value of a number at a time (s); None where it had none."""
+    """The last value of a number at a time (s); None if it had none."""
     topic, _, field = name.partition(".")
     if field:
         heard = [message for message in log.messages if message.topic == topic and message.time_s <= time_s]
@@ -214,8 +214,7 @@ def _between(low: float, high: float) -> str:
 
 
 _Formula = tuple[int, int, int, int, str]
-"""The number of moments outside at which it holds, atoms, moments elsewhere, sum of ranks, text: the least is the
-best."""
+"""Number of moments outside at which it holds, atoms, moments elsewhere, sum of ranks, text: the least is best."""
 
 
 def _formulas(atoms: Sequence[_Atom], examples: Examples) -> Iterator[_Formula]:

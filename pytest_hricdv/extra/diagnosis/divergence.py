@@ -37,7 +37,7 @@ class Divergence:
 
 
 Pair = tuple[RunEvent | None, RunEvent | None]
-"""Events of one stream that differ, of the failing and of the passing run; None where the stream has no more."""
+"""Events of one stream that differ, of the failing and of the passing run; None if the stream has no more."""
 
 
 def find_divergence(failing: RunSummary, passing: RunSummary) -> Divergence:

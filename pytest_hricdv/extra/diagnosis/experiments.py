@@ -92,8 +92,7 @@ class Experiments:
         return evidence_of(list_experiments(shown))
 
     def _apart(self) -> Iterator[tuple[str, str, str]]:
-        """The test, and a passed and a failed requirement, of each run that fixes only some of the original
-        violations."""
+        """The test, and a passed and a failed requirement, of each run that fixes only some of the violations."""
         for nodeid, control in self.controls.items():
             violated = set() if control is None else {*control.violated}
             for result in self.runs.get(nodeid, ()):

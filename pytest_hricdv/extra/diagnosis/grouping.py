@@ -168,7 +168,7 @@ class _Association:
         return best if scores.get(best, 0.0) > 0.0 else ""
 
     def _score_of(self, name: str, kind: tuple[str, str, str]) -> float:
-        """0 where tests without it fail as often, or nearly.
+        """0 if tests without it fail as often, or nearly.
 
         A test that has failed all the same without the disturbance is one without it.
         """
@@ -235,7 +235,7 @@ def _elsewhere(one: Collection[str], two: Collection[str], spectra: Spectra) -> 
 
 
 def _change_of(kinds: Iterable[Kind]) -> Change:
-    """The disturbance that all of them have; none where they have several."""
+    """The disturbance that all of them have; none if they have several."""
     changes = {kind[0] for kind in kinds}
     return changes.pop() if len(changes) == 1 else ""
 

@@ -30,8 +30,7 @@ statement, in the faulty function for 15. From 0.5 on, two in three were right."
 
 
 def traces_of(experiments: Experiments, group: Group) -> list[ViolationTrace]:
-    """Traces of runs that failed for a cause, up to the first failure; known violations count only if nothing else
-    failed."""
+    """Traces of runs that failed for a cause, up to the first failure; known ones count only if nothing else failed."""
     first: dict[str, Failure] = {}
     for failure in sorted(group.failures, key=lambda failure: failure.is_known):
         first.setdefault(failure.nodeid, failure)

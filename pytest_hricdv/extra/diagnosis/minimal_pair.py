@@ -93,7 +93,7 @@ class NeighborSearch:
         return [number for time_s, number in self.failing.begun if time_s <= max(times_s, default=math.inf)]
 
     def _runs(self, untried: Iterable[Variation]) -> Iterator[Tried]:
-        """Variations with their runs, those that come to an end. Raises SpentError where none is left."""
+        """Variations with their runs, those that come to an end. Raises SpentError if none is left."""
         for variation in untried:
             if self.used >= self.budget:
                 raise SpentError

@@ -75,7 +75,7 @@ def shrunk(
 
 
 def keep_run(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -> str | None:
-    """Run it once more and keep it as a replay file; returns the file's name, None where there is none.
+    """Run it once more and keep it as a replay file; returns the file's name, None if there is none.
 
     Args:
         rerunner: runs tests.

@@ -29,7 +29,7 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
         likely: whether it rests on evidence: an experiment with this statement, or, where none has shown another one, a
             comparison of failing and passing runs with a high enough score. Only such a statement is shown as the
             location of the cause.
-        experiment: how a failing test passed, as `passes with this decision reversed`; empty where no run has shown it.
+        experiment: how a failing test passed, as `passes with this decision reversed`; empty if no run has shown it.
         score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see `location`).
         text: the line.
     """
@@ -60,8 +60,8 @@ class ExecutedLines(PlainRecord, frozen=True, kw_only=True):
         files: of the code, by whose numbers from 0 bursts name them.
         bursts: lines in the order in which they were executed, as `0:12 13 17 1:5`: a file is named where it changes.
         nodes: of each node of the code, `time burst time burst ...` (s, number of the burst from 0).
-        from_s: when what was kept begins (s); 0 where it is all.
-        until_s: when it ends; None where it is all.
+        from_s: when what was kept begins (s); 0 if it is all.
+        until_s: when it ends; None if it is all.
         note: what is wrong with it, or why there is none; empty for nothing.
     """
 
@@ -94,14 +94,14 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         words: what the neighbour has otherwise, as they follow "passes"; where no neighbour passes, why that is.
-        kind: in what it differs: `disturbance`, `order`, `value`, `command` or `action`; empty where none passes.
+        kind: in what it differs: `disturbance`, `order`, `value`, `command` or `action`; empty if none passes.
         test: id of the test that fails.
         runs: how many runs it took.
         failing: some events of the failing run, from before both part.
         passing: the same of the neighbour.
-        differs_at: which of these events is the first that differs, from 0; None where none does.
+        differs_at: which of these events is the first that differs, from 0; None if none does.
         concrete: the actions of the neighbour, with their parameters.
-        neighbour: its run; None where it was not run once more to be shown.
+        neighbour: its run; None if it was not run once more to be shown.
         untriggered: it passes only because the requirement is never triggered then, which explains nothing.
     """
 
@@ -137,16 +137,16 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         id: from the change, the state and the requirement that fails first: the same in each session.
         requirements: that fail for it, those of most tests first.
         tests: ids of the tests, the shortest first.
-        change: the disturbance without which they pass; empty where there is none.
+        change: the disturbance without which they pass; empty if there is none.
         state: of the code under test when the first of the requirements failed.
         minimal: lines of the shortest of these tests, or what was left of it.
         minimal_of: id of this test; None in reports of older versions: the first of `tests`.
         is_shrunk: what the test does not need was taken away.
         replay: of this test.
-        locations: the most suspicious statements first; empty where no code was measured.
+        locations: the most suspicious statements first; empty if no code was measured.
         stood: where each node of the code was at the violation, `file:line in function`; of a traced run only.
-        deciding_change: what makes the difference between failing and passing, in words; empty where nobody tried.
-        minimal_pair: how this came out, and where both runs part; None where nobody tried.
+        deciding_change: what makes the difference between failing and passing, in words; empty if nobody tried.
+        minimal_pair: how this came out, and where both runs part; None if nobody tried.
         confirmed: number of tests that, as an experiment has shown, fail for it.
         is_known: all of its violations are known ones.
         probability: in a campaign all runs of which are in the report; else None.
@@ -181,7 +181,7 @@ class Experiment(PlainRecord, frozen=True, kw_only=True):
     Args:
         nodeid: of the test.
         requirement: that it violated.
-        change: the disturbance that was left out; empty where something else was done otherwise.
+        change: the disturbance that was left out; empty if something else was done otherwise.
         is_confirmed: it passes without; otherwise it fails all the same.
         other: another requirement. Confirmed, one reversed decision lets both pass; else it was still violated
             when this one passed, and does not follow from it.

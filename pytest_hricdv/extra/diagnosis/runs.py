@@ -124,12 +124,12 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
 
 
 def run_in_fork(rerunner: TestRerunner, work: Callable[[], RunSummary | None]) -> RunSummary | None:
-    """The result of a fork; None if it came to no end."""
+    """The result of a fork; None if it did not end."""
     return _DECODER.decode(in_fork(rerunner, work))
 
 
 def in_fork(rerunner: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
-    """The result of a fork as JSON; null if it came to no end, or took longer than `RUN_S`."""
+    """The result of a fork as JSON; null if it did not end, or took longer than `RUN_S`."""
     process = fork()
     if isinstance(process, InFork):
         message = b"null"

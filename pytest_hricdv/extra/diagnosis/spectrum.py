@@ -181,7 +181,7 @@ class Spectra:
     """The spectra of all tests.
 
     Args:
-        code: None where none was measured.
+        code: None if none was measured.
         bits: node id -> what the test executes; unmeasured tests are left out.
     """
 

@@ -90,9 +90,9 @@ class TriageEntry:
 
     Args:
         requirement: its id.
-        condition: that holds in its violations; None where none could be learned.
-        line: to be pasted; empty where no condition separates.
-        replaces: the condition of the entry that the requirement has now; empty where it has none.
+        condition: that holds in its violations; None if none could be learned.
+        line: to be pasted; empty if no condition separates.
+        replaces: the condition of the entry that the requirement has now; empty if it has none.
         note: what is to be said of it; may be empty.
     """
 
@@ -174,8 +174,7 @@ class _Triage:
                 yield name
 
     def _examples(self, requirement: str, tests: set[str]) -> Examples:
-        """Moments of new violations of the requirement in these tests; of those in others; and moments without a
-        violation."""
+        """Moments of new violations of the requirement in these tests, of those in others, and without a violation."""
         has_entry = not self.report.strict and requirement in self.report.known_when
         inside: list[RunMoment] = []
         outside: list[RunMoment] = []

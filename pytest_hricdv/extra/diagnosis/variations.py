@@ -142,7 +142,7 @@ def value_of(test: ConcreteTest, spot: Spot) -> float:
 
 
 def sampler_of(test: ConcreteTest, space: Concretization, spot: Spot) -> Sampler | None:
-    """The range of a parameter; None where none is declared."""
+    """The range of a parameter; None if none is declared."""
     place, name = spot
     samplers: Mapping[str, Sampler] = (
         space.run if place is None else space.commands.get(test.actions[place].command, {})
@@ -202,7 +202,7 @@ def _with_action(test: ConcreteTest, place: int, action: ConcreteAction) -> Conc
 
 
 def delay(test: ConcreteTest, failing: RunSummary, passing: RunSummary) -> str:
-    """`when disturb step_in comes 2.1 s later`; empty where no action begins at another time, or others do.
+    """`when disturb step_in comes 2.1 s later`; empty if no action begins at another time, or others do.
 
     Args:
         test: with the actions of both runs.

@@ -32,7 +32,7 @@ def cause_lines(
         number: of the cause, from 1.
         report: that has it.
         columns: of the terminal; None where lines may have any width.
-        status: as `new`, compared with a baseline; empty where there is nothing to say.
+        status: as `new`, compared with a baseline; empty if there is nothing to say.
         is_first: with two lines where others have one.
     """
     most = 2 if is_first else 1
@@ -127,7 +127,7 @@ def summary_of(cause: Cause) -> str:
 
 
 def replay_of(cause: Cause, options: Sequence[str]) -> str:
-    """The command that runs its shortest test again; empty where this has no file."""
+    """The command that runs its shortest test again; empty if this has no file."""
     return replay_command(cause.replay, options) if cause.replay else ""
 
 

@@ -36,12 +36,12 @@ class MessageField:
 
     Args:
         name: of the field; a path (`linear.x`) within messages of ROS 2.
-        type: as the source writes it, such as `tuple[float, ...]`; empty where it does not.
-        kind: what requirements see of it: "bool", "float" (also for int), "str"; empty where they cannot compare it.
+        type: as the source writes it, such as `tuple[float, ...]`; empty if it does not.
+        kind: what requirements see of it: "bool", "float" (also for int), "str"; empty if they cannot compare it.
         location: of its declaration.
-        values: the texts that it can have, in the order of the source; empty where they are not known.
-        unit: by its name (`level_ml`: "ml"); empty where the name has none.
-        default: the source text of its default; empty where there is none.
+        values: the texts that it can have, in the order of the source; empty if they are not known.
+        unit: by its name (`level_ml`: "ml"); empty if the name has none.
+        default: the source text of its default; empty if there is none.
         by_type: whether its type alone says which values it has (Literal, Enum): a testbench need not declare them.
         compared: numbers that the code compares it with.
         is_partial: whether the code also makes it of texts that are not known: `values` are some of them.
@@ -125,8 +125,8 @@ class StateMachine:
         name: of its class or table.
         kind: the library (`transitions`, `python-statemachine`), "table", "attribute" (no transitions are declared), or
             "observed" (nor are its states: there may be others).
-        field: the field of a message in which the code publishes its state, `state.name`; empty where it has none.
-        held_in: the attribute that holds the state, `Class.attribute`; empty where none is known.
+        field: the field of a message in which the code publishes its state, `state.name`; empty if it has none.
+        held_in: the attribute that holds the state, `Class.attribute`; empty if none is known.
     """
 
     name: str
@@ -162,7 +162,7 @@ class CodeConstant:
 class Parameter:
     """A number, text or switch that can be set from outside: of the entry, of its settings, of a ROS 2 node.
 
-    `owner` is the class or function whose parameter it is; `default` is the source text, empty where there is none.
+    `owner` is the class or function whose parameter it is; `default` is the source text, empty if there is none.
     """
 
     name: str
@@ -181,14 +181,14 @@ class Operation:
         name: of the method or attribute; `__call__` where the port itself is called.
         is_method: False for an attribute.
         location: in the class of the port, or where the code uses it.
-        returns: source text of the annotation; empty where there is none.
+        returns: source text of the annotation; empty if there is none.
         neutral: source text of a neutral value of this type; empty where nothing is known of it.
         imports: names that the neutral value needs.
         is_async: whether it is awaited.
         is_set: whether the attribute is set.
         arguments: number of positional arguments of a method.
         is_registration: whether the code passes one of its functions to it, or sets it to one.
-        result: what it returns, where this is a truth, a number or one of a few texts; None where it is not known.
+        result: what it returns, where this is a truth, a number or one of a few texts; None if it is not known.
     """
 
     name: str
@@ -212,9 +212,9 @@ class Port:
         role: "bus", "clock", "publish" (a function that is called with each message), "queue", "connection" (a
             socket or stream that the code makes), "parameter" (a number or text), "settings" (an object of numbers and
             texts), "device" (hardware, or whatever else the code gets).
-        annotation: source text; empty where there is none.
-        default: source text; empty where there is none.
-        direction: of a queue: received or published; empty where it is not known.
+        annotation: source text; empty if there is none.
+        default: source text; empty if there is none.
+        direction: of a queue: received or published; empty if it is not known.
         is_keyword: whether it can be passed by name only.
         neutral: source text of a neutral value of its type, where the type says one.
         imports: names that the neutral value needs.
@@ -335,10 +335,10 @@ class CodeModel:
 
     @property
     def machine(self) -> StateMachine | None:
-        """The machine whose state the code publishes; None where it publishes none."""
+        """The machine whose state the code publishes; None if it publishes none."""
         return next((machine for machine in self.machines if machine.field), None)
 
     @property
     def state(self) -> str:
-        """For `StateField.name`: the field in which the code publishes its state; empty where there is none."""
+        """For `StateField.name`: the field in which the code publishes its state; empty if there is none."""
         return self.machine.field if self.machine is not None else ""

@@ -245,7 +245,7 @@ class InitCommand:
     """The command `hricdv init` for code."""
 
     def draft(self, asked: Mapping[str, str | None], options: Mapping[str, Any]) -> Iterator[str]:
-        """Draft for the first way that is not None. Raises DraftError where it cannot."""
+        """Draft for the first way that is not None. Raises DraftError if it cannot."""
         way, code = next((way, code) for way, code in asked.items() if code is not None)
         return draft(way, code, DraftOptions(**options))
 

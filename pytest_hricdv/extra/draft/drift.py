@@ -27,7 +27,7 @@ class Drift:
         kind: message: it is not on the bus of the testbench; value: of a text, not declared; state, transition: no test
             of the report reaches it; gone: declared, and no longer in the code; parameter: no test varies it.
         name: as the code calls it.
-        location: in the code, as `barista.py:12`; empty where it is gone.
+        location: in the code, as `barista.py:12`; empty if it is gone.
         text: a sentence for people.
     """
 
@@ -69,7 +69,7 @@ def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[Te
     Args:
         models: of the packages under test.
         testbench: of the project.
-        tests: of a report, whose runs tell which states and transitions were reached; None where there is none.
+        tests: of a report, whose runs tell which states and transitions were reached; None if there is none.
     """
     by_key: dict[str, Drift] = {}
     for code in models:

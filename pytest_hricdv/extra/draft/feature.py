@@ -116,7 +116,7 @@ def find_drift(context: RunContext, tests: Sequence[TestResult] | None, known: M
 
     Args:
         context: of a session.
-        tests: that tell which states were reached; None where that is not known.
+        tests: that tell which states were reached; None if that is not known.
         known: key -> reason, of drift that may be there.
     """
     import sys

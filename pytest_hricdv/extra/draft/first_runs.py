@@ -116,7 +116,7 @@ class _Session:
 
     text: str
     status: int | None
-    """None where it was ended."""
+    """None if it was ended."""
     report: dict[str, Any] | None
     used_s: float
     seen: Observations | None = None
@@ -169,8 +169,7 @@ def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> F
 
 
 def _run_command(command: Sequence[str], folder: Path, observed: Path, limit_s: float) -> tuple[str, int | None, float]:
-    """The output of a command; its status, None if it was ended, as a session that still reports; and its processor
-    time."""
+    """The output of a command; its status, None if it was ended, as a session that reports; its processor time."""
     process = subprocess.Popen(
         command, cwd=folder, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", OBSERVE: str(observed)}, text=True,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",

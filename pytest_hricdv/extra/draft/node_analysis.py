@@ -50,7 +50,7 @@ def analyse_node(executable: Executable, started: StartedNode | None = None) -> 
 
     Args:
         executable: the code of the node.
-        started: how a launch file starts it; None where none does.
+        started: how a launch file starts it; None if none does.
 
     Raises:
         DraftError: the code does not use `rclpy`.
@@ -238,7 +238,7 @@ def _rules(remappings: Sequence[tuple[str, str]], node: str) -> Iterator[tuple[s
 
 
 def _expand(name: str, node: str, namespace: str) -> str:
-    """The full name; empty where it needs the name of the node, and this is not known, or where it is none."""
+    """The full name; empty if it needs the name of the node, and this is not known, or where it is none."""
     if not node and name.startswith("~"):
         return ""
     try:

@@ -89,7 +89,7 @@ def _round(value: float, *, up: bool) -> float:
 
 
 def spread(values: Collection[float], source: str) -> Spread | None:
-    """The spread of numbers, of which those that are not finite do not count; None where there are none."""
+    """The spread of numbers, of which those that are not finite do not count; None if there are none."""
     ordered = sorted(value for value in values if math.isfinite(value))
     if not ordered:
         return None
@@ -142,7 +142,7 @@ class Observation:
     _parts: tuple[Keyed, ...] = ()
 
     def reactions(self, key: str, answers: Collection[str]) -> Spread | None:
-        """Times from a message of a topic to the next answer before another one of it (s); None where there are none.
+        """Times from a message of a topic to the next answer before another one of it (s); None if there are none.
 
         Args:
             key: of the topic.

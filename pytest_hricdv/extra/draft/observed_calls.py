@@ -153,7 +153,7 @@ def _names_of(shapes: Mapping[str, Shape], names: list[str]) -> dict[str, Shape]
 
 
 def kind_of_shape(shape: Shape) -> str:
-    """The kind of a field that has these values; empty where it has several."""
+    """The kind of a field that has these values; empty if it has several."""
     kinds = set(shape.kinds) - {"none"}
     if kinds == {"bool"}:
         return "bool"

@@ -34,7 +34,7 @@ MAX_STATES = 12
 
 
 def best_entry(seen: Observations, sources: Sources) -> str:
-    """The class of the code that was made from outside, and has most to do with it; empty where none was."""
+    """The class of the code that was made from outside, and has most to do with it; empty if none was."""
     own = {scope.module.name + ":" + scope.node.name: scope.node.name for scope in sources.classes}
     scores: dict[str, int] = {}
     for key in seen.made:
@@ -48,7 +48,7 @@ def best_entry(seen: Observations, sources: Sources) -> str:
 
 
 def function_at(sources: Sources, location: str) -> Scope | None:
-    """The function of the code at `file:line`; None where there is none."""
+    """The function of the code at `file:line`; None if there is none."""
     file, _, line = location.rpartition(":")
     for scope in sources.functions if line.isdigit() else ():
         lines = {scope.node.lineno, *(each.lineno for each in scope.node.decorator_list)}

@@ -32,8 +32,8 @@ class StartedNode:
     Args:
         package: of its executable; empty for a command that is no node.
         executable: its name; of a command its first word.
-        location: in the launch file; line 0 where it is not known.
-        name: of its node; empty where it keeps its own.
+        location: in the launch file; line 0 if it is not known.
+        name: of its node; empty if it keeps its own.
         namespace: likewise.
         remappings: pairs of names, from and to.
         parameters: mappings of names to values, and paths of YAML files; later ones win.
@@ -76,12 +76,12 @@ class Endpoint:
 
     Args:
         kind: seen from the node.
-        name: as ROS expands it, `/cell/scan`; empty where the source does not say it.
-        type: such as `std_msgs/msg/Bool`; empty where the source does not say it.
-        node: name of the node; empty where it is not known.
+        name: as ROS expands it, `/cell/scan`; empty if the source does not say it.
+        type: such as `std_msgs/msg/Bool`; empty if the source does not say it.
+        node: name of the node; empty if it is not known.
         callback: what is called, as the source writes it.
         location: of the call.
-        written: its name as the source has it, before ROS expands it; empty where the source does not say it.
+        written: its name as the source has it, before ROS expands it; empty if the source does not say it.
         namespace: of the node, as the source says it.
     """
 
@@ -107,7 +107,7 @@ class Endpoint:
 
 @dataclass(frozen=True)
 class RosParameter:
-    """A parameter that a node declares; `owner` is its class, `default` the source text, empty where there is none."""
+    """A parameter that a node declares; `owner` is its class, `default` the source text, empty if there is none."""
 
     name: str
     default: str
@@ -120,7 +120,7 @@ class RosNodes:
     """The nodes of a package and their endpoints.
 
     Args:
-        nodes: name of each node, with its location; the name is empty where the source does not say it.
+        nodes: name of each node, with its location; the name is empty if the source does not say it.
         endpoints: topics, services and actions, in the order of the source.
         parameters: that nodes declare, with the source text of their defaults.
     """
@@ -148,7 +148,7 @@ class RosStart:
         entry: "package.module:function", or a class of nodes.
         declared: topics, services and actions that requirements can name.
         interfaces: folders of packages of messages that are not installed.
-        launch: the launch file that the draft starts; None where it starts the node itself.
+        launch: the launch file that the draft starts; None if it starts the node itself.
         left_out: what the launch file starts and the draft does not, as `Launch.executables` calls it.
     """
 

@@ -287,7 +287,7 @@ class Settlement:
 
 
 def class_at(root: Path, location: CodeLine | None) -> str:
-    """The class of the code around a line; empty where there is none."""
+    """The class of the code around a line; empty if there is none."""
     around = find_around(root / location.file, location.line) if location is not None else []
     return next((node.name for node in reversed(around) if isinstance(node, ast.ClassDef)), "")
 

@@ -38,7 +38,7 @@ def update(folder: Path) -> int:
 
 
 def compare(context: RunContext, say: Callable[[str], None]) -> int:
-    """Tell the drift; returns the exit status: 1 where there is some."""
+    """Tell the drift; returns the exit status: 1 if there is some."""
     tests, of_tests = _tests(context)
     result = find_drift(context, tests, FEATURE.settings(context.options).known)
     for text in (of_tests, *result.problems, *result.outdated):

@@ -24,7 +24,7 @@ class VerdictAgreement:
         same: of them with the same verdict.
         tolerated: of the others, those whose margins differ by no more than the testbench allows.
         triggers: tests with the same number of triggers.
-        margin: largest difference of margins, in the requirement's own unit; None where no test has both.
+        margin: largest difference of margins, in the requirement's own unit; None if no test has both.
     """
 
     tests: int

@@ -1,6 +1,6 @@
 """`hricdv evidence`: what a report shows for each requirement, to be signed and kept; and whether it is what it was.
 
-    hricdv evidence hri-report -o evidence --requirements safety.reqif    # exit 1 where a requirement is open
+    hricdv evidence hri-report -o evidence --requirements safety.reqif    # exit 1 if a requirement is open
     hricdv evidence verify evidence                                       # exit 1 where anything differs
 
 `verify` checks the files and rows of evidence, and runs a sample of its tests again.

@@ -128,7 +128,7 @@ def _hashes(path: Path) -> Mapping[str, str]:
 
 
 def _run_again(report: Report, project: Path, count: int) -> Iterator[str]:
-    """A sample of tests: each record has to be the same to the bit, and the code as it was."""
+    """A sample of tests: each record has to be the same bit by bit, and the code as it was."""
     able = [test for test in report.tests if test.record_sha256 is not None]
     chosen = [able[place * len(able) // min(count, len(able))] for place in range(min(count, len(able)))]
     if not chosen:

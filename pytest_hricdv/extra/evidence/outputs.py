@@ -34,7 +34,7 @@ class SessionFacts(PlainRecord, frozen=True, kw_only=True):
         problems: what else failed, so that it is no evidence of a whole session, a sentence each.
         faults: how many mutants were tried; None for no mutants.
         schedules: how many runs had another schedule; None for none.
-        changes: what behaves differently from the baseline, as a sentence; empty where there is none to compare with.
+        changes: what behaves differently from the baseline, as a sentence; empty if there is none to compare with.
     """
 
     testbench: str

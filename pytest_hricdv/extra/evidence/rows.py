@@ -62,11 +62,11 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
         triggers: over all tests.
         pending: triggers that were undecided at the end of a run.
         vacuous: alternatives of its response by which it held in no test.
-        faults: mutants of the code that it noticed; None where no mutants were tried.
+        faults: mutants of the code that it noticed; None if no mutants were tried.
         only_faults: those that nothing else noticed.
         checked_by: of a listed requirement, those of the testbench that name it.
         conditions: how often each conjunct of its antecedent had to be true and false, and how often some test made it
-            so; None where no closing loop ran, which is what counts them.
+            so; None if no closing loop ran, which is what counts them.
         open_conditions: the others, as `person_near: false`.
     """
 

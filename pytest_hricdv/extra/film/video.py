@@ -35,10 +35,10 @@ class Video(Protocol):
     """Number of frames so far."""
 
     def add(self, frame: Image) -> None:
-        """Append a frame; all have the same size. Raises OSError where it cannot be written."""
+        """Append a frame; all have the same size. Raises OSError if it cannot be written."""
 
     def finish(self) -> None:
-        """Complete the file and rename it. Raises OSError where it cannot be written."""
+        """Complete the file and rename it. Raises OSError if it cannot be written."""
 
     def discard(self) -> None:
         """Remove what was written; no effect after `finish`."""

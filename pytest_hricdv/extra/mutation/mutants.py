@@ -1,7 +1,7 @@
 """The mutants of the code under test: every change that an operator makes, once, in the order of the text.
 
 The operators are those for robots, and those of the library mutmut (https://github.com/boxed/mutmut), but not all of
-these. Those that put None where something else is expected, leave out an argument or misspell a text make faults that a
+these. Those that put None if something else is expected, leave out an argument or misspell a text make faults that a
 type checker finds or that end the run at once: a high share of them noticed says nothing of the tests.
 """
 
@@ -35,7 +35,7 @@ class Mutant:
         statement: the number of the statement, as in the bits of coverage.
         operator: what was done.
         before: the lines that differ, without their indentation.
-        after: what they became; empty where they are gone.
+        after: what they became; empty if they are gone.
         text: of the whole file.
     """
 

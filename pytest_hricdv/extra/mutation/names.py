@@ -79,7 +79,7 @@ class Names:
 
 
 def next_other(item: str, items: Sequence[str]) -> str | None:
-    """The next item that differs, from the beginning again after the last one; None where all are equal."""
+    """The next item that differs, from the beginning again after the last one; None if all are equal."""
     start = items.index(item) if item in items else 0
     return next((other for other in (*items[start:], *items[:start]) if other != item), None)
 

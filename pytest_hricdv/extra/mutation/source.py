@@ -56,7 +56,7 @@ class Source:
         return self._parents.get(node)
 
     def around(self, node: cst.CSTNode, kind: type[cst.CSTNode]) -> cst.CSTNode | None:
-        """The innermost node of this kind around a node; None where there is none."""
+        """The innermost node of this kind around a node; None if there is none."""
         here = self.parent(node)
         while here is not None and not isinstance(here, kind):
             here = self.parent(here)

@@ -34,7 +34,7 @@ class MutationView(View):
     name = "mutation"
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """The scores, and the first mutants of each kind that survived; none where no mutants were tried."""
+        """The scores, and the first mutants of each kind that survived; none if no mutants were tried."""
         result = MUTATION.of(report)
         if result is None:
             return

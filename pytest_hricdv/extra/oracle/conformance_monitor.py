@@ -64,7 +64,7 @@ class ConformanceMonitor:
         """The run ended at `time_s` (s): the verdict.
 
         Raises:
-            ModelOracleError: the agent could not go on, or a value that it hears is not known yet.
+            ModelOracleError: the agent could not continue, or a value that it hears is not known yet.
         """
         self._observe(self._events.advance(time_s))
         if not self._end:

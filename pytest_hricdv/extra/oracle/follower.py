@@ -84,7 +84,7 @@ class ModelFollower:
         self.run.settle()
 
     def wait_until(self, time_s: float) -> None:
-        """The clock has reached `time_s`, and no wait is over before it: the agent goes on if one is over by now.
+        """The clock has reached `time_s`, and no wait is over before it: the agent continues if one is over by now.
 
         Raises:
             BdiError: as `CoupledRun.wait_until`.

@@ -34,7 +34,7 @@ class Patch(PlainRecord, frozen=True, kw_only=True):
         revision: as it was given.
         base: the commit that was compared with.
         files: that have changed statements.
-        percent: of the changed statements that are executed; of none it is 100. None where code was not measured.
+        percent: of the changed statements that are executed; of none it is 100. None if code was not measured.
         tests: how many execute a changed statement.
         failed: how many of these fail, known violations aside.
         violated: requirements that they violate.

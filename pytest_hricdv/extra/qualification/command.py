@@ -1,7 +1,7 @@
 """`hricdv qualify`: known answers on this installation.
 
 Runs sessions of a small robot with and without planted faults, and monitors whose verdicts and margins were computed by
-hand, and writes a page to sign. The exit status is 1 where an answer is not the known one. It takes two minutes.
+hand, and writes a page to sign. The exit status is 1 if an answer is not the known one. It takes two minutes.
 """
 
 from __future__ import annotations

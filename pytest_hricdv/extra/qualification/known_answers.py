@@ -107,7 +107,7 @@ def command(*options: str) -> list[str]:
 
 
 def expect(got: object, wanted: object, what: str) -> None:
-    """Raises WrongAnswerError where they differ."""
+    """Raises WrongAnswerError if they differ."""
     if got != wanted:
         raise WrongAnswerError(f"{what}: expected {wanted!r}, found {got!r}")
 

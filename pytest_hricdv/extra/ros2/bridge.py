@@ -162,7 +162,7 @@ class Bridge:
         Args:
             node: the full name of the sender.
             direction: "request" or "response" of a service, "" of a topic.
-            reliable: between whom it is carried reliably, in words; empty where it may be lost.
+            reliable: between whom it is carried reliably, in words; empty if it may be lost.
         """
         key = (full_name, direction)
         if key not in self._routes:

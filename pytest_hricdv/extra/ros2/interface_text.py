@@ -40,7 +40,7 @@ class FieldType:
 
 @dataclass(frozen=True)
 class InterfaceField:
-    """A field of a message; `default` is None where the file gives none."""
+    """A field of a message; `default` is None if the file gives none."""
 
     name: str
     type: FieldType

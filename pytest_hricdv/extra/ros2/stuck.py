@@ -81,8 +81,7 @@ class _Wait:
         self.functions = {_function(frame) for frame in self.frames}
 
     def block_reason(self, least_s: float) -> str:
-        """What it waits for in vain, if it has waited for at least this long, or certainly; empty if it may
-        continue."""
+        """What it waits for in vain, if it has waited this long, or certainly; empty if it may continue."""
         since_s, why = self._for_server(least_s)
         if not why and self.kernel.waits_for_ever(self.node):
             since_s, why = self.node.blocked_s, self._for_ever(least_s)

@@ -100,8 +100,7 @@ class Ros2Overlay:
         return StartedSystem(kernel)
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
-        """Note stuck nodes; called when a run is over, before its nodes are ended; `is_idle` if nothing could
-        continue."""
+        """Note stuck nodes; called after a run, before its nodes are ended; `is_idle` if nothing could continue."""
         self.notes = notes_of(kernel)
         self.stuck_nodes = stuck_nodes(kernel, self._declared.idle_timeout_s, is_idle=is_idle)
         if self._delivery is not None:

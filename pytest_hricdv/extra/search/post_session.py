@@ -134,8 +134,7 @@ class Shrinker:
 
 
 def _course(result: CaseResult, requirement: Criterion) -> Iterator[str]:
-    """What each of several actors began when, up to the violation; nothing for one actor, whose actions come in
-    order."""
+    """What each of several actors began when, up to the violation; nothing for one actor, who acts in order."""
     violations = result.verdict(requirement.id).violations
     if len(result.test.actors) < 2 or not violations:
         return

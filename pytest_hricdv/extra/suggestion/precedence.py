@@ -42,7 +42,7 @@ def _may_cause(cause: RecordedEvent, event: RecordedEvent) -> bool:
 
 
 def _longest_lag_s(event: RecordedEvent, cause: RecordedEvent) -> float | None:
-    """The longest time (s) from a cause to the event; None where an event has no cause of its own."""
+    """The longest time (s) from a cause to the event; None if an event has no cause of its own."""
     longest_s = 0.0
     for times, causes in zip(event.times, cause.times, strict=True):
         before_s = float("-inf")

@@ -55,7 +55,7 @@ class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
         faults: that were tried and changed a record.
         noticed: faults that requirements notice, or that end a run by an exception.
         unreached: faults whose statement no test executes.
-        ignores_existing: whether they were made as though there were no requirements.
+        ignores_existing: whether they were made as if there were no requirements.
         seed: that tests and faults were drawn with.
         wall_s: how long it took.
         end_reason: why it ended.

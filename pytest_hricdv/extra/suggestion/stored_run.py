@@ -34,7 +34,7 @@ class StoredRun(msgspec.Struct, frozen=True, kw_only=True):
 
     Args:
         test: its id.
-        sha256: of the record; empty where there is none.
+        sha256: of the record; empty if there is none.
         end_s: when it ended (s of simulated time).
         failed: the requirements that it violated, except known violations.
         errors: what else was wrong with it, a sentence each.
@@ -143,7 +143,7 @@ def write(path: Path, run: StoredRun) -> None:
 
 
 def read(path: Path) -> StoredRun | None:
-    """The run of a file; None where there is none, or another version has written it."""
+    """The run of a file; None if there is none, or another version has written it."""
     try:
         return _DECODER.decode(zlib.decompress(path.read_bytes()))
     except (OSError, zlib.error, msgspec.DecodeError):

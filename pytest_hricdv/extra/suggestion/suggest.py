@@ -169,8 +169,7 @@ class Suggester:
     def _continue_runs(
         self, pool: CandidatePool, recordings: Recordings, own: Sequence[StoredRun], cases: Sequence[HriCase]
     ) -> CandidatePool:
-        """Drop candidates that fail if a run continues until they are decided, as it does once a suggestion is
-        accepted."""
+        """Drop candidates that fail if a run continues until they are decided, as it does once they are accepted."""
         tests = {case.concrete.id: case.concrete for case in cases}
         for _ in range(MAX_ROUNDS):
             shown = pool.rank()[: self.settings.most]

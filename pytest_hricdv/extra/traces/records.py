@@ -25,7 +25,7 @@ McapName = Annotated[str, Meta(pattern=r"^traces/[A-Za-z0-9._-]+\.mcap\Z")]
 class TraceResult(PlainRecord, frozen=True, kw_only=True):
     """The MCAP file of a run, relative to the report; `note` says why it is missing or faulty.
 
-    `bag` is a second one, with the messages of ROS 2 as `ros2 bag` has them; None where there are none.
+    `bag` is a second one, with the messages of ROS 2 as `ros2 bag` has them; None if there are none.
     """
 
     file: McapName | None

@@ -40,13 +40,13 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         began: date and time (UTC, ISO 8601).
-        revision: of the project's repository; empty where there is none.
+        revision: of the project's repository; empty if there is none.
         dirty: tracked files were changed.
         compared_by: has to be equal for sessions to be compared: testbench, suites with seeds, and options.
         complete: all tests of the suites ran.
         tests: how many ran.
         outcomes: how many tests had each outcome.
-        causes: why tests fail, except for known violations: id -> words; None where nobody looked for it.
+        causes: why tests fail, except for known violations: id -> words; None if nobody looked for it.
         failing: ids of tests that failed or could not be run, the first of them.
         statements: covered by all suites together, per cent of the reachable ones; None: unmeasured. So are branches.
         plans: per cent, of the first suite.
@@ -326,6 +326,6 @@ def meaning(history: Sequence[HistoryEntry], changed: int) -> str:
 
 
 def _separate_test(text: str) -> tuple[str, str]:
-    """A sentence of `changes` without the test that it ends with, and this test; empty where it names none."""
+    """A sentence of `changes` without the test that it ends with, and this test; empty if it names none."""
     what, separator, name = text.partition(": ")
     return (f"{what}: ", name) if separator and what in ("fails now", "fails no longer") else (text, "")

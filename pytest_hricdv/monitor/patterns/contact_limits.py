@@ -76,7 +76,7 @@ def contact_limits(
     Args:
         path: of the file, as from `contact_limits_template`.
         region: that is touched, a text.
-        force: of the contact (N), not negative; None where it is not simulated.
+        force: of the contact (N), not negative; None if it is not simulated.
         pressure: of the contact (N/cm2), likewise.
 
     Raises:

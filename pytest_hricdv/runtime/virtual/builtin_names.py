@@ -37,7 +37,7 @@ class _Builtins(ModuleType):
 
 @contextmanager
 def keep_builtins() -> Iterator[None]:
-    """Refuse to replace what everybody uses. Raises ProhibitedError where somebody does."""
+    """Refuse to replace what everybody uses. Raises ProhibitedError if somebody does."""
     before = builtins.__class__
     builtins.__class__ = _Builtins
     try:

@@ -88,8 +88,7 @@ def _clock_ns(name: str) -> Callable[[], int]:
 
 
 class _LikeOriginal(type):
-    """Metaclass of a replacement that makes instances of the replaced class; `isinstance` and `issubclass` are
-    unchanged."""
+    """Metaclass of replacements that make instances of the replaced class; `isinstance` and `issubclass` work."""
 
     original: type
 

@@ -63,7 +63,7 @@ class WaitQueue:
 
 
 def _called(node: Node, function: Callable[..., object]) -> object:
-    """The object whose method a node waits in; None where it does something else."""
+    """The object whose method a node waits in; None if it does something else."""
     frame = node.frame
     while frame is not None:
         if frame.f_code is function.__code__:
@@ -73,7 +73,7 @@ def _called(node: Node, function: Callable[..., object]) -> object:
 
 
 def _lock_waited_for(node: Node) -> Lock | None:
-    """The lock that a node waits for without a time-out; None where it does something else."""
+    """The lock that a node waits for without a time-out; None if it does something else."""
     lock = _called(node, Lock.acquire) if node.kernel.waits_for_ever(node) else None
     return lock if isinstance(lock, Lock) else None
 
@@ -86,7 +86,7 @@ class EndlessWait:
         node: that waits.
         place: its line, in a file by the name of its module.
         since_s: when it began (s of simulated time).
-        holder: who holds the lock that it waits for; None where it waits for something else.
+        holder: who holds the lock that it waits for; None if it waits for something else.
         unheard_s: when a wake-up came that nobody heard (s).
     """
 

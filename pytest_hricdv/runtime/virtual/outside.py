@@ -75,7 +75,7 @@ _REFUSED: dict[str, Callable[..., Any]] = {
 }
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
 timers of the machine strike by its own clock, or never, as a run is over soon. And what takes from the process what
-nobody can give back: the session would go on with less."""
+nobody can give back: the session would continue with less."""
 
 _REAP_S = 1.0
 """Time limit (s) for the end of a process whose wait was refused (chosen: it takes milliseconds)."""

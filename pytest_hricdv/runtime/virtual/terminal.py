@@ -212,7 +212,7 @@ class Terminal:
         return True
 
     def read(self, size: int) -> bytes | None:
-        """As `read(2)`: some bytes, none at the end of the input; None where it would have to wait, and may not."""
+        """As `read(2)`: some bytes, none at the end of the input; None if it would have to wait, and may not."""
         minimum, ticks = (self.attributes[_CC][index] for index in (termios.VMIN, termios.VTIME))
         is_polling = not self._is_canonical and not _number(minimum)
         if not self.is_blocking:

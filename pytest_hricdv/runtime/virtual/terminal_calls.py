@@ -1,6 +1,6 @@
 """Calls of nodes that read a terminal: standard input, `termios`, `tty`, `select`, `getpass`, descriptor 0.
 
-The functions here stand for those of Python's library while a run goes on. Outside of nodes they are the real ones, and
+The functions here stand for those of Python's library during a run. Outside of nodes they are the real ones, and
 in nodes nothing of the terminal that pytest was started in is ever read or set: a node has the terminal that its
 testbench gives it (`run.terminal`), or reading is refused.
 """
@@ -70,7 +70,7 @@ class _Nobody:
 
 
 class NodeStdin:
-    """`sys.stdin` while a run goes on: in a node its terminal, elsewhere what it was before."""
+    """`sys.stdin` during a run: in a node its terminal, elsewhere what it was before."""
 
     outside: Any = None
     """Its previous value."""

@@ -29,7 +29,7 @@ Neutral = tuple[str, Imports]
 
 
 def form_of(sources: Sources, scope: Scope) -> str:
-    """The form of a class that can be a message; empty where it cannot be one."""
+    """The form of a class that can be a message; empty if it cannot be one."""
     node = scope.node
     assert isinstance(node, ast.ClassDef)
     if _is_dataclass(scope):

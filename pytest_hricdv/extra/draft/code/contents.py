@@ -221,7 +221,7 @@ class ContentReader:
         return self._keys(targets[0], names[index], 1) if index < len(names) else []
 
     def _topic_of(self, scope: Scope, name: str) -> MessageField | None:
-        """The topics with which a callback of a client of MQTT compares its message's; None where it does not."""
+        """The topics with which a callback of a client of MQTT compares its message's; None if it does not."""
         found: dict[str, MessageField] = {}
         for node in walk_what_runs(scope.node, self._skipped):
             if isinstance(node, ast.Attribute) and node.attr == "topic" and name_with_dots(node.value) == name:

@@ -38,7 +38,7 @@ class EntryFinder:
         self._ports = PortReader(sources, flow)
 
     def entry(self, name: str) -> Entry | None:
-        """The entry; None where there is nothing to call.
+        """The entry; None if there is nothing to call.
 
         Args:
             name: of a function, class, or `Class.method`; empty for the likeliest one.

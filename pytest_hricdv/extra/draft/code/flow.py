@@ -17,8 +17,7 @@ from pytest_hricdv.extra.draft.code.sources import Function, Module, Scope, Sour
 from pytest_hricdv.extra.draft.code_model import CodeLine
 
 MAX_STEPS = 4
-"""Most steps from an expression back to a constant: a local name, a parameter and its argument, an attribute, a return
-value."""
+"""Most steps from an expression to its constant: a local name, a parameter's argument, an attribute, a return value."""
 
 Origin = tuple[ast.expr, Module, Scope | None]
 """An expression, and where it stands."""
@@ -282,12 +281,12 @@ def parameter_names(function: Function) -> list[str]:
 
 
 def annotation_of(function: Function, name: str) -> ast.expr | None:
-    """The annotation of a parameter; None where it has none."""
+    """The annotation of a parameter; None if it has none."""
     return next((part.annotation for part in parameters_of(function) if part.arg == name), None)
 
 
 def default_of(function: Function, name: str) -> ast.expr | None:
-    """The default of a parameter; None where it has none."""
+    """The default of a parameter; None if it has none."""
     positional = [part.arg for part in (*function.args.posonlyargs, *function.args.args)]
     defaults = function.args.defaults
     if name in positional:

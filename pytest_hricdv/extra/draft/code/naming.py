@@ -25,7 +25,7 @@ TIMES = ("timeout", "time_out", "delay", "interval", "period", "duration", "pati
 
 
 def unit_of(name: str) -> str:
-    """The unit that a name ends in; empty where it has none.
+    """The unit that a name ends in; empty if it has none.
 
     >>> unit_of("MAX_SPEED_M_S"), unit_of("level_ml"), unit_of("grip_timeout"), unit_of("s"), unit_of("count")
     ('m/s', 'ml', 's', '', '')

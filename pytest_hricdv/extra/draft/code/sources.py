@@ -208,7 +208,7 @@ def _functions(module: Module, node: ast.AST, owner: ast.ClassDef | None) -> Ite
 
 
 def find_around(file: Path, line: int) -> list[Function | ast.ClassDef]:
-    """The functions and classes around a line, the innermost last; none where the file cannot be read."""
+    """The functions and classes around a line, the innermost last; none if the file cannot be read."""
     try:
         tree = ast.parse(file.read_bytes())
     except (OSError, SyntaxError, ValueError, RecursionError):

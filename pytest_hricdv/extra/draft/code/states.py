@@ -286,7 +286,7 @@ def _table_machines(sources: Sources) -> Iterator[StateMachine]:
 
 
 def _rows(content: dict[Any, Any]) -> list[tuple[str, str, str]]:
-    """Source, target and event of each row of a table; none where it is no table of transitions.
+    """Source, target and event of each row of a table; none if it is no table of transitions.
 
     Tables are `{(state, event): state}`, `{state: {event: state}}`, and `{state: (state, ...)}` of one enumeration.
     """

@@ -201,8 +201,7 @@ class StimulusReader:
                           (scope.location,), "call", scope.node.name, made, imports)  # fmt: skip
 
     def _arguments(self, scope: Scope, part: ast.arg) -> list[tuple[str, Argument]]:
-        """The arguments for a parameter: for each kind that the function tells apart, or for the only one, without a
-        name."""
+        """The arguments for a parameter: for each kind that the function tells apart, or for the only, unnamed one."""
         annotation = parse_annotation(part.annotation)
         is_open = annotation is None or name_with_dots(annotation) in ("dict", "str", "bytes", "object", "Any")
         is_open |= isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value) in ("dict", "Mapping")

@@ -22,7 +22,7 @@ class UseReader:
         self._flow = flow
 
     def kind(self, scope: Scope, name: str, skipped: frozenset[int] = frozenset()) -> str:
-        """The kind of a value that nothing is compared with: by what is done with it; empty where it is an object."""
+        """The kind of a value that nothing is compared with: by what is done with it; empty if it is an object."""
         kinds = {self._use(node) for node in walk_what_runs(scope.node, skipped)
                  if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load)}  # fmt: skip
         for node in ast.walk(scope.node):

@@ -78,7 +78,7 @@ class Observations:
     states: dict[str, dict[str, int]] = field(default_factory=dict)
 
     def site(self, table: dict[str, Site], key: str) -> Site | None:
-        """The site of a key; None where there are too many."""
+        """The site of a key; None if there are too many."""
         if key not in table and len(table) >= MAX_SITES:
             return None
         return table.setdefault(key, Site())

@@ -19,7 +19,7 @@ _LOCATION = re.compile(r"[\w./-]+\.py:\d+")
 
 
 def read_answers(folder: Path) -> Answers:
-    """The files of the last draft in a folder; none where there is no draft, or one of which no record is left."""
+    """The files of the last draft in a folder; none if there is no draft, or one of which no record is left."""
     try:
         drafted = json.loads((folder / RECORD).read_text(encoding="utf-8"))
         return {name: (text, (folder / name).read_text(encoding="utf-8")) for name, text in drafted.items()

@@ -89,7 +89,7 @@ class Draft:
         takes_time: whether each call of a device takes some simulated time; else a loop without a wait would not end.
         dropped: subjects of requirements that did not hold in the first runs.
         has_dropped_all: whether no requirement on what it publishes held: then one on the visit is left.
-        ros: how the node of ROS 2 is started that the draft is for; None where it is for other code.
+        ros: how the node of ROS 2 is started that the draft is for; None if it is for other code.
         observed: what recordings of the real system show; None without them.
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
         no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
@@ -269,7 +269,7 @@ class Draft:
 
     @property
     def replacement_lines(self) -> list[str]:
-        """The statement of a testbench that gives them their stand-ins; none where all is installed."""
+        """The statement of a testbench that gives them their stand-ins; none if all is installed."""
         names = dict.fromkeys(name.partition(".")[0] for name in self.absent_modules)
         return [f"    replace_modules({', '.join(map(json.dumps, names))})  # not installed here", ""] if names else []
 

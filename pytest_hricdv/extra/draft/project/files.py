@@ -82,7 +82,7 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
 
 
 def check(draft: Draft, folder: Path) -> None:
-    """Raises DraftError where a file exists that is of no draft, or a module of the code has the name of a file."""
+    """Raises DraftError if a file exists that is of no draft, or a module of the code has the name of a file."""
     for name, _ in files(draft):
         if (folder / name).exists() and name not in draft.earlier:
             raise DraftError(

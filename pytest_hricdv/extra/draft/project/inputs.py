@@ -23,7 +23,7 @@ class Variant:
     """A message as a person says it.
 
     Args:
-        name: the word in the model, and in commands; empty where there is one only.
+        name: the word in the model, and in commands; empty if there is one only.
         values: source text of each field that has a value of its own.
         location: of the value in the code.
         ranges: source text of the range of each number that the code compares with others.

@@ -19,8 +19,7 @@ LEAVES = ("leaves_when_quiet", "leaves_at_once")
 carried it out yet."""
 
 ORDERS = ("each_once", "all_in_order", "all_quickly")
-"""The order in which a person speaks in a round: each message once, or all messages in a row, also without waiting for
-answers."""
+"""The order in which a person speaks in a round: each message once, or all in a row, with or without waiting."""
 
 MAX_IN_ORDER = 12
 """A round of more would take too long."""
@@ -73,8 +72,7 @@ def leaves(draft: Draft) -> bool:
 
 
 def in_order(draft: Draft) -> tuple[str, ...]:
-    """All messages that a person can say, in the order of the code; empty if there is only one, or too many for a
-    round."""
+    """All messages that a person can say, in the code's order; empty if there is only one, or too many for a round."""
     commands = [command for thing in draft.inputs for command, variant in thing.commands if variant.is_usual]
     return tuple(commands) if 2 <= len(commands) <= MAX_IN_ORDER else ()
 

@@ -101,8 +101,7 @@ def times_of_lines(draft: Draft) -> list[str]:
 
 
 def _times(topic: ObservedTopic) -> Iterator[str]:
-    """The observed times: after the message before, or between messages of a periodic topic; also for saying it
-    twice."""
+    """The observed times: after the message before, or between those of a periodic topic; also for saying it twice."""
     after, of, why = topic.waits, "waits", "after what was said before"
     if topic.is_periodic or after is None:
         after, of, why = topic.gaps, "gaps", f"between messages of {topic.name}"

@@ -54,7 +54,7 @@ def fields(kind: str, part: int, packages: Mapping[str, Path], location: CodeLin
         location: that the fields get: where the code uses the type.
 
     Returns:
-        Its truths, texts and numbers, those of messages in it by paths (`linear.x`); None where no file declares them.
+        Its truths, texts and numbers, those of messages in it by paths (`linear.x`); None if no file declares them.
     """
     definition = _definition(kind, part, packages)
     if definition is None:
@@ -70,7 +70,7 @@ def fields(kind: str, part: int, packages: Mapping[str, Path], location: CodeLin
 
 
 def _definition(kind: str, number: int, packages: Mapping[str, Path]) -> _Fields | None:
-    """The fields of a message, or of a part of a service or an action; None where no file defines it."""
+    """The fields of a message, or of a part of a service or an action; None if no file defines it."""
     from rosbags.typesys import TypesysError, get_types_from_msg
 
     file = interface_file(kind, packages)

@@ -217,7 +217,7 @@ class _NodeReader:
 
 
 def _expand(name: str, owner: _NodeName) -> str:
-    """A name as ROS expands it; empty where the name of the node is needed for it, and not known."""
+    """A name as ROS expands it; empty if the name of the node is needed for it, and not known."""
     space = "/" + owner.namespace.strip("/") if owner.namespace.strip("/") else ""
     if name.startswith("/"):
         return name

@@ -23,14 +23,14 @@ class RosTools(Protocol):
         """The full name of a topic, service or action. Raises ValueError for what is no name."""
 
     def launch(self, file: Path, arguments: Mapping[str, str]) -> list[dict[str, Any]] | None:
-        """The processes that a launch file starts, as the launch system runs it; None where this is not installed.
+        """The processes that a launch file starts, as the launch system runs it; None if this is not installed.
 
-        Each has the keys of `StartedNode`, without the location. Raises InputError where it refuses the file.
+        Each has the keys of `StartedNode`, without the location. Raises InputError if it refuses the file.
         """
 
 
 def ros_tools() -> RosTools:
-    """The tools. Raises DraftError where there is no feature `ros2`."""
+    """The tools. Raises DraftError if there is no feature `ros2`."""
     offered = offers("drafting", "ROS_TOOLS")
     if not offered:
         raise DraftError("nodes of ROS 2 need the feature `ros2`, which this installation does not have")

@@ -191,7 +191,7 @@ def signal_name(name: str) -> str:
 
 
 def first_text(values: Iterable[Any]) -> str:
-    """The first text among values, also in a dict or in JSON; empty where there is none.
+    """The first text among values, also in a dict or in JSON; empty if there is none.
 
     >>> first_text([1.0, {"n": 1, "type": "order"}])
     'order'

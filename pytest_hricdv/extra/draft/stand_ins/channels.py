@@ -63,14 +63,14 @@ class Inbox:
         return self.get(block=False)
 
     def wait(self, timeout: float | None = None) -> Any:
-        """The oldest message; None where there is none in this time."""
+        """The oldest message; None if there is none in this time."""
         try:
             return self.get(timeout=timeout)
         except queue.Empty:
             return None
 
     def poll(self) -> Any:
-        """The oldest message; None where there is none."""
+        """The oldest message; None if there is none."""
         return self._next.pop(0) if self._look() else None
 
     def empty(self) -> bool:
@@ -124,7 +124,7 @@ class AsyncInbox:
         return self._queue.get_nowait()
 
     def poll(self) -> Any:
-        """The oldest message; None where there is none."""
+        """The oldest message; None if there is none."""
         return None if self._queue.empty() else self._queue.get_nowait()
 
     def empty(self) -> bool:

@@ -36,7 +36,7 @@ class Driver:
     Args:
         robot: a class or function of the code.
         ports: what it is called with: a stand-in for each parameter.
-        method: of the object, which makes the robot work; empty where the code is only called.
+        method: of the object, which makes the robot work; empty if the code is only called.
         method_ports: what the method is called with.
         period_s: the method is called again and again with this period, as a control loop; 0: once.
         says: command -> what a person says by it.
@@ -47,7 +47,7 @@ class Driver:
         senses: "port.name" -> what a device returns first; a person sets it.
         settings: command -> the text that it sets, of a device that returns texts.
         inner: name -> stand-in of an object that the code makes itself.
-        state: path of the attribute that holds the robot's state, as "mode" or "machine.state"; empty where it
+        state: path of the attribute that holds the robot's state, as "mode" or "machine.state"; empty if it
             publishes its state itself.
         state_message: class of the message that says that it has changed.
         state_field: its field with the state.

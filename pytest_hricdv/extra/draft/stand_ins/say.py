@@ -67,7 +67,7 @@ def _whole_numbers(kind: type[Any]) -> frozenset[str]:
 
 
 def member(kind: Any, text: str) -> Any:
-    """The member of an enumeration that a record calls so. Raises ValueError where there is none."""
+    """The member of an enumeration that a record calls so. Raises ValueError if there is none."""
     for each in kind:
         if text_of(each) == text:
             return each

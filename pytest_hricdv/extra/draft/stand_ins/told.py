@@ -18,7 +18,7 @@ class ToldContent:
     """The content of a call.
 
     Args:
-        topic: the text before a dict, JSON or tuple; empty where there is none.
+        topic: the text before a dict, JSON or tuple; empty if there is none.
         named: values by the names that they have in it.
         others: all other values, in their order.
     """

@@ -72,12 +72,12 @@ class Navigation:
             self._base.pose = pose
 
     def navigate_to_pose(self, name: str = "/navigate_to_pose") -> Navigation:
-        """Serve `nav2_msgs/action/NavigateToPose`. Raises Ros2Error where `nav2_msgs` is missing."""
+        """Serve `nav2_msgs/action/NavigateToPose`. Raises Ros2Error if `nav2_msgs` is missing."""
         self._world.serve_action(name, "nav2_msgs/action/NavigateToPose", self._navigate)
         return self
 
     def follow_waypoints(self, name: str = "/follow_waypoints") -> Navigation:
-        """Serve `nav2_msgs/action/FollowWaypoints`. Raises Ros2Error where `nav2_msgs` is missing."""
+        """Serve `nav2_msgs/action/FollowWaypoints`. Raises Ros2Error if `nav2_msgs` is missing."""
         self._world.serve_action(name, "nav2_msgs/action/FollowWaypoints", self._follow)
         return self
 
