@@ -51,6 +51,6 @@ class Strategy(Protocol):
 
 
 def draw_good(rng: Random, worth: Mapping[T, float]) -> T:
-    """One of the best, drawn in favour of the better ones; between equal ones, earlier ones count as better."""
+    """One of the best, drawn in favour of the better ones; among equal ones, the first are kept."""
     best = sorted(worth, key=lambda choice: -worth[choice])[:CHOICES]
     return pick_weighted(rng, {choice: worth[choice] ** PRESSURE for choice in best})

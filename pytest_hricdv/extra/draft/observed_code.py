@@ -71,7 +71,7 @@ def methods_from_outside(seen: Observations, entry: Entry) -> frozenset[str]:
 
 
 def period_of(seen: Observations, entry: Entry, method: str) -> tuple[int, float]:
-    """The period (s) of a method called like a control loop, and its argument if this is one number: the period."""
+    """The number of calls of a method called like a control loop, and its only numeric argument: the period (s)."""
     site = _methods(seen, entry).get(method)
     if site is None or site.count < MIN_REPEATS:
         return 0, 0.0
