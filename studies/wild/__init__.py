@@ -40,7 +40,8 @@ class Source:
 
     def copy(self, clones: Path, target: Path) -> None:
         """Have a copy of its files in a folder. Raises FetchError where it cannot be cloned."""
-        clone = clones / "repositories" / f"{self.name}-{self.commit[:8]}"
+        which = hashlib.sha256(repr(self.paths).encode()).hexdigest()[:6]
+        clone = clones / "repositories" / f"{self.name}-{self.commit[:8]}-{which}"
         fetch(clone, f"https://github.com/{self.repository}", self.commit, self.paths)
         shutil.copytree(clone, target / self.name, ignore=shutil.ignore_patterns(".git"), symlinks=True)
 
