@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -29,6 +30,7 @@ class KnownBug:
         text: its words, from which the requirement was written.
         asked: the requirement.
         own: arguments of pytest that run the package's own tests; empty where it has none.
+        own_needs: repository, commit and folder of what they need beside the package; empty where that is nothing.
         note: what has to be said of the result.
     """
 
@@ -38,6 +40,7 @@ class KnownBug:
     text: str
     asked: str
     own: tuple[str, ...]
+    own_needs: tuple[str, ...]
     note: str
 
     @property
@@ -53,13 +56,14 @@ class KnownBug:
 def known_bugs(path: Path = FOLDER / "known.toml") -> Iterator[KnownBug]:
     """All of them, in the order of the file."""
     for key, row in tomllib.loads(path.read_text(encoding="utf-8")).items():
-        before, fix = (_package(key + ending, row, row[commit], causes) for commit, ending, causes in
-                       (("before", "", 2), ("fix", "_fix", 0)))  # fmt: skip
-        yield KnownBug(before, fix, row["report"], row["text"], row["asked"], tuple(row.get("own", ())),
-                       row.get("note", ""))  # fmt: skip
+        close_runs = row.get("close_runs", (0, 0))
+        before = _package(key, row, row["before"], close_runs[0], 2)
+        fix = _package(f"{key}_fix", row, row["fix"], close_runs[1], 0)
+        own, needs = tuple(row.get("own", ())), tuple(row.get("own_needs", ()))
+        yield KnownBug(before, fix, row["report"], row["text"], row["asked"], own, needs, row.get("note", ""))
 
 
-def _package(key: str, row: dict[str, Any], commit: str, cause_runs: int) -> Package:
+def _package(key: str, row: dict[str, Any], commit: str, close_runs: int, cause_runs: int) -> Package:
     further = [Source(name, at, tuple(paths)) for name, at, *paths in row.get("needs", ())]
     return Package(
         key=key,
@@ -70,7 +74,7 @@ def _package(key: str, row: dict[str, Any], commit: str, cause_runs: int) -> Pac
         python_path=tuple(row["python_path"]),
         reason="",
         tests=row.get("tests", 8),
-        close_runs=row.get("close_runs", 6),
+        close_runs=close_runs,
         cause_runs=cause_runs,
         schedules=row.get("schedules", 0),
         verdicts={},
@@ -80,7 +84,7 @@ def _package(key: str, row: dict[str, Any], commit: str, cause_runs: int) -> Pac
 def measure_known(bug: KnownBug, clones: Path) -> dict[str, Any]:
     """A row of the results. Raises FetchError and SessionError."""
     before, fix = (measure(package, clones) for package in (bug.before, bug.fix))
-    ran = {name: _own(bug, clones / package.key) for name, package in (("before", bug.before), ("fix", bug.fix))}
+    own = own_result(*(_own(bug, clones, clones / package.key) for package in (bug.before, bug.fix)))
     return {
         "input": bug.fingerprint(),
         "lines": bug.before.lines(),
@@ -92,7 +96,7 @@ def measure_known(bug: KnownBug, clones: Path) -> dict[str, Any]:
         ),
         "violations": [each for each in before["violations"] if bug.asked in (*each["requirements"], each.get("of"))],
         "others": sorted({name for each in before["violations"] for name in each["requirements"]} - {bug.asked}),
-        "own": own_result(ran["before"], ran["fix"]),
+        "own": own,
     }
 
 
@@ -118,9 +122,16 @@ def own_result(before: dict[str, str], fix: dict[str, str]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _own(bug: KnownBug, folder: Path) -> dict[str, str]:
+def _own(bug: KnownBug, clones: Path, folder: Path) -> dict[str, str]:
     if not bug.own:
         return {}
+    if bug.own_needs:
+        repository, commit, place = bug.own_needs
+        source = Source(repository, commit)
+        source.copy(clones, folder / "own")
+        shutil.copytree(folder / "own" / source.name, folder / place, dirs_exist_ok=True)
+        for path in (folder / place).rglob("*"):
+            path.chmod(path.stat().st_mode | 0o060)  # as its README asks for
     paths = [str(folder / each) for each in bug.before.python_path]
     (folder / "own.ini").write_text("[pytest]\n", encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:hricdv", "-p", "no:randomly", "-p", "no:cacheprovider",

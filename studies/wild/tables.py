@@ -90,8 +90,8 @@ def seen(row: dict[str, Any]) -> str:
 
 def _known_row(bug: KnownBug, row: dict[str, Any]) -> tuple[object, ...]:
     suites = ["yes" if suite in row["found_by"] else "no" for suite in ("rl", "closure", "schedules")]
-    if not bug.before.schedules:
-        suites[2] = "-"
+    tried = (1, bug.before.close_runs, bug.before.schedules)
+    suites = [word if runs else "-" for word, runs in zip(suites, tried, strict=True)]
     at_fix = "fails" if row["fix_violated_by"] else "holds" if row["fix_checks"] else "never checked"
     return (
         bug.before.title,
