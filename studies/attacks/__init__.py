@@ -21,7 +21,7 @@ FOLDER = Path(__file__).parent
 LIMIT_S = 150.0
 """Of an attack, in real time, for each of its commands: its aim is a minute on a machine that does nothing else."""
 
-STATUSES = {"passed": {0}, "failed": {1}, "refused": {2, 4}, "loud": set(range(1, 128)), "any": set(range(128))}
+STATUSES = {"passed": {0}, "failed": {1}, "refused": {2, 4}, "loud": set(range(1, 256)), "any": set(range(128))}
 """How the last command of an attack may end -> its exit statuses."""
 
 OURS = re.compile(
@@ -124,6 +124,7 @@ def judge(attack: Attack, folder: Path, output: str, statuses: list[int]) -> str
         return "a traceback of the tool"
     if -9 in statuses and "END=" not in "".join(attack.script()):
         return f"did not end in {LIMIT_S:.0f} s"
+    status = status if status >= 0 else 128 - status  # ended by a signal
     passed = attack.either and status == 0
     if not passed and status not in (STATUSES["loud" if attack.either else attack.ends]):
         return f"status {status}"
