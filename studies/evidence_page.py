@@ -103,10 +103,11 @@ def _races() -> tuple[str, str, str, str]:
     results = _stored("races/results.json")
     searched = {key.split()[0] for key in results}
     held = [race.name for race in RACES if race.is_held_out and race.name in searched]
-    sessions = [bool(races) for key, races in results.items() if key.split()[:2] in ([name, "robot"] for name in held)]
-    twins = [
-        any(race["is_counted"] for race in races) for key, races in results.items() if key.split()[1] == "repaired"
-    ]
+    fails: dict[tuple[str, ...], list[bool]] = {tuple(key.split()[:2]): [] for key in results}
+    for key, races in results.items():
+        fails[tuple(key.split()[:2])].append(any(race["is_counted"] for race in races))
+    sessions = [each for name in held for each in fails.get((name, "robot"), [])]
+    twins = [each for (_, kind), of_kind in fails.items() if kind == "repaired" for each in of_kind]
     return (
         f"planted races in {len(held)} robots that nothing was tuned on",
         f"[{sum(sessions)} of {len(sessions)} searches](studies/races.md)",

@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from pytest_hricdv.report.formatting import plural
 from studies.fair_fight import CODE_BASES, FOLDER, CodeBase, faults
 from studies.fair_fight.tools import TOOLS
 from studies.page import table
@@ -57,7 +58,8 @@ def _best(base: CodeBase, rows: Mapping[str, Any]) -> str:
     name = max(rows, key=rank)
     row = rows[name]
     of_faults = f"{_noticed(row)} of {len(faults.sealed(base.name))} faults"
-    return f"{TITLES[name]}: {of_faults}, {len(_right(base, row))} violations, {_share(row['branches'])} of branches"
+    violations = plural(len(_right(base, row)), "violation")
+    return f"{TITLES[name]}: {of_faults}, {violations}, {_share(row['branches'])} of branches"
 
 
 def _right(base: CodeBase, row: Mapping[str, Any]) -> dict[str, Any]:
