@@ -11,6 +11,7 @@ import gc
 import logging
 import re
 import sys
+import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import Enum
 from functools import partial
@@ -31,6 +32,7 @@ _LEAVES = (
     *(ModuleType, CodeType, FrameType, BuiltinFunctionType, Enum, IOBase, re.Pattern),
     *(logging.Logger, logging.Handler, logging.Manager),
 )
+_WEAK: tuple[type, ...] = (weakref.ref, weakref.ProxyType, weakref.CallableProxyType)
 _IMMUTABLE = (
     str,
     bytes,
@@ -180,6 +182,8 @@ class Influence:
         pending = list(roots)
         while pending:
             value = pending.pop()
+            if issubclass(type(value), _WEAK):
+                value = _target(value)
             is_named = isinstance(value, FunctionType | type)
             module = getattr(value if is_named else type(value), "__module__", "")
             if id(value) in kept or isinstance(value, _LEAVES) or _is_of_tool(module):
@@ -235,6 +239,14 @@ def _referents(value: Any, *, is_class_followed: bool) -> list[Any]:
             return []  # all representations of a dataclass share what is being written
         return [*(value.__closure__ or ()), *(value.__defaults__ or ()), *(value.__kwdefaults__ or {}).values()]
     return gc.get_referents(value) if gc.is_tracked(value) else []
+
+
+def _target(weak: Any) -> Any:
+    """What a weak reference or a proxy refers to; None if it is gone."""
+    try:
+        return weak() if isinstance(weak, weakref.ref) else weak.__reduce_ex__.__self__
+    except ReferenceError:
+        return None
 
 
 def _is_own(name: str, attribute: object) -> bool:

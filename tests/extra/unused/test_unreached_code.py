@@ -148,6 +148,12 @@ REACHED = {
         "guide": step("self.given[0]()"),
         "person": "kettle.heat = level",
     },
+    "a device that is held weakly": {
+        "given": "weakref.proxy(kettle)",
+        "guide": step("self.given[0].heat"),
+        "person": "kettle.heat = level",
+        "run": RUN.replace("import queue, threading", "import queue, threading, weakref"),
+    },
     "an event": {"given": "event", "guide": step("self.given[0].wait(0.1)"), "person": "event.set()"},
     "a variable of a module": {
         "guide": "LEVEL = 0.0\n"
