@@ -92,7 +92,7 @@ def _known_bugs() -> Iterator[tuple[str, str, str, str]]:
         caught = sum(bool(bug["found_by"]) and not bug["fix_violated_by"] for bug in bugs.values())
         own = sum(bool(bug["own"]["find"]) for bug in bugs.values())
         yield (
-            "known bugs at the commit before their fix",
+            "known bugs of public packages, at the commit before their fix",
             _WILD.format(f"{caught} of {len(bugs)}"),
             f"the packages' own tests at that commit: {own}",
             "requirements written from the reports, which we chose",
@@ -123,11 +123,10 @@ def readme(text: str) -> str:
         for row in _quoted()
         if "figure" in row
     ]
-    packages = next(_in_packages())
-    number = packages[1].partition("]")[0].strip("[")
-    rows.insert(
-        0, (f"[{number}](docs/evidence.md) {packages[0]}", f"{packages[2].partition(';')[0]}; our own verdicts")
-    )
+    limits = (f"{next(_in_packages())[2].partition(';')[0]}; our own verdicts", "we chose, and read, the reports")
+    for found_in, limit in reversed([*zip((*_in_packages(), *_known_bugs()), limits, strict=False)]):
+        number = found_in[1].partition("]")[0].strip("[")
+        rows.insert(0, (f"[{number}](docs/evidence.md) {found_in[0]}", limit))
     table = page.table(("measured", "limits"), rows[:4])
     new, count = _README_TABLE.subn(
         lambda _: f"{table}\n\nAll of it, and who was better: [evidence](docs/evidence.md).", text
