@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,11 @@ from studies.localization.faults import FaultError
 TABLE = next(base for base in CODE_BASES if base.name == "table")
 
 
-def test_the_sealed_faults_fit_the_code_and_are_those_that_the_seed_draws(tmp_path: Path) -> None:
+def test_the_sealed_faults_fit_the_code_and_are_those_that_the_seed_draws(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [name for name in sys.modules if name.partition(".")[0] == "controller"]:
+        monkeypatch.delitem(sys.modules, name)  # that of this checkout
     TABLE.fill(tmp_path / "table", tmp_path)
     assert faults.draw(tmp_path / "table", TABLE.map(tmp_path / "table")) == faults.sealed("table")
     for fault in faults.sealed("table"):
