@@ -1,6 +1,7 @@
 """Search the schedules of the robots and of their twins; print at how many seeds each race is found, and its words.
 
     python -m studies.races [--seeds N] [--twin-seeds N] [--plain-seeds N] [--robots NAME,...] [--results FILE]
+    python -m studies.races --page    # the tables of the page, of what was run so far
 
 A search ends with the first race that fails its session. It is repeated with plain pseudorandom schedules: holds at any
 statement that a test executes. What is in the file of results already is not run again.
@@ -11,7 +12,8 @@ from __future__ import annotations
 import argparse
 import json
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -21,10 +23,14 @@ from pytest_hricdv.session.feature import FeatureSession
 from studies import session
 from studies.localization.projects import Project
 from studies.localization.sessions import prepared, ran
+from studies.page import replace_figures, table
 from studies.races.catalogue import ANCHORS, RACES, Race
 
 TESTS = 10
 """Tests of each suite."""
+
+PAGE = Path(__file__).parents[2] / "docs" / "studies" / "races.md"
+COMMAND = "python -m studies.races --page"
 
 RESULTS = Path(__file__).with_name("results.json")
 
@@ -45,11 +51,33 @@ def main() -> None:
     every = (*RACES, *ANCHORS)
     parser.add_argument("--robots", default=",".join(race.name for race in every), metavar="NAME,...")
     parser.add_argument("--results", type=Path, default=RESULTS, metavar="FILE")
+    parser.add_argument("--page", action="store_true", help="write the tables of stored results to the page")
     options = parser.parse_args()
+    if options.page:
+        replace_figures(PAGE, COMMAND, tables(json.loads(options.results.read_text(encoding="utf-8"))))
+        return
     print(f"{'robot':<30}{'found':>10}{'median':>8}{'last':>6}{'late only':>11}{'plain':>10}{'median':>8}{'twin':>9}")
     for race in every:
         if race.name in options.robots.split(","):
             print(row(race, options), flush=True)
+
+
+def tables(results: Mapping[str, Races]) -> str:
+    """The tables of the page: planted races, then those that others publish."""
+    head = ("robot", "found", "median run", "last run", "twins that fail")
+    planted, anchors = (table(head, map(partial(_cells, results), races)) for races in (RACES, ANCHORS))
+    return f"### Planted races\n\n{planted}\n\n### Races that others publish\n\n{anchors}"
+
+
+def _cells(results: Mapping[str, Races], race: Race) -> tuple[str, ...]:
+    found, twins = (
+        [races for key, races in results.items() if key.split()[:2] == [race.name, kind]]
+        for kind in ("robot", "repaired")
+    )
+    firsts = sorted(map(first, filter(fails, found)))
+    runs = (f"{median(firsts):g}", str(firsts[-1])) if firsts else ("-", "-")
+    failing = f"{sum(map(fails, twins))} of {len(twins)}" if twins else "-"
+    return f"{race.name}{' (held out)' * race.is_held_out}", f"{len(firsts)} of {len(found)}", *runs, failing
 
 
 def row(race: Race, options: argparse.Namespace) -> str:
