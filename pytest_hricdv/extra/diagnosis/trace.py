@@ -207,10 +207,10 @@ class Tracer:
                 (*self._all[place], 0 if to == _RETURNED else self._all[to][1]) for place, to in sorted(taken)
             ),
             stood=tuple(tuple(self._all[place] for place in reversed(stack)) for _, stack in sorted(stacks.items())),
-            raised=self._raising_statement() if to_end else None,
+            raised=self._source_of_error() if to_end else None,
         )
 
-    def _raising_statement(self) -> tuple[str, int] | None:
+    def _source_of_error(self) -> tuple[str, int] | None:
         error = self._raised()
         steps = [] if error is None else [*traceback.walk_tb(error.__traceback__)]
         for frame, line in reversed(steps):
