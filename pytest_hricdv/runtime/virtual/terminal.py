@@ -56,8 +56,7 @@ class Terminal:
         self._waiting: list[Node] = []
         self._listeners: list[Callable[[], None]] = []
         self.owner: Node | None = None
-        """The node that Ctrl-C interrupts: the main thread of its process, or else the first node that used the
-        terminal."""
+        """The node that Ctrl-C interrupts: the main thread of its process, or else the first that used the terminal."""
         self._interrupts = False
         self.fd, self._mirror = os.pipe()
         """A descriptor that can be read exactly when the terminal can: what only asks for readiness may ask it."""
