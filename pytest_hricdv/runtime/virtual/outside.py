@@ -63,7 +63,9 @@ _CLOCKED = frozenset((*_TIMERS, "setrlimit", "dump_traceback_later"))
 _SIGNALS = ("sigwait", "sigwaitinfo", "sigtimedwait", "pause")
 _REFUSED: dict[str, Callable[..., Any]] = {
     "os.system": os.system,
-    **{f"os.{name}": getattr(os, name) for name in ("wait", "waitpid", "waitid") if hasattr(os, name)},
+    **{
+        f"os.{name}": getattr(os, name) for name in ("wait", "wait3", "wait4", "waitpid", "waitid") if hasattr(os, name)
+    },
     **{f"signal.{name}": getattr(signal, name) for name in (*_SIGNALS, *_TIMERS) if hasattr(signal, name)},
     **{f"resource.{name}": getattr(resource, name) for name in ("setrlimit", "prlimit") if hasattr(resource, name)},
     "faulthandler.dump_traceback_later": faulthandler.dump_traceback_later,

@@ -39,8 +39,8 @@ RIGHTS = (
 )
 """Functions of `os` that take rights from the process, which may then not write its report."""
 
-_PEEK = os.WEXITED | os.WNOHANG | os.WNOWAIT if hasattr(os, "WEXITED") else 0
-"""Whether a process has ended, which stays as it is."""
+_PEEK = os.WEXITED | os.WNOHANG | os.WNOWAIT if hasattr(os, "waitid") else 0
+"""Options of `os.waitid` that look whether a process has ended, and leave it as it is; 0 without `os.waitid`."""
 
 _LIMITS = ("RLIMIT_NOFILE", "RLIMIT_FSIZE", "RLIMIT_AS", "RLIMIT_DATA", "RLIMIT_NPROC", "RLIMIT_STACK")
 _LIMITED = frozenset(getattr(resource, name) for name in _LIMITS if hasattr(resource, name))
@@ -93,7 +93,7 @@ def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
     match name.rpartition(".")[2]:
         case "sigtimedwait" | "setitimer":
             return args[1:2] == (0,)
-        case "wait" | "waitpid" | "waitid" as wait:
+        case "wait" | "wait3" | "wait4" | "waitpid" | "waitid" as wait:
             return _finds_child_ended(wait, args)
         case "alarm":
             return args[:1] == (0,)
@@ -108,15 +108,20 @@ def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
 
 def _finds_child_ended(name: str, args: tuple[Any, ...]) -> bool:
     """Whether a wait for processes returns at once, as one has ended, or there is none."""
+    options = args[-1] if args else 0
+    if options & getattr(os, "WNOHANG", 0):
+        return True
+    if not _PEEK:
+        return False  # nobody can look, as on macOS before Python 3.13 and on Windows
     match name, args:
-        case "waitid", (kind, number, options):
+        case "waitid", (kind, number, _):
             pass
-        case "waitpid", (int(number), options):
-            kind = os.P_PID if number > 0 else os.P_ALL
+        case "waitpid" | "wait4", (int(number), _) if number > 0:
+            kind = os.P_PID
         case _:
-            kind, number, options = os.P_ALL, 0, 0
+            kind, number = os.P_ALL, 0
     try:
-        return bool(options & os.WNOHANG) or os.waitid(kind, max(number, 0), _PEEK) is not None
+        return os.waitid(kind, number, _PEEK) is not None
     except ChildProcessError:
         return True
 
