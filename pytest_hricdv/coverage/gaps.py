@@ -14,7 +14,7 @@ from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, lis
 from pytest_hricdv.monitor import RequirementResult
 
 MODULE = "the module"
-OUTSIDE = "other methods of its class run: objects are made outside of run.measured, where nothing is measured"
+OUTSIDE = "other methods of its class run: objects may be made outside of run.measured, where nothing is measured"
 MAKE_INSIDE = "make them in the body that run.measured wraps"
 NEVER_IMPORTED = "never imported: no test imports this file"
 
@@ -79,7 +79,7 @@ class _FileGaps:
         return _gap("statements", self._where(function), items, reason, f"vary {near}{how}", near)
 
     def _has_objects(self, function: Function) -> bool:
-        """Whether it initializes objects of a class of which methods run."""
+        """Whether it is the `__init__` of a class whose other methods run."""
         of_class, _, name = function.name.rpartition(".")
         others = [other for other in self.functions if other.name.rpartition(".")[0] == of_class]
         return name == "__init__" and any(self._nearest([line for line in self.bits if line in it]) for it in others)
