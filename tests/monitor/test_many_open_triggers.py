@@ -1,4 +1,4 @@
-"""Many triggers that are open at a time: the monitors compared with slow ones, which go through all of them."""
+"""Many triggers that are open at a time: the monitors compared with the reference, which goes through all of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
+from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Response
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.past_formula import (
@@ -25,7 +25,8 @@ from pytest_hricdv.monitor.past_formula import (
 )
 from pytest_hricdv.monitor.terms import Count, FloatName, NumberTerm
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun, Value
-from tests.monitor.slow_monitor import SlowMonitorSet
+from tests.monitor.logs import run, summary
+from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, larger, pasts, responses
 from tests.monitor.vocabulary import requirement
 from tests.steps import steps_of
@@ -100,26 +101,9 @@ overlapping: st.SearchStrategy[Response] = st.one_of(
 overlapping_formulas = st.builds(Formula, frequent | conditions, overlapping)
 
 
-def fed(monitors: MonitorSet, trace: LoggedRun) -> tuple[list[object], tuple[Verdict, ...]]:
-    """What the monitors say while the run goes on, and the verdicts."""
-    said: list[object] = []
-    for tick, instant in sorted(trace.instants.items()):
-        monitors.advance(tick * TICK_S)
-        said.append((monitors.next_deadline_s(), monitors.so_far()))
-        for name, value in instant.signals.items():
-            monitors.signal(tick * TICK_S, name, value)
-        for topic, fields in instant.messages:
-            monitors.message(tick * TICK_S, topic, fields)
-    return said, monitors.finish(trace.last * TICK_S)
-
-
-def agree(formula: Formula, trace: LoggedRun, shows: tuple[str, ...] = ()) -> tuple[Verdict, ...]:
-    """Both say the same, during the run and at its end: counts, times, values, margins, triggers."""
-    watched = Requirement("R", "", "", "", formula, shows)
-    (said, verdicts), slow = fed(MonitorSet([watched]), trace), fed(SlowMonitorSet([watched]), trace)
-    assert said == slow[0]
-    assert verdicts == slow[1]
-    return verdicts
+def agree(formula: Formula, trace: LoggedRun, shows: tuple[str, ...] = ()) -> None:
+    """Monitors and the reference, which looks at each trigger for itself, say the same."""
+    assert summary(run(formula, trace, shows=shows)) == ReferenceEvaluator(trace).judge(formula, shows)
 
 
 @given(formula=overlapping_formulas, trace=busy_traces)
@@ -132,67 +116,6 @@ def test_overlapping_windows_are_judged_as_one_by_one(formula: Formula, trace: L
 @RUNS
 def test_any_formula_is_judged_as_one_by_one(formula: Formula, trace: LoggedRun, shows: tuple[str, ...]) -> None:
     agree(formula, trace, shows)
-
-
-# --- cases of the kind, with times that are no whole ticks
-
-CASES = [
-    "always(on(a) -> eventually[0:60](p))",
-    "always(on(a) -> eventually[0:0.5](p))",
-    "always(on(a) -> eventually[2.5:7](on(b)))",
-    "always(on(a) -> eventually[5:5](p))",
-    "always(on(a) -> always[0:8](x < 4))",
-    "always(on(a) -> always[3:8](x < 4))",
-    "always(on(a) -> always[3:3](x < 4 | p))",
-    "always(on(a) -> always(x < 4) until on(b))",
-    "always(on(a) -> always(!on(b)) until p)",
-    "always(on(a) -> once[0:5](on(b)))",
-    "always(on(a) -> once[2:9](on(b)))",
-    "always(on(a) -> once[4:4](p))",
-    "always(on(a) -> historically[0:3](x < 4))",
-    "always(on(a) -> historically[1:3](!on(b)))",
-    "always(rise(once[1:2](on(a))) -> eventually[0:4](historically[0:1](p)))",
-    "always(on(a) -> (x < 4) since on(b))",
-    "always((once[0:1](p) since on(b)) & on(a) -> eventually[0:3](on(b) | x > 3))",
-    "always(count[0:4](on(a)) > 5 -> eventually[0:3](count[1:6](on(b)) < 9))",
-    "always(on(a) | on(b) -> eventually[1:20](time_since(p) < 3 & x > 2 [for 0.5]))",
-    "always(on(a) -> always[0.1:0.2](x > 0 [hysteresis 1] & !p | q))",
-    "always(!on(a) -> eventually[0:6](on(a)))",
-    "always(p -> eventually[0:2](on(a)))",
-]
-
-
-@pytest.mark.parametrize("text", CASES)
-def test_a_busy_run_is_judged_as_one_by_one(text: str) -> None:
-    stream = random.Random(text)
-    watched = requirement(text)
-    fast, slow = MonitorSet([watched]), SlowMonitorSet([watched])
-    time_s = 0.0
-    for monitors in (fast, slow):
-        for name, first in {"p": False, "q": True, "x": 1.0}.items():
-            monitors.signal(0.0, name, first)
-    for _ in range(1200):
-        # 0 s: several updates at one instant. Times of an exact decimal meet the ends of windows.
-        time_s = round(time_s + stream.choice([0.0, 0.02, 0.02, 0.1, 0.5]), 2)
-        updates: list[tuple[str, float | None]] = [
-            ("a", None),
-            ("a", None),
-            ("a", None),
-            ("b", None),
-            ("p", stream.random() < 0.3),
-            ("x", float(stream.randint(0, 4))),
-        ]
-        name, value = stream.choice(updates)
-        for monitors in (fast, slow):
-            if value is None:
-                monitors.message(time_s, name, {})
-            else:
-                monitors.signal(time_s, name, value)
-        assert fast.next_deadline_s() == slow.next_deadline_s()
-        assert fast.so_far() == slow.so_far()
-    [verdict] = fast.finish(time_s + 2.5)
-    assert (verdict,) == slow.finish(time_s + 2.5)
-    assert verdict.triggers > 5
 
 
 # --- what an event costs

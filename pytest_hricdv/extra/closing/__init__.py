@@ -22,7 +22,7 @@ Vocabulary
     experience            what all runs have shown of interactions: a surrogate model of outcomes per cross product
 
 Constants of the strategies: half and twice their values change the share of open targets less than another seed does,
-by -7 to +1 points instead of up to 12 (six handovers of `tests/extra/closing/scenes.py`).
+by -7 to +1 points instead of up to 12 (six made-up handovers).
 
 Modules
     loop, archive, strategy         the loop with its bandit, independent of the strategies

@@ -86,21 +86,11 @@ def test_the_one_test_that_leaves_state_is_found_in_few_runs(case: tuple[int, in
     assert len(processes.ran) <= 8 + 2 * math.ceil(math.log2(size + 1))
 
 
-def test_what_every_test_leaves_is_found_at_the_test_before() -> None:
-    processes = SimulatedProcesses(lambda order, *_: len(order.nodeids))
-    assert cause(processes, in_process=names(50)).left_by == "t49"
-
-
 def test_state_that_takes_two_tests_is_said_to() -> None:
     processes = SimulatedProcesses(lambda order, *_: {"t2", "t5"} <= {*order.nodeids})
     found = cause(processes, in_process=names(8))
     assert found.left_by == "t2"
     assert "after t2 and the 5 tests after that" in found.detail
-
-
-def test_tests_after_it_cannot_be_the_cause() -> None:
-    processes = SimulatedProcesses(lambda order, *_: "later" in order.nodeids)
-    assert cause(processes, in_process=["t0", ASKED, "later"]).name == "not found"
 
 
 @pytest.mark.parametrize("session_seed", ["", "0"])
@@ -129,10 +119,6 @@ def test_chance_that_nothing_explains_is_said_with_what_was_read() -> None:
     assert "c.py:3" in found.detail
 
 
-def test_what_a_process_drew_at_its_begin() -> None:
-    assert cause(SimulatedProcesses(lambda order, seed, copy, _: copy)).name == "drawn once in a process"
-
-
 def test_a_file_without_which_it_runs_otherwise() -> None:
     processes = SimulatedProcesses(
         lambda order, *_: "/p/left.txt" in order.hidden,
@@ -149,14 +135,3 @@ def test_a_counter_in_a_file_anywhere_and_a_device_of_the_system() -> None:
     assert cause(counting).name == "file left behind: count"
     drawing = SimulatedProcesses(lambda order, *_: 0 if "/dev/urandom" in order.hidden else next(number), readings)
     assert cause(drawing).name == "files"
-
-
-def test_variables_of_a_worker() -> None:
-    processes = SimulatedProcesses(lambda order, seed, copy, variables: len(variables))
-    assert cause(processes, was_in_worker=True).name == "environment: PYTEST_XDIST_WORKER"
-    assert cause(processes, was_in_worker=False).name == "not found"
-
-
-def test_experiments_end_with_their_time() -> None:
-    processes = SimulatedProcesses(lambda order, *_: len(order.nodeids))
-    assert cause(processes, in_process=names(5), seconds=-1.0).name == "not found"

@@ -73,15 +73,6 @@ def test_code_that_repeats_gets_no_word(audited: pytest.Pytester, options: Seque
     assert audit["hash_seed"] != audit["session_hash_seed"]
 
 
-@pytest.mark.slow
-def test_a_plugin_that_runs_failures_again_asks_for_no_server_of_a_controller(audited: pytest.Pytester) -> None:
-    asks = "def pytest_configure(config):\n    getattr(config, 'workerinput', {'sock_port': 0})['sock_port']\n"
-    (audited.path / "rerunfailures.py").write_text(asks, encoding="utf-8")
-    result = audited.runpytest_subprocess(*RUN, "-p", "rerunfailures")
-    assert result.ret == 0
-    assert len(project.report(audited.path)["audit"]["tests"]) == 3
-
-
 @pytest.mark.parametrize(
     "way", [pytest.param(way, marks=() if way == "list of a module" else pytest.mark.slow) for way in state.WAYS]
 )
@@ -94,15 +85,6 @@ def test_state_is_traced_to_the_test_that_left_it(audited: pytest.Pytester, way:
         assert mark["in_session"].startswith("0 s: guide switched")
         assert mark["alone"].startswith("0 s: guide switched")
     assert len(problems(result)) == len(marks(audited)) > 0
-
-
-@pytest.mark.slow
-def test_workers_have_an_order_each(audited: pytest.Pytester) -> None:
-    state.leave(audited, "list of a module")
-    assert audited.runpytest_subprocess(*RUN, "--hri-tests=6", "-n", "2").ret == 1
-    assert marks(audited)
-    for mark in marks(audited):
-        assert mark["cause"].startswith("state that test_lamps.py::test_lamps[bdi-random-")
 
 
 @pytest.mark.slow
@@ -136,15 +118,6 @@ def test_the_clock_on_the_wall_is_told_apart(audited: pytest.Pytester) -> None:
     for mark in marks(audited):
         assert mark["cause"] == "wall clock"
         assert "time.time at conftest.py" in mark["detail"]
-
-
-def test_the_journal_has_the_marks(audited: pytest.Pytester) -> None:
-    state.leave(audited, "list of a module")
-    audited.runpytest_subprocess(*ONE)
-    before = marks(audited)
-    (audited.path / "hri-report" / "report.json").unlink()
-    project.command("rebuild", str(audited.path / "hri-report"))
-    assert marks(audited) == before != []
 
 
 def test_a_failure_that_is_none_alone_is_no_violation(audited: pytest.Pytester) -> None:
@@ -192,17 +165,6 @@ def test_it_can_be_switched_off_and_bounded(audited: pytest.Pytester) -> None:
     result.stderr.fnmatch_lines(["ERROR: --hri-audit=some: expected a whole number, or off"])
 
 
-def test_files_of_the_session_are_left_alone(audited: pytest.Pytester) -> None:
-    writing = (
-        "def test_lamps(hri_case, tmp_path):\n    (tmp_path / 'mine').touch()\n    hri_case.check(hri_case.run())\n"
-    )
-    audited.makepyfile(test_lamps=writing)
-    audited.runpytest_subprocess(*RUN, "--junitxml=junit.xml", "--basetemp=temporary").assert_outcomes(passed=3)
-    assert len(project.report(audited.path)["audit"]["tests"]) == 3
-    assert (audited.path / "junit.xml").read_text(encoding="utf-8").count("<testcase") == 3
-    assert len([*(audited.path / "temporary").glob("*0/mine")]) == 3
-
-
 def test_a_fresh_process_that_does_not_start_is_said_and_fails_nothing(audited: pytest.Pytester) -> None:
     conftest = "import os, sys\nif 'audit.process' in ' '.join(sys.orig_argv):\n    raise RuntimeError('no licence')\n"
     path = audited.path / "conftest.py"
@@ -210,9 +172,3 @@ def test_a_fresh_process_that_does_not_start_is_said_and_fails_nothing(audited: 
     result = audited.runpytest_subprocess(*RUN)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["the audit could not run tests again in a fresh process: *"])
-
-
-@pytest.mark.slow
-def test_isolated_tests_repeat(audited: pytest.Pytester) -> None:
-    state.leave(audited, "list of a module")
-    assert audited.runpytest_subprocess(*RUN, "--hri-isolate").ret == 0

@@ -112,12 +112,6 @@ GREETS = 'any(action.command == "greet" for action in run.test.actions)'
 
 
 @pytest.mark.slow
-def test_where_every_run_errs_it_is_said_why(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "conftest.py", LAMP, f"    {{}}[run.test.seed]\n{LAMP}")
-    assert "--hri-suite=closure: no run completed: KeyError: " in refused(lamps, *SUITE)
-
-
-@pytest.mark.slow
 def test_runs_that_err_are_noted_and_the_others_make_the_suite(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", LAMP, f"    if {GREETS}:\n        {{}}[run.test.seed]\n{LAMP}")
     lamps.runpytest_inprocess(*SUITE)
@@ -154,14 +148,6 @@ def test_wrong_options_are_refused(lamps: pytest.Pytester, options: list[str], t
 def test_a_model_that_is_broken_is_an_error_before_any_run(lamps: pytest.Pytester) -> None:
     (lamps.path / "models" / "visitor.asl").write_text("@v1 +hall <- enter(hall", encoding="utf-8")
     assert "visitor.asl" in refused(lamps, *SUITE)
-
-
-@pytest.mark.slow
-def test_that_a_loop_reaches_what_need_not_be_checked_is_no_sign_that_other_suites_do(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc =\n    R1: for a test")
-    needless = "R1 was checked, so its exemption can go (hri_allow_nc: for a test)"
-    lamps.runpytest_inprocess(*SUITE).stdout.no_fnmatch_line(needless)
-    lamps.runpytest_inprocess("--hri-suite=by-hand,closure", SUITE[1]).stdout.fnmatch_lines([needless])
 
 
 @pytest.mark.slow

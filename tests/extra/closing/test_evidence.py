@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, SourceFile
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive, ArchivedRun
@@ -14,7 +12,6 @@ from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.records import ClosingResult, ImpossiblePoint
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.suite_files import parse_tests
 
 CODE = CodeMap(
     ("lamp",),
@@ -87,26 +84,6 @@ def test_the_nearest_test_of_a_bin_differs_in_fewest_coordinates_and_is_of_the_s
     assert open_points[BINS[1]].waiver == """cross product light: impossible={('hall', 'high'): "why"}"""
 
 
-def test_of_equally_near_tests_of_a_bin_that_counts_which_planned_the_same_and_then_that_which_was_aimed_at_it() -> (
-    None
-):
-    archive = Archive(BINS)
-    add(archive, "elsewhere", BINS[3])
-    add(archive, "unaimed", BINS[0])
-    add(archive, "aimed", BINS[0], targets=(BINS[1],))
-    open_points = {each.point: each for each in shown(archive).open}
-    assert (open_points[BINS[1]].test, open_points[BINS[1]].lacking) == ("aimed-1", "level low instead of high")
-
-
-def test_a_nearest_test_that_is_in_no_suite_can_be_read_back() -> None:
-    archive = Archive(BINS[:2])
-    add(archive, "near", BINS[0])
-    ((name, text),) = shown(archive).closest_tests.items()
-    (test,) = parse_tests(text, file="nearest.txt", suite="nearest")
-    assert name == test.id == "near-1"
-    assert test == archive.entries[0].test
-
-
 def test_open_code_says_where_it_has_to_go_on_and_how_it_is_waived() -> None:
     branch = ("branch", "lamp.py", "3", "4")
     archive = Archive([*STATEMENTS, ("branch", "lamp.py", "1", "2"), branch])
@@ -115,13 +92,6 @@ def test_open_code_says_where_it_has_to_go_on_and_how_it_is_waived() -> None:
     way_on = "line 3 (`if bright:`) has to go on to"
     assert found[STATEMENTS[3]] == ("dim-1", f"{way_on} it", "lamp.py:4: # unreachable: why")
     assert found[branch] == ("dim-1", f"{way_on} line 4", "lamp.py:4: # unreachable: why")
-
-
-def test_a_branch_between_executed_lines_has_no_waiver() -> None:
-    branch = ("branch", "lamp.py", "1", "3")
-    archive = Archive([*STATEMENTS, branch])
-    run = add(archive, "all", *STATEMENTS)
-    assert [(each.point, each.waiver) for each in shown(archive, run).open] == [(branch, "")]
 
 
 def test_a_requirement_that_nothing_triggered_says_which_conditions_were_missing() -> None:
@@ -134,11 +104,6 @@ def test_a_requirement_that_nothing_triggered_says_which_conditions_were_missing
     (only,) = shown(archive).open
     assert (only.test, only.lacking) == ("near-1", "near0")
     assert only.waiver == "hri_allow_nc = R1: why"
-
-
-def test_an_open_plan_says_which_beliefs_lead_to_it() -> None:
-    (only,) = shown(Archive([("plan", "visitor", "wish")])).open
-    assert (only.test, only.lacking, only.waiver) == ("", "the beliefs curt dim reach it", "")
 
 
 def test_what_is_impossible_and_nevertheless_hit_counts_as_hit() -> None:
@@ -206,11 +171,3 @@ def test_violations_are_listed_by_kind_with_a_test_of_the_suite_and_those_that_a
         ("R4", "speed < 0.25", "Reset", False, 1, "kept-1"),
         ("R3", "far >= 0.05", "Move", True, 2, "kept-1"),
     ]
-
-
-@pytest.mark.parametrize("kind", ["statement", "bin"])
-def test_without_a_run_everything_is_open_and_nothing_is_known(kind: str) -> None:
-    points = [point for point in (*STATEMENTS, *BINS) if point[0] == kind]
-    result = shown(Archive(points))
-    assert [(each.point, each.test, each.lacking) for each in result.open] == [(point, "", "") for point in points]
-    assert (result.runs, result.bound) == (0, None)

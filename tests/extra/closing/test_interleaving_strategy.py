@@ -12,7 +12,7 @@ from pytest_hricdv.extra.closing.interleaving_strategy import Encounter, Interle
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, TurnWait, actor_of, interleave
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, TurnWait, interleave
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.model import Exploration, ExploredRun
@@ -40,11 +40,6 @@ def met(order: tuple[int, ...]) -> set[Encounter]:
 
 
 @pytest.mark.parametrize("after", ORDERS)
-def test_lines_can_meet_where_an_order_has_them_meet_and_only_there(after: After) -> None:
-    assert set(Order(LINES, after).meetings) == set().union(*map(met, extensions(after)))
-
-
-@pytest.mark.parametrize("after", ORDERS)
 @pytest.mark.parametrize("seed", range(4))
 def test_turns_make_them_meet(after: After, seed: int) -> None:
     order = Order(LINES, after)
@@ -63,12 +58,6 @@ def test_who_is_to_wait_does_until_the_next_action_of_the_other_one_has_begun() 
     assert (LINES[place.first - 1], LINES[place.then - 1]) == ("b: five", "a: one")
     assert Encounter("a: one", "c: four") in order.waits
     assert not any(meeting.first == "b: five" for meeting in order.waits), "there is no next one"
-
-
-def test_everything_else_comes_in_any_order() -> None:
-    order = Order(LINES, {})
-    (place,) = order.meetings[Encounter("a: one", "b: two")]
-    assert len({order.with_meeting(place, Random(seed)) for seed in range(40)}) > 5
 
 
 UP_TO_TEN = TurnWait(0.0, 10.0, "s")
@@ -118,13 +107,6 @@ def test_an_open_bin_that_names_what_actors_do_is_aimed_at(bin_: tuple[str, ...]
         assert all(any(either in made for _, made in aimed) for either in both)
 
 
-def test_what_has_met_least_often_meets_next() -> None:
-    archive = Archive([("statement", "cart.py", "1")])
-    everything = set(Order(LINES, {}).meetings)
-    made = wished(strategy(), archive, len(everything))
-    assert set().union(*made) == everything
-
-
 def test_runs_count_by_what_began_and_not_by_what_was_wished() -> None:
     archive = Archive([("statement", "cart.py", "1")])
     test = AbstractTest("t", "closure", "t", (), ("a: one", "b: two"), seed=1)
@@ -137,17 +119,3 @@ def test_runs_count_by_what_began_and_not_by_what_was_wished() -> None:
         for _ in range(30):
             archive.add(RunObservation(AbstractTest("t", "closure", "t", (), lines, seed=1).to_data(), begun=(0, 1)))
     assert all(rare in made for made in wished(strategy(), archive, 8))
-
-
-@pytest.mark.parametrize(
-    ("proposed", "targets"), [(strategy(Constant(0.0, "s")), [("statement", "cart.py", "1")]), (strategy(), [])]
-)
-def test_where_nobody_waits_for_a_turn_or_nothing_is_open_there_is_nothing_to_propose(
-    proposed: InterleavingStrategy, targets: list[tuple[str, ...]]
-) -> None:
-    assert proposed.propose(Archive(targets), 8, Random(1)) == []
-
-
-def test_lines_without_an_actor_meet_nobody() -> None:
-    assert [*meetings_of(["disturb a", "a: one", "disturb b", "b: two"])] == [Encounter("a: one", "b: two")]
-    assert all(actor_of(line) for meeting in Order(("disturb a", "a: one", "b: two"), {}).meetings for line in meeting)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from random import Random
 
@@ -103,22 +102,6 @@ def test_it_ends_when_no_way_knows_a_test() -> None:
     assert closing.run() == "nothing to try"
 
 
-def test_what_a_way_cannot_use_all_others_share() -> None:
-    closing = Loop(Archive(WANTED), (Nothing(), AnyTwo("one"), AnyTwo("two")), in_order, 0, Budget(40))
-    closing.run()
-    counts = Counter(entry.strategy for entry in closing.archive.entries)
-    assert set(counts) == {"one", "two"}
-    assert min(counts.values()) >= 8
-
-
-def test_equal_tests_have_seeds_and_ids_of_their_own() -> None:
-    closing = loop((("never",),), runs=64)
-    closing.run()
-    tests = [entry.test for entry in closing.archive.entries]
-    assert len({test.lines for test in tests}) < len(tests)
-    assert len({test.id for test in tests}) == len({test.seed for test in tests}) == len(tests)
-
-
 def test_ctrl_c_keeps_what_was_reached() -> None:
     def interrupted(tests: Sequence[AbstractTest], online: OnlineTests) -> Iterable[tuple[int, RunObservation]]:
         yield from list(in_order(tests, online))[1:4]
@@ -184,23 +167,6 @@ def test_where_every_run_errs_the_first_error_is_raised_and_where_some_do_it_goe
     with pytest.raises(LoopError, match="KeyError: 0"):
         failing(every=1).run()
     assert failing(every=2).run() == "closed"
-
-
-def test_tries_are_counted_while_a_point_is_open() -> None:
-    closing = loop()
-    closing.run()
-    first = {entry.test.lines: entry.number for entry in reversed(closing.archive.entries)}
-    assert set(closing.archive.tries.values()) == {1}
-    assert all(closing.archive.entries[number].new == (("said", *lines),) for lines, number in first.items())
-
-
-def test_the_suite_has_the_shortest_run_of_each_point() -> None:
-    closing = loop()
-    closing.run()
-    suite = smallest_suite(closing.archive)
-    assert {entry.observation.points[0] for entry in suite} == set(WANTED)
-    best = [closing.archive.best[entry.observation.points[0]] for entry in suite]
-    assert [entry.observation.sim_s for entry in suite] == [entry.observation.sim_s for entry in best]
 
 
 def test_what_given_tests_hit_needs_no_further_test() -> None:

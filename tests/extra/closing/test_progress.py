@@ -64,11 +64,6 @@ def test_a_line_of_the_terminal_leaves_no_rest(shown: Any, columns: int) -> None
     assert "of 100 runs" not in text
 
 
-def test_without_a_terminal_there_is_a_line_for_each_tenth(shown: Any) -> None:
-    lines = shown(*((done, 2) for done in range(0, 101, 5)), columns=80, is_terminal=False).splitlines()
-    assert [line.split()[1] for line in lines[:-1]] == [str(number) for number in range(10, 101, 10)]
-
-
 OPEN = {"statement": 12, "branch": 3, "verdict": 7, "condition": 21, "plan": 4, "shared bin": 58}
 
 
@@ -86,14 +81,3 @@ OPEN = {"statement": 12, "branch": 3, "verdict": 7, "condition": 21, "plan": 4, 
 def test_on_a_narrow_terminal_it_says_less_and_cuts_nothing(columns: int, shown: str) -> None:
     texts = progress_texts(5, 100, 60.0, OPEN)
     assert fit_list(texts, columns - 1) == f"hricdv: 5 of 100 runs{shown}"
-
-
-def test_nothing_open_is_said_on_a_narrow_terminal() -> None:
-    assert fit_list(progress_texts(5, 100, 60.0, {}), 39) == "hricdv: 5 of 100 runs, open: nothing"
-
-
-@pytest.mark.parametrize("columns", [40, 60, 80])
-def test_no_line_of_a_terminal_has_dots(shown: Any, columns: int) -> None:
-    written = shown((5, 9), (30, 4), (60, 1), columns=columns, is_terminal=True)
-    assert "hricdv: 60 of 100 runs" in written
-    assert "..." not in written

@@ -17,7 +17,6 @@ from pytest_hricdv.generate.abstract import identify
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.rng import make_rng
 from tests.extra.closing import handover
-from tests.extra.closing.scenes import Scene
 
 
 def loop(seed: int, *, disturbing: bool = True) -> Loop:
@@ -35,12 +34,6 @@ def loop(seed: int, *, disturbing: bool = True) -> Loop:
 @pytest.mark.parametrize("seed", range(4))
 def test_all_is_closed_though_some_bins_need_two_certain_disturbances_at_once(seed: int) -> None:
     closing = loop(seed)
-    assert closing.run() == "closed"
-
-
-@pytest.mark.slow
-def test_another_handover_with_other_disturbances_is_closed_too() -> None:
-    closing = Scene(2).loop(0)
     assert closing.run() == "closed"
 
 

@@ -6,14 +6,11 @@ import re
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from pytest_hricdv.extra.closing.view import VIEW, curves
 from pytest_hricdv.report import html, terminal
 from tests.json_schema import REPORT as SCHEMA
 from tests.report import sample, sample_sections
 from tests.report.parsed import Page
-from tests.report.watched import Watched
 
 DATA = sample.data(("closure",), tests=2) | {"closing": sample_sections.CLOSING}
 REPORT = sample.typed(DATA)
@@ -80,29 +77,6 @@ def test_curves_end_at_the_share_that_is_hit_and_begin_with_given_tests() -> Non
     assert found["strategies"]["disturbances"]["runs"] == [(0, 0.0), (200, 1.0), (400, 1.0)]
 
 
-@pytest.mark.slow
-def test_plots_show_kinds_and_ways_over_runs_and_time(watched: Watched, tmp_path: Path) -> None:
-    page: Any = watched.open(DATA, tmp_path, "closure")
-    plots = page.locator("#closure figure[data-closing] svg[aria-label]")
-    assert plots.count() == 2
-    words = page.locator("#closure").text_content()
-    for text in ("points hit (%)", "points hit first", "runs →"):
-        assert text in words
-    page.locator("figure[data-closing=strategies]").get_by_label("Over", exact=True).select_option("sim_s")
-    assert plots.count() == 2
-    assert "simulated time (s) →" in plots.last.text_content()
-
-
-@pytest.mark.slow
-def test_points_have_rows_only_where_they_are_opened(watched: Watched, tmp_path: Path) -> None:
-    page: Any = watched.open(DATA, tmp_path, "closure")
-    rows = page.locator("#closure .points tbody tr:visible")
-    assert rows.count() == 0
-    page.locator("#closure .points summary", has_text="12 bins of handover").click()
-    assert rows.count() == 12
-    watched.assert_quiet()
-
-
 def test_a_report_without_a_loop_says_nothing_of_it() -> None:
     report = sample.report()
     assert "Closing" not in Page(html.page(report)[0]).words
@@ -139,14 +113,6 @@ def test_the_summary_says_what_came_nearest_and_what_a_further_run_would_find() 
     again = with_near(estimated_undetected={"kinds": 3, "once": 0, "runs": 300, "new": 0.0})
     lines = [line.text for line in terminal.summary(sample.typed(again), Path("out"), 80)]
     assert "  all kinds of violations recurred: below 1.0 % of runs show another (95 %)" in lines
-
-
-def test_the_page_has_how_near_each_requirement_came() -> None:
-    words = " ".join(Page(html.page(sample.typed(with_near()))[0]).words.split())
-    assert "How near requirements came 4 requirements" in words
-    assert "300 30 closure-near" in words
-    assert "R3 - - 7 8 on( late )" not in words
-    assert "on(<b>late</b>)" in words
 
 
 def test_after_a_loop_that_closed_no_further_loop_is_offered() -> None:

@@ -97,12 +97,6 @@ def test_what_closing_has_not_shown_a_search_after_it_shows(seed: int) -> None:
     assert [entry.strategy for entry in without.entries] == ["enters"] * GENERATION
 
 
-def test_the_result_does_not_depend_on_the_order_in_which_runs_end() -> None:
-    forwards, backwards = closed(400, 80), closed(400, 80, Runs(backwards=True))
-    assert [entry.observation for entry in forwards.entries] == [entry.observation for entry in backwards.entries]
-    assert [entry.test.id for entry in forwards.entries] == [entry.test.id for entry in backwards.entries]
-
-
 @pytest.mark.parametrize(
     ("runs", "search", "made"),
     [(400, None, GENERATION), (400, 30, 30), (12, None, 4), (12, 30, 4), (8, None, 0), (400, 0, 0)],
@@ -111,16 +105,6 @@ def test_a_search_has_a_tenth_of_the_runs_made_and_none_but_those_left(
     runs: int, search: int | None, made: int
 ) -> None:
     assert len(closed(runs, search).entries) == GENERATION + made
-
-
-def test_a_loop_that_ended_early_is_not_followed_by_a_search() -> None:
-    budget = Budget(100)
-    archive = Archive([("never",)])
-    archive.add(entering(AbstractTest("a", "s", "t", (), ("enter",))))
-    loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationStrategy(("R1",), SPACE))
-    for ended in ("runs", "seconds", "interrupted", "error"):
-        assert search_violations(loop, ended, 20) == ended
-    assert budget.used == 0
 
 
 def test_a_requirement_that_is_violated_is_not_searched_any_more() -> None:
@@ -149,27 +133,6 @@ def test_what_was_never_decisive_is_aimed_at_until_it_is() -> None:
     assert vacuous_alternatives(archive, "R3") == ("early",)
     last = max(entry.number for entry in archive.entries if ("part", "R3", "late") in entry.targets)
     assert "early" in {entry.targets[0][-1] for entry in archive.entries[last:]}
-
-
-def test_values_stay_in_their_ranges_and_other_chance_as_it_was() -> None:
-    archive = closed(400, 100)
-    seeds = {entry.test.seed for entry in archive.entries if entry.strategy != NAME}
-    for entry in archive.entries:
-        assert 0.0 <= at_s(entry.test) <= 60.0
-        assert entry.test.seed in seeds
-
-
-def test_where_no_parameter_can_have_another_value_nothing_is_searched() -> None:
-    archive = Archive([("entered",)])
-
-    def yields(test: AbstractTest) -> RunObservation:
-        return RunObservation(
-            test.to_data(), points=(("entered",),), margins={"R1": 1.0}, unused={"R1": ("a",)}, sim_s=1.0
-        )
-
-    loop = Loop(archive, [Enters(("wait",))], Runs(yields), 0, Budget(400), searcher=ViolationStrategy(("R1",), SPACE))
-    assert search_violations(loop, loop.run(), 50) == "closed"
-    assert len(archive.entries) == GENERATION
 
 
 @pytest.mark.parametrize(

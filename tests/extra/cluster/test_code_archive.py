@@ -50,14 +50,6 @@ def test_all_files_of_the_project_arrive_and_nothing_else(project: Path, tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["project"], "nothing is left"
 
 
-def test_the_same_files_are_the_same_archive(project: Path) -> None:
-    first = packed(project)
-    (project / "conftest.py").touch()
-    assert packed(project) == first
-    (project / "conftest.py").write_text("# changed\n", encoding="utf-8")
-    assert code_archive.digest(packed(project)) != code_archive.digest(first)
-
-
 def test_what_is_there_already_is_not_used(project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Folders of the name that an older release gave them, with another user's files, and links to them."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
@@ -193,17 +185,6 @@ def test_hidden_files_are_sent_only_where_they_are_named(
     there = made.service("m", b"", project_files.hashes(project), 1.0)
     with code_archive.unpack(made.archive) as folder:
         assert there.project == there.sources == project_files.hashes(folder)
-
-
-@pytest.mark.parametrize("pattern", ["env", ".envy", "*", "conftest.py", "robot/.env", "../.env"])
-def test_a_name_that_no_hidden_file_has(project: Path, pattern: str) -> None:
-    (project / ".pytest.ini").write_text("[pytest]\n", encoding="utf-8")
-    (project / ".env").write_text("KEY=1\n", encoding="utf-8")
-    if pattern == "*":  # it matches all of them
-        assert project / ".env" in code_archive.files_to_send(project, hidden=(pattern,))
-        return
-    with pytest.raises(ClusterError, match="has no hidden file of this name"):
-        code_archive.files_to_send(project, hidden=(pattern,))
 
 
 @pytest.mark.parametrize(

@@ -293,13 +293,6 @@ def test_a_worker_with_another_project_is_refused_and_named(echo: Path) -> None:
     assert f"its project in {echo} is another one: robot.py changed" in said[0]
 
 
-def test_a_service_that_cannot_begin_is_said_with_its_own_words(echo: Path) -> None:
-    missing = Service("no_such_module", b"{}", str(echo), {}, 20.0)
-    refused = pytest.raises(ClusterError, match=r"it cannot begin: .*No module named no_such_module")
-    with connect(Address(workers=1), unheard) as made, refused:
-        ask(made, missing, '["one"]')
-
-
 @pytest.mark.slow
 def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path) -> None:
     told: list[int] = []
@@ -365,12 +358,6 @@ def test_a_worker_with_other_versions_is_refused_and_named(echo: Path, tmp_path:
 def test_what_is_no_address(text: str) -> None:
     with pytest.raises(ClusterError, match="expected local, local:WORKERS or a scheduler"):
         Address.parse(text)
-
-
-def test_addresses() -> None:
-    assert Address.parse("tcp://10.0.0.1:8786") == Address("tcp://10.0.0.1:8786")
-    assert Address.parse("local:3") == Address(workers=3)
-    assert Address.parse("local").workers >= 1
 
 
 def test_processes_have_the_hash_seed_of_the_session_and_not_of_the_worker(cluster: Cluster, echo: Path) -> None:

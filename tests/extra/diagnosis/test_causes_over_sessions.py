@@ -8,7 +8,6 @@ import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Diagnosis, failure_causes
-from pytest_hricdv.extra.diagnosis.view import VIEW
 from pytest_hricdv.extra.trend.feature import HistoryEntry, compare_causes
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.results.baseline import Baseline, baseline_of, read_baseline, write_baseline
@@ -98,12 +97,3 @@ def test_sessions_tell_them(surging: pytest.Pytester) -> None:  # noqa: F811
     change(surging.path, "conftest.py", 'lamp.set(given["level"])', "lamp.set(0.0)")
     mended = surging.runpytest_inprocess(*options)
     mended.stdout.fnmatch_lines(["trend: gone: cause ????????: R2", "suite surges: cause ???????? is gone: R2"])
-
-
-def test_where_no_test_passed_it_says_that_scores_compare_with_none() -> None:
-    failed = report_with("aaaa0001")
-    first, *others = failed.tests
-    beside = replace(failed, tests=(first, *(replace(test, outcome="passed") for test in others)))
-    shown = [VIEW.causes(report, 80) for report in (failed, beside)]
-    said = ["no test passed: scores compare with none" in causes.remark for causes in shown if causes is not None]
-    assert said == [True, False]

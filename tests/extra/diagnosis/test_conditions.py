@@ -80,27 +80,6 @@ def test_the_shortest_formula(
     assert learned([log(*one) for one in inside], [log(*one) for one in outside]) == LearnedCondition(text)
 
 
-def test_what_happens_later_is_not_known_yet() -> None:
-    condition = learned([log(state("go"), (11.0, "gripped", 1.0))], [log(state("go"), (11.0, "gripped", 0.0))])
-    assert condition is not None
-    assert condition.wrong == (RunMoment("1", 10.0),)
-
-
-def test_of_equally_short_ones_that_which_holds_least_elsewhere() -> None:
-    inside = [log(state("go"), (1.0, "gripped", 1.0))]
-    elsewhere = [log(state("go"), (1.0, "gripped", 0.0))] * 3
-    assert learned(inside, [], elsewhere) == LearnedCondition("gripped")
-
-
-def test_nothing_to_learn_from() -> None:
-    assert learned([log()], []) is None
-
-
-def test_texts_that_cannot_be_written_are_left_out() -> None:
-    condition = learned([log(state('say "go"'))], [log(state("stop"))])
-    assert condition == LearnedCondition('!once(state.name == "stop")')
-
-
 NAMES = st.sampled_from(["go", "stop", "wait"])
 RUNS = st.builds(
     lambda first, second, is_gripped, speed: log(

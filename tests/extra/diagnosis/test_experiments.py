@@ -11,7 +11,6 @@ from pytest_hricdv.extra.diagnosis.pair_search import PairSearch
 from pytest_hricdv.extra.diagnosis.records import Neighbour
 from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.extra.diagnosis.spectrum import Spectra
-from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 
 
@@ -67,19 +66,6 @@ def test_the_budget_ends_them() -> None:
     assert (experiments.used, experiments.ended) == (2, "runs")
 
 
-def test_what_does_not_fail_again_as_it_was_shows_nothing() -> None:
-    experiments = Experiments(groups_of, TESTS, lambda test: RunSummary(violated=()), budget=10)
-    experiments.groups()
-    assert (experiments.used, experiments.confirmed, experiments.refuted) == (2, {}, {})
-
-
-def test_what_runs_to_no_end_shows_nothing() -> None:
-    experiments = Experiments(groups_of, TESTS, lambda test: None, budget=10)
-    experiments.groups()
-    assert not experiments.confirmed
-    assert not experiments.refuted
-
-
 def test_ctrl_c_keeps_what_was_shown() -> None:
     runs: list[ConcreteTest] = []
 
@@ -93,11 +79,6 @@ def test_ctrl_c_keeps_what_was_shown() -> None:
     assert experiments.groups()
     assert experiments.ended == "interrupted"
     assert experiments.refuted
-
-
-def test_a_disturbance_is_taken_away_wherever_it_comes() -> None:
-    test = concrete("c", "disturb shut", "go", "disturb shut", "disturb shutter")
-    assert [action.command for action in without(test, "shut").actions] == ["go", "disturb shutter"]
 
 
 @pytest.mark.parametrize("budget", range(3, 20))

@@ -97,13 +97,6 @@ def test_a_fault_that_shows_in_tests_with_and_without_disturbances_is_one_cause(
     assert of(tests, failures) == [("", {*tests} - {*passing(15)}, {"R1"})]
 
 
-def test_a_disturbance_is_a_cause_beside_another_one_if_it_goes_with_clearly_more_failures() -> None:
-    shut: dict[str, tuple[str, ...]] = {f"s{n}": ("shut",) for n in range(4)}
-    tests = {"a": (), "b": (), **shut, **passing(16)}
-    failures = [failure(test, "R1", *tests[test]) for test in ("a", "b", *shut)]
-    assert of(tests, failures) == [("shut", {*shut}, {"R1"}), ("", {"a", "b"}, {"R1"})]
-
-
 def test_a_test_that_fails_without_the_disturbance_counts_against_it_in_other_tests() -> None:
     tests = {"a": ("shut",), "b": ("shut",), **passing(8)}
     failures = [failure("a", "R1", "shut"), failure("b", "R1", "shut")]
@@ -128,23 +121,6 @@ def test_what_only_comes_in_tests_that_fail_otherwise_follows_from_that() -> Non
     assert of(tests, failures) == [("", {f"a{n}" for n in range(6)}, {"R1", "R2"})]
 
 
-def test_what_comes_before_does_not_follow() -> None:
-    tests = {**{f"a{n}": () for n in range(9)}, **passing(13)}
-    failures = [failure(f"a{n}", "R1", time_s=2.0) for n in range(9)]
-    later = [*failures, *(failure(f"a{n}", "R2", time_s=3.0) for n in range(4))]
-    sooner = [*failures, *(failure(f"a{n}", "R2", time_s=1.0) for n in range(4))]
-    assert [requirements for _, _, requirements in of(tests, later)] == [{"R1", "R2"}]
-    assert [requirements for _, _, requirements in of(tests, sooner)] == [{"R1"}, {"R2"}]
-
-
-def test_the_order_is_evidence_where_the_tests_alone_are_little() -> None:
-    """As a vacuum cleaner that waits blindly: it stays where it is, and its brush turns on."""
-    tests = {**{f"a{n}": () for n in range(7)}, **passing(5)}
-    failures = [failure(f"a{n}", "R2", time_s=2.0) for n in range(7)]
-    assert len(of(tests, [*failures, *(failure(f"a{n}", "R3", time_s=2.0) for n in (0, 1))])) == 2
-    assert len(of(tests, [*failures, *(failure(f"a{n}", "R3", time_s=3.0) for n in (0, 1))])) == 1
-
-
 def test_places_that_all_tests_execute_are_no_common_cause() -> None:
     file = SourceFile("robot.py", Path("robot.py"), (1, 2), (), ())
     bits = {name: Bits(0b11) for name in ("a", "b", *passing(4))}
@@ -165,26 +141,6 @@ def test_what_differs_from_a_model_in_two_ways_has_two_causes() -> None:
     ]
 
 
-def test_failures_in_all_tests_say_nothing_of_each_other() -> None:
-    tests: dict[str, tuple[str, ...]] = {f"a{n}": () for n in range(10)}
-    failures = [failure(f"a{n}", name) for n in range(10) for name in ("R1", "R2")]
-    assert len(of(tests, failures)) == 2
-
-
-def test_without_disturbances_the_same_places_are_one_cause() -> None:
-    file = SourceFile("robot.py", Path("robot.py"), (1, 2), (), ())
-    bits = {"a": Bits(0b11), "b": Bits(0b11), **{name: Bits(0b01) for name in passing(4)}}
-    spectra = Spectra(CodeMap(("robot",), (file,), ""), bits)
-    tests: dict[str, tuple[str, ...]] = {"a": (), "b": (), **passing(4)}
-    assert of(tests, [failure("a", "R1", said="x"), failure("b", "R1", said="y")], spectra) == [
-        ("", {"a", "b"}, {"R1"})
-    ]
-    different = [failure("a", "R1"), failure("b", "R2")]
-    assert of(tests, different, spectra) == [("", {"a"}, {"R1"}), ("", {"b"}, {"R2"})]
-    together = ExperimentEvidence(together=frozenset({("b", "R2", "R1")}))
-    assert of(tests, different, spectra, together) == [("", {"a", "b"}, {"R1", "R2"})]
-
-
 def test_what_is_still_violated_where_another_one_passes_does_not_follow_from_it() -> None:
     tests: dict[str, tuple[str, ...]] = {"a": (), "b": (), "c": (), **passing(9)}
     failures = [failure(name, requirement, time_s=time_s) for name in "abc" for requirement, time_s in TIMES]
@@ -193,26 +149,6 @@ def test_what_is_still_violated_where_another_one_passes_does_not_follow_from_it
     assert of(tests, failures, evidence=apart) == [("", {"a", "b", "c"}, {"R1"}), ("", {"a", "b", "c"}, {"R2"})]
     reversed_pair = ExperimentEvidence(apart=frozenset({("a", "R2", "R1")}))  # R2 may well follow from R1
     assert of(tests, failures, evidence=reversed_pair) == [("", {"a", "b", "c"}, {"R1", "R2"})]
-
-
-def test_what_goes_away_with_one_disturbance_and_violates_the_same_is_one_cause_in_whatever_state() -> None:
-    """As the decision on a reading that flips: the violation is noticed 10 s later, wherever the robot is by then."""
-    tests = {"a": ("flips",), "b": ("flips",), **passing(8)}
-    failures = [failure("a", "R1", "flips", state="Receive"), failure("b", "R1", "flips", state="Release")]
-    assert of(tests, failures) == [("flips", {"a", "b"}, {"R1"})]
-    find_divergence = ExperimentEvidence(refuted={("b", "R1"): {"flips"}})
-    assert [nodeids for _, nodeids, _ in of(tests, failures, evidence=find_divergence)] == [{"b"}, {"a"}]
-
-
-def test_other_requirements_or_other_words_are_other_causes_of_a_disturbance() -> None:
-    tests = dict.fromkeys(("a", "b", "c", "d"), ("flips",)) | passing(8)
-    failures = [
-        failure("a", "R1", "flips"),
-        failure("b", "R2", "flips"),
-        failure("c", "fault", "flips", said="no end"),
-        failure("d", "fault", "flips", said="an exception"),
-    ]
-    assert len(of(tests, failures)) == 4
 
 
 def test_in_another_state_and_at_other_places_of_several_tests_it_is_another_cause() -> None:
@@ -258,18 +194,3 @@ def test_what_is_known_explains_nothing_that_is_new() -> None:
         ("", {"a0", "a1", "a2"}, {"N1"}),
         ("", {f"a{n}" for n in range(6)}, {"A4"}),
     ]
-
-
-def test_a_cause_is_called_by_what_is_new_of_it() -> None:
-    failures = (failure("a", "A4", "shut", is_known=True), failure("a", "N1", "shut", time_s=2.0))
-    assert Group("shut", failures).first[0] == "N1"
-    assert Group("shut", failures[:1]).first[0] == "A4"
-
-
-def test_what_violates_the_same_without_a_disturbance_is_one_cause_in_whatever_state() -> None:
-    """As a robot that answers no order, wherever it drives by then."""
-    states = ("Fridge", "Human", "Sink")
-    tests: dict[str, tuple[str, ...]] = dict.fromkeys(states, ()) | passing(6)
-    assert of(tests, [failure(state, "N1", state=state) for state in states]) == [("", {*states}, {"N1"})]
-    both = [failure(state, "N1", state=state, is_known=state == "Sink") for state in states]
-    assert [nodeids for _, nodeids, _ in of(tests, both)] == [{"Fridge", "Human"}, {"Sink"}]

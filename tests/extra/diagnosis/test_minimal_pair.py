@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.diagnosis.minimal_pair import NONE_PASSES, PRECISION, UNTRIED, NeighborSearch
+from pytest_hricdv.extra.diagnosis.minimal_pair import NONE_PASSES, PRECISION, NeighborSearch
 from pytest_hricdv.extra.diagnosis.records import Decision
 from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.extra.diagnosis.variations import variations
@@ -86,16 +85,6 @@ def test_a_disturbance_and_when_it_may_come() -> None:
     assert "s later (pause_s of ask 3.1" in made.words
 
 
-def test_a_command_of_the_same_kind() -> None:
-    made = decision(lambda test: "look left" in commands(test))
-    assert (made.words, made.kind) == ("with look right instead of look left", "command")
-
-
-def test_an_action_that_has_to_be_there() -> None:
-    made = decision(lambda test: "ask" in commands(test))
-    assert (made.words, made.kind) == ("without the action 1, ask", "action")
-
-
 def test_what_is_not_checked_any_more_comes_last_and_says_so() -> None:
     made = decision(
         lambda test: "ask" in commands(test) and test.run["patience_s"] < 7.0,
@@ -123,20 +112,6 @@ def test_nothing_decides_where_it_always_fails() -> None:
     assert made.runs == len(list(variations(STEPS, SPACE)))
 
 
-def test_the_budget_ends_it() -> None:
-    made = decision(lambda test: True, budget=3)
-    assert (made.words, made.kind, made.runs) == (UNTRIED, "", 3)
-
-
-def test_what_comes_to_fail_instead_passes_not() -> None:
-    def run(test: ConcreteTest) -> RunSummary:
-        return RunSummary(violated=("R1",) if "disturb step_in" in commands(test) else ("R2",))
-
-    made = NeighborSearch(STEPS, SPACE, run(STEPS), {"R1"}, run, 100).decision()
-    assert made is not None
-    assert made.kind == ""
-
-
 @given(st.floats(0.55, 1.95))
 def test_a_threshold_is_between_what_is_said(threshold_m: float) -> None:
     test = concrete(("disturb step_in", {"gap_m": 0.5}))
@@ -153,10 +128,3 @@ def test_a_threshold_is_between_what_is_said(threshold_m: float) -> None:
     passes_with = min(value for value, is_failing in tried if not is_failing)
     assert fails_with < threshold_m <= passes_with
     assert passes_with - fails_with <= PRECISION * 1.5 + 1e-9
-
-
-@pytest.mark.parametrize("test", [STEPS, concrete(), concrete(("go", {}))])
-def test_variations_differ_from_the_test_and_from_each_other(test: ConcreteTest) -> None:
-    made = [variation.test.to_json() for variation in variations(test, SPACE)]
-    assert test.to_json() not in made
-    assert len(set(made)) == len(made)

@@ -19,32 +19,10 @@ def code(statements: int, branches: tuple[tuple[int, int], ...] = ()) -> CodeMap
     )
 
 
-def executing(*lines: int, branches: int = 0) -> Bits:
-    return Bits(sum(1 << line - 1 for line in lines), branches)
-
-
 def suspects(code: CodeMap, failing: list[Bits], passing: list[Bits]) -> tuple[Suspect, ...]:
     failed = {f"failing{number}": bits for number, bits in enumerate(failing)}
     passed = {f"passing{number}": bits for number, bits in enumerate(passing)}
     return Spectra(code, failed | passed).suspects(failed)
-
-
-def test_what_only_failing_tests_execute_is_the_most_suspicious() -> None:
-    ranked = suspects(code(3), [executing(1, 2), executing(1, 2)], [executing(1, 3), executing(1)])
-    assert [suspect.line for suspect in ranked] == [2, 1]
-    assert ranked[0].score == 1.0
-    assert ranked[1].score == pytest.approx(math.sqrt(0.5))
-
-
-def test_a_branch_speaks_for_the_statement_that_it_leaves() -> None:
-    ranked = suspects(
-        code(2, ((1, 2), (1, -1))), [executing(1, 2, branches=0b01)], [executing(1, 2, branches=0b10)] * 3
-    )
-    assert (ranked[0].line, ranked[0].score) == (1, 1.0)
-
-
-def test_of_equal_statements_the_last_comes_first() -> None:
-    assert [suspect.line for suspect in suspects(code(3), [executing(1, 2, 3)], [])] == [3, 2, 1]
 
 
 def test_the_coefficient_is_that_of_the_paper() -> None:

@@ -114,16 +114,6 @@ def test_functions_made_in_functions_and_imports_to_come_ask_too(
     assert seen == ["two", "two"]
 
 
-def test_it_is_counted_until_the_violation(
-    guard: ModuleType, switch: Callable[[DecisionSwitch | None], DecisionRecord]
-) -> None:
-    made, now_s = switch(None), iter(range(100))
-    made.now_s = lambda: float(next(now_s))
-    guard.Guard([]).watch([0.5, 2.0, 0.7])  # lines 10, 12, 10, 12, 10, 12, 14
-    assert [*made.until(2.0)] == [decision(10, 2), decision(12, 1)]
-    assert [*made.until(None)] == [decision(10, 3), decision(12, 3), decision(14, 1)]
-
-
 def passes(control: RunSummary, made: RunSummary) -> bool:
     return not made.violated
 
@@ -144,7 +134,3 @@ def test_the_most_suspicious_are_tried_first_in_each_test_and_within_the_budget(
     assert tried == [("t", 0), ("t", 7), ("t", 3), ("u", 0), ("u", 7), ("u", 3)]
     assert SwitchSearch(run, 3).search(tests, scores) == [("guard.py", 7), ("guard.py", 3)]
     assert SwitchSearch(run, 0).search(tests, scores) == []
-
-
-def test_a_run_without_an_end_shows_nothing() -> None:
-    assert SwitchSearch(lambda test, wanted: None, 4).search([(TEST, passes)], {("guard.py", 3): 0.2}) == []

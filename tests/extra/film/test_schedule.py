@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.declarations.film import Film
 from pytest_hricdv.extra.film.schedule import FRAMES, Moment, key_moments, schedule
 
 PERIOD_US = 50_000
@@ -38,23 +36,6 @@ def test_key_frames_are_of_the_turn_of_the_violation_in_the_order_of_time() -> N
     ]
 
 
-def test_what_never_came_in_that_turn_has_no_time() -> None:
-    assert shown(key_moments(MOMENTS, TWO_TURNS, 70.0, 100.0)) == [
-        ("request", 50.0),
-        ("grasp", 62.0),
-        ("offer", 68.0),
-        ("decision", None),
-        ("violation", 70.0),
-        ("end", 100.0),
-    ]
-
-
-def test_without_a_violation_the_first_turn_is_shown() -> None:
-    moments = key_moments(MOMENTS, TWO_TURNS, None, 100.0)
-    assert shown(moments)[:4] == [("request", 3.0), ("grasp", 15.0), ("offer", 21.0), ("decision", 30.0)]
-    assert shown(moments)[4:] == [("violation", None), ("end", 100.0)]
-
-
 def test_pictures_of_key_frames_are_taken_right_after_them_and_around_a_violation_at_every_period() -> None:
     plan = schedule(key_moments(MOMENTS, TWO_TURNS, 14.0, 100.0), [14.0], 100.0, PERIOD_US)
     assert plan.keys["request"] == 3_050_000
@@ -64,12 +45,6 @@ def test_pictures_of_key_frames_are_taken_right_after_them_and_around_a_violatio
     assert around == list(range(13_600_000, 15_400_001, PERIOD_US))
     assert plan.is_slow(14_000_000)
     assert not plan.is_slow(20_000_000)
-
-
-def test_what_happens_at_the_very_end_is_shown_by_the_last_picture() -> None:
-    plan = schedule([Moment("violation", 9.98), Moment("end", 10.0)], [9.98], 10.0, PERIOD_US)
-    assert plan.keys == {"violation": 10_000_000, "end": 10_000_000}
-    assert max(plan.times_us) < 10_000_000
 
 
 @given(
@@ -86,9 +61,3 @@ def test_pictures_are_few_and_lie_on_the_grid_and_within_the_run(
     assert all(time_us % period_us == 0 and time_us <= end_s * 1e6 + period_us for time_us in plan.times_us)
     slow_each = 2_000_000 // period_us + 3
     assert len(plan.times_us) <= 2 * FRAMES + 3 * slow_each
-
-
-@pytest.mark.parametrize("period_s", [0.0, -1.0, float("nan"), 1e-9])
-def test_a_film_needs_a_period(period_s: float) -> None:
-    with pytest.raises(ValueError, match="expected a microsecond or more"):
-        Film(camera=lambda world: world, period_s=period_s)

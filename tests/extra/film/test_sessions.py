@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import importlib
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PIL import Image
 
-from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.extra.film.film_maker import FilmMaker
-from pytest_hricdv.extra.film.records import FilmResult
 from tests.plugin.project import change, report
 from tests.report.parsed import Page, details
 
@@ -107,15 +103,6 @@ def test_failing_and_known_failing_tests_are_filmed_and_linked(filmed: pytest.Py
 
 
 @pytest.mark.slow
-def test_a_failure_names_its_film_and_nothing_else_is_filmed(filmed: pytest.Pytester) -> None:
-    result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "--hri-strict", "-k", "rl-hall", "-v")
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(
-        ["*- film -*", f"film:  hri-report/films/{BRIGHT}.*", f"strip: hri-report/films/{BRIGHT}.png"]
-    )
-
-
-@pytest.mark.slow
 def test_a_run_that_an_exception_ended_is_filmed_up_to_there(filmed: pytest.Pytester) -> None:
     change(filmed.path, "lamps/guide.py", "    return wish.level\n", "    raise OSError('no lamp')\n")
     filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
@@ -135,23 +122,6 @@ def test_without_an_encoder_the_film_is_a_gif(filmed: pytest.Pytester, monkeypat
 
 
 @pytest.mark.slow
-def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    film, began_s = FilmMaker.film, []
-
-    def noted(self: FilmMaker, result: CaseResult) -> FilmResult:
-        began_s.append(time.time())
-        return film(self, result)
-
-    monkeypatch.setattr(FilmMaker, "film", noted)
-    run = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
-    (test,) = report(filmed.path)["tests"]
-    recorder: pytest.HookRecorder = run.reprec  # type: ignore[attr-defined]
-    (call,) = (each.call for each in recorder.getcalls("pytest_runtest_makereport") if each.call.when == "call")
-    assert test["wall_s"] == call.duration
-    assert call.stop <= began_s[0]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("isolated", [(), ("--hri-isolate",)])
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(
     filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, isolated: tuple[str, ...]
@@ -162,14 +132,6 @@ def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_
     assert (first["note"], second["video"]) == ("", None)
     assert second["note"].startswith("not filmed: 1 failure of R2 had been filmed in this process; ")
     result.stdout.fnmatch_lines(["films: 1 of 2 failing tests, beside the report", "  1 not filmed: *"])
-
-
-@pytest.mark.slow
-def test_a_replay_that_differs_from_the_run_is_reported_as_such(filmed: pytest.Pytester) -> None:
-    change(filmed.path, "conftest.py", "        shade = ", "        self.lamp.set(33.0)\n        shade = ")
-    result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
-    assert result.ret == 0
-    assert films(filmed.path)[BRIGHT]["note"].startswith("the replay differs from the run (record ")
 
 
 @pytest.mark.slow

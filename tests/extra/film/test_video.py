@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from pytest_hricdv.extra.film.recorder import BADGES, EDGE_PX, Caption, add_caption
+from pytest_hricdv.extra.film.recorder import Caption, add_caption
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Gif, Mp4, Video, video
 from tests.extra.film.decoded import about, decoded
 
@@ -83,38 +83,3 @@ def test_a_frame_has_whole_blocks_and_leaves_its_picture_untouched(size: tuple[i
     assert result.height >= size[1] + 64
     assert result.getpixel((size[0] // 2, 1)) == (214, 48, 49)
     assert add_caption(picture, Caption(1.0, "", {}, "")).getpixel((0, 0)) == (1, 2, 3)
-
-
-def test_slow_motion_is_told_on_the_picture() -> None:
-    picture = Image.new("RGB", (960, 432), (1, 2, 3))
-    slow, usual = (
-        add_caption(picture, Caption(1.0, "Move_hand", {}, "a message", slow=is_slow)) for is_slow in (True, False)
-    )
-    assert slow.crop((0, 432, *slow.size)).tobytes() == usual.crop((0, 432, *usual.size)).tobytes()
-    assert slow.crop((0, 0, 960, 432)).tobytes() != usual.crop((0, 0, 960, 432)).tobytes()
-
-
-def test_of_many_verdicts_those_that_failed_have_a_place_beside_the_time() -> None:
-    picture = Image.new("RGB", (960, 432), (1, 2, 3))
-    verdicts = {f"R{number}": "Passed" for number in range(1, 41)}
-    many, worse, timeless = (
-        add_caption(picture, Caption(1.0, "", each, "")) for each in (verdicts, {**verdicts, "R39": "Failed"}, {})
-    )
-    for frame in (many, worse):
-        left = (0, 432, 380, frame.height)
-        assert frame.crop(left).tobytes() == timeless.crop(left).tobytes()
-    seen = [{frame.getpixel((x, 458)) for x in range(960)} for frame in (many, worse)]
-    assert [BADGES["Failed"] in colours for colours in seen] == [False, True]
-    assert all(BADGES["Passed"] in colours for colours in seen)
-
-
-def test_a_long_state_ends_where_the_verdicts_begin() -> None:
-    picture = Image.new("RGB", (960, 432), (1, 2, 3))
-    verdicts = {f"R{number}": "Passed" for number in range(1, 8)}
-    named, nameless = (add_caption(picture, Caption(1.0, state, verdicts, "")) for state in ("Move_hand" * 20, ""))
-    begin = min(x for x in range(960) if nameless.getpixel((x, 458)) == BADGES["Passed"])
-    assert (
-        named.crop((begin - EDGE_PX, 432, *named.size)).tobytes()
-        == nameless.crop((begin - EDGE_PX, 432, *named.size)).tobytes()
-    )
-    assert named.tobytes() != nameless.tobytes()

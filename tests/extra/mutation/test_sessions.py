@@ -116,19 +116,6 @@ def test_the_result_depends_on_the_seed_and_not_on_the_number_of_processes(
 
 
 @pytest.mark.slow
-def test_a_fault_is_tried_on_as_few_tests_as_asked_for(guide: pytest.Pytester) -> None:
-    guide.runpytest_inprocess(*ASKED, "--hri-mutate-faults=4", "--hri-mutate-tests=1")
-    assert {len(each["runs"]) for each in mutation(guide)["mutants"] if each["executing"]} == {1}
-
-
-@pytest.mark.slow
-def test_after_the_first_failure_further_tests_are_run_for_the_matrix_only(guide: pytest.Pytester) -> None:
-    guide.runpytest_inprocess(*ASKED, "--hri-mutate-matrix")
-    (dropped,) = (each for each in mutation(guide)["mutants"] if each["operator"] == "message dropped")
-    assert [run["assertions"] for run in dropped["runs"]] == [["R1"]] * 4
-
-
-@pytest.mark.slow
 def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(
     guide: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
