@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -51,13 +50,6 @@ def test_lanes_go_on_side_by_side_in_the_order_of_their_turns() -> None:
     assert run.enacted == run.test
     run = lanes("nurse: a", "nurse: b", "child: x", turns={1: 0.5, 2: 0.6, 3: 0.7})
     assert enact(run) == ["0 nurse: a", "2 nurse: b", "2 child: x"]
-
-
-def test_an_actor_waits_for_its_turn_only_a_while() -> None:
-    run = lanes("nurse: a", "nurse: b", "child: x", turns={3: 0.7}, wait_s=1.5)
-    assert enact(run) == ["0 nurse: a", "1.5 child: x", "2 nurse: b"]
-    run = lanes("nurse: a", "nurse: b", "child: x", turns={3: 0.7}, wait_s=0.0)
-    assert enact(run) == ["0 nurse: a", "0 child: x", "2 nurse: b"]
 
 
 def test_what_was_caused_waits_until_its_cause_is_done_however_long_that_takes() -> None:
@@ -141,13 +133,6 @@ def test_a_world_that_has_the_whole_test_reports_what_begins_in_its_own_order() 
     assert run.idle_actors() == ()
 
 
-def test_who_began_first_is_told_of_actions_that_met() -> None:
-    run = lanes("nurse: a", "child: x", "nurse: b", "child: x", turns={2: 0.1, 3: 0.9})
-    assert enact(run)[:3] == ["0 child: x", "0 nurse: a", "2 child: x"]
-    assert run.order_bins("nurse", "child") == (("a", "x", "child"), ("a", "x", "nurse"), ("b", "x", "child"))
-    assert run.order_bins("child", "nurse")[0] == ("x", "a", "child")
-
-
 def test_what_one_does_while_another_waits_is_told() -> None:
     # The child is free at 1 s, and may begin once the nurse's second action is done, at 4 s.
     run = lanes("nurse: a", "nurse: b", "child: x", "child: y", "nurse: c", after={4: (2,)}, wait_s=0.0)
@@ -158,9 +143,3 @@ def test_what_one_does_while_another_waits_is_told() -> None:
     run = lanes("nurse: a", "nurse: b", "child: x", turns={3: 0.7})
     assert enact(run) == ["0 nurse: a", "2 nurse: b", "2 child: x"]
     assert run.overlap_bins("child", "nurse") == (("x", "a"),)
-
-
-def test_the_run_is_the_same_again() -> None:
-    first, again = (lanes("nurse: a", "child: x", "nurse: b", "child: y", turns={2: 0.1, 3: 0.9}) for _ in range(2))
-    assert enact(first, {"child": 0.7}) == enact(again, {"child": 0.7})
-    assert replace(first.test, actions=()) == replace(again.test, actions=())

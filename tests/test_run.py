@@ -11,7 +11,7 @@ from pytest_hricdv.disturbance import Disturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
-from pytest_hricdv.run import Actions, TestbenchError
+from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from pytest_hricdv.testbench import Run
 
@@ -89,13 +89,6 @@ def test_what_is_triggered_after_the_limit_is_pending_and_decides_nothing() -> N
     assert (verdict.triggers, verdict.failures, verdict.pending) == (15, 10, 5)
 
 
-def test_what_is_triggered_after_the_limit_may_be_met() -> None:
-    run = asking(1.0, answers_s=(12.5, 14.5))
-    run.go(10.0)
-    (verdict,) = run.monitors.finish(run.kernel.now_s)
-    assert (verdict.triggers, verdict.passes, verdict.failures, verdict.pending) == (15, 7, 7, 1)
-
-
 def test_a_run_that_is_stopped_goes_on_as_far_though_it_is_stopped_again() -> None:
     run = asking(0.5)
 
@@ -141,13 +134,6 @@ def test_actions_are_those_of_the_test_and_begin_when_they_are_taken() -> None:
     assert run.enacted == TEST
 
 
-def test_a_run_that_is_over_early_is_still_one_of_the_whole_test() -> None:
-    run = make_run(TEST)
-    enact(run, ends_s=3.0)
-    assert run.taken == [WAVE, NOD]
-    assert run.enacted == TEST
-
-
 def test_a_world_that_has_the_whole_test_reports_what_begins() -> None:
     run = make_run(TEST)
     for number in (0, 0, 1, 7):
@@ -185,10 +171,3 @@ def test_produced_actions_are_produced_when_the_person_is_free() -> None:
     assert run.taken == [BOW, NOD]
     assert asked_s == run.action_times_s == [0.0, 4.0]
     assert run.enacted == replace(TEST, actions=(BOW, NOD))
-
-
-def test_a_run_goes_once() -> None:
-    run = make_run(TEST)
-    run.go(1.0)
-    with pytest.raises(TestbenchError, match=r"run.go called again, after the run ended at 0 s"):
-        run.go(1.0)

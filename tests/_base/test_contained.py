@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv._base.atomic_file import temporary_path, write_text
 from pytest_hricdv._base.contained import file_inside, files_inside, inside
 from pytest_hricdv._base.input_file import MalformedError, unpack
 
@@ -44,15 +43,6 @@ def test_the_folder_itself_is_the_users_choice(tmp_path: Path) -> None:
     (tmp_path / "latest").symlink_to(tmp_path / "real")
     assert [path.name for path in files_inside(tmp_path / "latest", "failures", (".json",))] == ["a.json"]
     assert list(files_inside(tmp_path / "latest", "films", (".mp4",))) == []
-
-
-def test_a_link_laid_for_the_temporary_file_is_not_written_through(tmp_path: Path) -> None:
-    victim = tmp_path / "victim"
-    victim.write_text("precious")
-    temporary_path(tmp_path / "report.json").symlink_to(victim)
-    write_text(tmp_path / "report.json", "{}")
-    assert (victim.read_text(), (tmp_path / "report.json").read_text()) == ("precious", "{}")
-    assert not (tmp_path / "report.json").is_symlink()
 
 
 def test_unpacking_is_bounded() -> None:

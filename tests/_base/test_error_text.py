@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv._base import error_text as module
-from pytest_hricdv._base.error_text import MAX_CAUSES, MAX_FRAMES, MAX_NESTED, causes, error_text, shorten, text_of
+from pytest_hricdv._base.error_text import MAX_CAUSES, MAX_FRAMES, causes, error_text, shorten, text_of
 from pytest_hricdv._base.message import InputError, cut
 
 
@@ -104,26 +104,12 @@ def test_a_text_of_megabytes_is_cut_in_errors_and_what_pytest_writes_of_them(err
     assert "characters are left out here" in str(error)
 
 
-def test_short_texts_stay_as_they_are() -> None:
-    error = OSError(5, "no rig", "/dev/rig")
-    shorten(error)
-    assert (error.args, error.filename, type(error)) == ((5, "no rig"), "/dev/rig", OSError)
-
-
 def test_beginning_and_end_of_a_text_are_kept_with_how_much_is_left_out() -> None:
     text = cut("begin " + "x" * 3_000_000 + " end", 300)
     assert text.startswith("begin xx")
     assert text.endswith("xx end")
     assert " ... (2,999,710 of 3,000,010 characters are left out here) ... " in text
     assert cut("x" * 300, 300) == "x" * 300
-
-
-def test_errors_that_come_of_each_other_are_told_once() -> None:
-    first, second = ValueError("first"), ValueError("second")
-    first.__cause__, second.__cause__ = second, first
-    assert [*causes(first)] == [first, second]
-    shorten(first)
-    assert first.__cause__ is second
 
 
 def test_of_thousands_of_causes_some_are_shown() -> None:
@@ -133,13 +119,6 @@ def test_of_thousands_of_causes_some_are_shown() -> None:
         outer.__context__, error = error, outer
     shorten(error)
     assert len([*causes(error)]) == MAX_CAUSES
-
-
-def test_a_group_of_any_depth_is_told() -> None:
-    error: Exception = ValueError("leaf")
-    for _ in range(5000):
-        error = ExceptionGroup("group", [error])
-    assert error_text(error) == "ExceptionGroup: group (1 sub-exception): ValueError: leaf"
 
 
 class EndlessError(Exception):
@@ -186,41 +165,6 @@ def test_any_value_has_a_text(monkeypatch: pytest.MonkeyPatch) -> None:
     assert text_of([1, "a"], repr) == "[1, 'a']"
     assert text_of(EndlessError(), repr) == "(its text takes more than 0.05 s)"
     assert len(text_of("x" * 3_000_000)) < 3_000
-
-
-def _nested(depth: int, leaf: Exception) -> ExceptionGroup[Exception]:
-    group = ExceptionGroup("group", [leaf])
-    for _ in range(depth - 1):
-        group = ExceptionGroup("group", [group])
-    return group
-
-
-def test_groups_that_nobody_could_write_become_one() -> None:
-    """Too deep, or so that the same is in several: a walk through 2^60 groups has no end."""
-    leaf, twice = ValueError("leaf"), _nested(1, ValueError("leaf"))
-    for _ in range(60):
-        twice = ExceptionGroup("group", [twice, twice])
-    as_it_is = _nested(MAX_NESTED, leaf)
-    assert shorten(as_it_is) is as_it_is
-    caused = RuntimeError("caused")
-    caused.__cause__ = _nested(5000, leaf)
-    for error in (_nested(MAX_NESTED + 1, leaf), _nested(5000, leaf), twice, shorten(caused).__cause__):
-        assert error is not None
-        flat = shorten(error)
-        assert isinstance(flat, ExceptionGroup)
-        assert [str(part) for part in flat.exceptions] == ["leaf"]
-        assert "ValueError: leaf" in "".join(traceback.format_exception(flat))
-
-
-@pytest.mark.parametrize(("calls", "hidden"), [("value()", [False, True, False]), ("value + 1", [False, False])])
-def test_frames_between_those_of_others_are_hidden(calls: str, hidden: list[bool]) -> None:
-    ours: dict[str, Any] = {"__name__": "pytest_hricdv.somewhere"}
-    exec(f"def call(value): {calls}", ours)
-    with pytest.raises(ZeroDivisionError if "()" in calls else TypeError) as raised:
-        ours["call"](lambda: 1 / 0)
-    shorten(raised.value)
-    frames = [frame for frame, _ in traceback.walk_tb(raised.value.__traceback__)]
-    assert ["__tracebackhide__" in frame.f_locals for frame in frames] == hidden
 
 
 def test_frames_that_raise_an_error_of_this_package_are_hidden() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -57,26 +56,6 @@ def test_a_project_is_written_though_nobody_reads_its_files(tmp_path: Path, erro
 
 
 @pytest.mark.slow
-def test_a_draft_is_written_though_nobody_reads_what_was_found(tmp_path: Path) -> None:
-    (tmp_path / "bar.py").write_text("def work(bus):\n    bus.publish(1)\n", encoding="utf-8")
-    assert unread(["pytest_hricdv", "init", "hri", "--from", "bar", "--no-run"], tmp_path) == (0, "")
-    assert (tmp_path / "hri" / "conftest.py").exists()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("module", ["pytest_hricdv", "pytest_hricdv.report", "pytest_hricdv.campaign"])
-def test_help_that_nobody_reads_is_no_error(module: str, tmp_path: Path) -> None:
-    assert unread([module, "--help"], tmp_path) == (0, "")
-
-
-@pytest.mark.slow
 def test_the_status_of_an_error_stays(tmp_path: Path) -> None:
     assert unread(["pytest_hricdv.report", "gate", "gone"], tmp_path, errors_too=True) == (2, "")
     assert unread(["pytest_hricdv", "init", "hri", "--from", "gone"], tmp_path, errors_too=True) == (2, "")
-
-
-@pytest.mark.slow
-def test_what_only_prints_ends_with_its_reader(tmp_path: Path) -> None:
-    (tmp_path / "talker.asl").write_text("!talk. +!talk <- .print(again); !talk.\n", encoding="utf-8")
-    (tmp_path / "talk.mas2j").write_text("MAS talk { agents: talker; }\n", encoding="utf-8")
-    assert unread(["pytest_hricdv.bdi", "run", "talk.mas2j"], tmp_path) == (-signal.SIGPIPE, "")

@@ -14,9 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv._base.process_state import ProcessState, complaint
-from pytest_hricdv.runtime.virtual.builtin_names import keep_builtins
-from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
+from pytest_hricdv._base.process_state import ProcessState
 
 
 @pytest.fixture(autouse=True)
@@ -63,15 +61,6 @@ def test_what_answers_wrongly_is_put_back_and_named() -> None:
     assert "builtins.isinstance of Python's library answer wrongly" in wrong
 
 
-def test_modules_that_the_session_imports_come_back() -> None:
-    state, kept = ProcessState(), dict(sys.modules)
-    del sys.modules["zlib"]
-    assert state.put_back() == (complaint(("sys.modules['zlib']",), ()),)
-    sys.modules.clear()
-    assert state.put_back() == (complaint(("sys.modules",), ()),)
-    assert sys.modules == kept
-
-
 SETTINGS: dict[str, tuple[Callable[[], object], Callable[[Path], object]]] = {
     "folder": (os.getcwd, os.chdir),
     "variables": (lambda: os.environ.get("PATH"), lambda _: os.environ.clear()),
@@ -99,15 +88,3 @@ def test_how_the_process_works_is_put_back_without_a_word(name: str, tmp_path: P
     assert ask() != before
     assert state.put_back() == ()
     assert ask() == before
-
-
-def test_builtins_come_back_while_they_refuse_to_be_changed() -> None:
-    kept = builtins.sorted
-    with keep_builtins():
-        state = ProcessState()
-        vars(builtins)["sorted"] = None
-        assert state.put_back() == (complaint(("builtins.sorted",), ()),)
-        assert builtins.sorted is kept
-        with pytest.raises(ProhibitedError, match=r"test_process_state.py:\d+: builtins.sorted is changed"):
-            builtins.sorted = None  # type: ignore[assignment]
-        builtins.print = builtins.print

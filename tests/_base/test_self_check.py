@@ -13,10 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from pytest_hricdv._base import own_json
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv._base.self_check import complaint, wrong_answers
 from pytest_hricdv.runtime.record import Recorder
@@ -56,12 +53,6 @@ def test_what_raises_or_is_gone_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
     assert wrong == ("hashlib.sha256", "json.dumps")
 
 
-def test_a_clock_that_stands_still_is_none_that_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr(time, "monotonic", lambda: 5.0)
-        assert wrong_answers() == ()
-
-
 def _sha256() -> str:
     recorder = Recorder()
     recorder.signal(0.0, "lamp_level", 0.5)
@@ -86,17 +77,3 @@ def test_a_file_is_written_though_open_and_replace_do_nothing(tmp_path: Path, mo
         patch.setattr(builtins, "open", lambda *_, **__: None)
         write_text(tmp_path / "report.json", "{}")
     assert (tmp_path / "report.json").read_text(encoding="utf-8") == "{}"
-
-
-PLAIN = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
-    max_leaves=8,
-)
-
-
-@given(PLAIN, st.booleans(), st.booleans(), st.sampled_from([None, (",", ":")]))
-def test_json_is_that_of_python(value: object, sort: bool, plain: bool, separators: tuple[str, str] | None) -> None:
-    ours = own_json.dumps(value, sort_keys=sort, ensure_ascii=plain, separators=separators)
-    assert ours == json.dumps(value, sort_keys=sort, ensure_ascii=plain, separators=separators)
-    assert repr(own_json.loads(ours)) == repr(json.loads(ours))

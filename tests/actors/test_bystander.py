@@ -7,7 +7,6 @@ from functools import cache
 
 import pytest
 
-from pytest_hricdv.declarations.bystander import Whole
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.shrink import shrink
@@ -56,12 +55,6 @@ def test_what_it_does_is_drawn_recorded_and_repeated() -> None:
     assert len({str(DOG.acts_of(concrete(k).run)) for k in range(3)}) == 3
 
 
-def test_it_does_not_change_what_others_do() -> None:
-    without = concretize(AbstractTest("t", "s", "t", (), LINES, seed=5), ward().commands)
-    assert without.actions == concrete().actions
-    assert without.run.items() <= concrete().run.items()
-
-
 def test_shrinking_leaves_it_as_little_as_it_may_do() -> None:
     test = concrete(1)
     shrunk = shrink(test, bench().commands, lambda other: other.actions[:1] == test.actions[:1], Budget(500, 60.0)).test
@@ -102,9 +95,3 @@ def test_a_declaration_that_is_none_is_refused(declared: dict[str, object], comp
     with pytest.raises(GenerateError) as refused:
         Bystander(**declared)  # type: ignore[arg-type]
     assert complaint in str(refused.value)
-
-
-def test_a_whole_number_is_one() -> None:
-    number = Whole(1, 3)
-    assert [value for value in (0.0, 1.0, 1.5, 3.0, 4.0) if number.contains(value)] == [1.0, 3.0]
-    assert (number.corners(), number.simple_values()) == ((1.0, 3.0), (1.0, 2.0, 3.0))

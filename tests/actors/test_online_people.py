@@ -22,7 +22,6 @@ from pytest_hricdv.testbench import (
     Constant,
     Disturbance,
     InteractiveAgent,
-    InteractiveAgentError,
     Outcome,
     People,
     PerceptMapping,
@@ -185,18 +184,6 @@ def test_waiting_is_not_for_the_testbench_to_say() -> None:
 def test_a_declaration_that_is_none_is_refused(online: object, complaint: str) -> None:
     with pytest.raises(TestbenchError, match=complaint):
         check_testbench(replace(ward(), people=People(online)), "tests")  # type: ignore[arg-type]
-
-
-def test_a_wait_for_a_turn_that_cannot_be_left_out_is_refused() -> None:
-    concretization = replace(ward().concretization, turn_wait_s=Constant(3.0, "s"))
-    with pytest.raises(TestbenchError, match=r"turn_wait_s is 3 s; expected a range from 0 s on"):
-        check_testbench(replace(ward(), people=People(PEOPLE), concretization=concretization), "tests")
-
-
-@pytest.mark.parametrize("idle_timeout_s", [-1.0, float("inf"), float("nan"), "3", True])
-def test_an_idle_timeout_that_is_no_time_is_refused(idle_timeout_s: object) -> None:
-    with pytest.raises(InteractiveAgentError, match=r"idle_timeout_s is .*; expected a time in seconds, from 0 on"):
-        InteractiveAgent("nurse", idle_timeout_s=idle_timeout_s)  # type: ignore[arg-type]
 
 
 def test_what_an_agent_gives_up_while_its_person_does_it_leads_to_nothing(tmp_path: Path) -> None:

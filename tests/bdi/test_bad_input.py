@@ -110,11 +110,6 @@ def test_nesting_ten_thousand_deep_is_an_error_with_a_place(tmp_path: Path, sour
         system_of(tmp_path, a=source)
 
 
-def test_empty_source_is_an_agent_that_does_nothing(tmp_path: Path) -> None:
-    result = system_of(tmp_path, a="", b="// nothing\n", c="\ufeff").run()
-    assert (result.ended, result.rounds, result.plans) == ("idle", 0, {"a": [], "b": [], "c": []})
-
-
 @pytest.mark.parametrize("data", [b"", b"\xff\xfe", b"MAS \xe9 { agents: a; }", b"\x00" * 50])
 def test_project_that_is_no_text_is_a_located_error(tmp_path: Path, data: bytes) -> None:
     (tmp_path / "mas.mas2j").write_bytes(data)
@@ -143,12 +138,6 @@ def test_files_that_include_each_the_next_end_at_a_limit(tmp_path: Path) -> None
         system_of(tmp_path, a='{ include("f0.asl") }')
 
 
-def test_a_file_may_be_included_twice(tmp_path: Path) -> None:
-    (tmp_path / "b.asl").write_text("p.")
-    result = system_of(tmp_path, a='{ include("b.asl") } { include("b.asl") } !g. +!g : p <- .print(yes).').run()
-    assert result.prints == ["[a] yes"]
-
-
 @pytest.mark.parametrize("text", ["root:x:0:0:secret", "\xff secret"])
 @pytest.mark.parametrize("included", [False, True])
 def test_nothing_of_a_file_outside_of_the_project_is_shown(tmp_path: Path, text: str, included: bool) -> None:
@@ -160,15 +149,6 @@ def test_nothing_of_a_file_outside_of_the_project_is_shown(tmp_path: Path, text:
         MultiAgentSystem.load(tmp_path / "mine" / "mas.mas2j")
     assert "secret" not in str(caught.value)
     assert "x:0" not in str(caught.value)
-
-
-def test_a_source_in_the_folder_or_the_current_one_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "shared.asl").write_text("p :- ;")
-    (tmp_path / "mine" / "mas.mas2j").write_text("MAS m { agents: a ../shared.asl; }")
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(BdiSyntaxError, match=r"shared\.asl:1:6: expected .*\n    p :- ;"):
-        MultiAgentSystem.load(tmp_path / "mine" / "mas.mas2j")
 
 
 @pytest.mark.parametrize(
@@ -188,11 +168,6 @@ def test_agents_have_a_largest_number(tmp_path: Path, count: str, message: str) 
     with pytest.raises(BdiSyntaxError) as caught:
         read_project(tmp_path / "mas.mas2j")
     assert message in str(caught.value)
-
-
-def test_zeros_before_a_number_of_agents_do_not_matter(tmp_path: Path) -> None:
-    (tmp_path / "mas.mas2j").write_text("MAS m { agents: a #0000000000000002; }")
-    assert [agent.name for agent in read_project(tmp_path / "mas.mas2j").agents] == ["a1", "a2"]
 
 
 def test_beliefs_of_many_copies_end_at_a_limit(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.bdi.__main__ import main
-from tests.bdi.models import TABLE, system_of
+from tests.bdi.models import system_of
 
 
 def test_run_prints_what_agents_print_and_nothing_else(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -42,29 +42,11 @@ def test_model_that_cannot_run_gives_a_message_and_exit_code_2(
     assert "a.asl:1:" in err
 
 
-def test_missing_file_gives_a_message_and_exit_code_2(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "nowhere.mas2j"]) == 2
-    assert capsys.readouterr().err == "error: nowhere.mas2j: no such file\n"
-
-
 @pytest.mark.parametrize("arguments", [[], ["walk"], ["run"], ["run", "x.mas2j", "--max-rounds", "0"]])
 def test_wrong_usage_is_exit_code_2(arguments: list[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         main(arguments)
     assert caught.value.code == 2
-
-
-def test_help_teaches_by_example(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["run", "--help"])
-    help_text = capsys.readouterr().out
-    assert "--max-rounds 500 --seed 7" in help_text
-    assert "MAS hello { agents: ann; bob; }" in help_text
-
-
-def test_table_model_runs_from_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", str(TABLE)]) == 0
-    assert capsys.readouterr().out == ""
 
 
 def test_external_actions_without_an_environment_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,11 +17,6 @@ def _project(folder: Path, text: str, environment: Environment | None = None) ->
     return MultiAgentSystem.load(folder / "mas.mas2j", environment)
 
 
-def test_copies_are_numbered_from_one(tmp_path: Path) -> None:
-    (tmp_path / "ann.asl").write_text(HELLO)
-    assert _project(tmp_path, "MAS m { agents: ann #3; }").agents == ("ann1", "ann2", "ann3")
-
-
 @pytest.mark.parametrize("count", ["0", "1.5", "10001", "9" * 5000])
 def test_number_of_copies_must_be_whole_and_positive(tmp_path: Path, count: str) -> None:
     with pytest.raises(BdiSyntaxError, match=rf"mas\.mas2j:1:\d+: expected a whole number .* found '{count[:20]}'"):
@@ -34,19 +29,6 @@ def test_source_may_have_another_name_and_folder(tmp_path: Path, source: str) ->
     for folder in (tmp_path, tmp_path / "sub"):
         (folder / "other.asl").write_text(HELLO)
     assert _project(tmp_path, f"MAS m {{ agents: ann {source}; }}").run().prints == ["[ann] ann"]
-
-
-def test_source_path_is_searched_in_order(tmp_path: Path) -> None:
-    (tmp_path / "src").mkdir()
-    (tmp_path / "src" / "ann.asl").write_text(HELLO)
-    assert _project(tmp_path, 'MAS m { agents: ann; aslSourcePath: "lib"; "src"; }').run().prints == ["[ann] ann"]
-
-
-def test_names_may_be_quoted_and_comments_stand_anywhere(tmp_path: Path) -> None:
-    (tmp_path / "ann.asl").write_text(HELLO)
-    text = 'MAS /* a */ m { // b\n infrastructure: Centralised agents: /* ; */ "ann" [verbose=2]; // end\n}'
-    system = _project(tmp_path, text)
-    assert (system.agents, system.warnings) == (("ann",), ())
 
 
 def test_beliefs_and_goals_of_the_project_come_before_those_of_the_source(tmp_path: Path) -> None:

@@ -10,35 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.bdi.models import BELIEFS, LEG_STARTS, POSES, abstract_test, labels, run_table, table
+from tests.bdi.models import LEG_STARTS, POSES, abstract_test, labels, run_table, table
 
 # Belief sets run on the original models with Jason 1.4.2; "ended" is false where those never ended.
 RUNS: list[dict[str, Any]] = [
     json.loads(line) for line in (Path(__file__).parent / "data" / "table_runs.jsonl").read_text().splitlines()
 ]
-POSE_000 = ["set_param location = 0", "set_param pressure = 0", "set_param gaze = 0"]
-POSE_010 = ["set_param location = 0", "set_param pressure = 1", "set_param gaze = 0"]
-POSE_111 = ["set_param location = 1", "set_param pressure = 1", "set_param gaze = 1"]
-ASK = ["tell leg", "receivesignal"]
-READY = ["tell humanReady"]
-ROBOT_FETCHES = ["p2", "p3", "p4"]
-RELEASED = [*ROBOT_FETCHES, "p5", "p8", "p10", "p11"]
-NOT_READY = [*ROBOT_FETCHES, "p5", "p8", "p9", "p12", "p11"]
-NO_READING = [*ROBOT_FETCHES, "p5", "p7", "p12", "p11"]
-NO_HUMAN_READY = [*ROBOT_FETCHES, "p6", "p12", "p11"]
-
 subsets = st.builds(
     lambda start, others: [start, *others],
     st.sampled_from(LEG_STARTS),
     st.lists(st.sampled_from(("bored", "not_bored", *POSES)), unique=True, max_size=12),
 )
-
-
-def test_plans_are_labelled_as_counted() -> None:
-    assert table().plan_labels("human") == tuple(f"plan{number}" for number in range(1, 49))
-    assert table().plan_labels("robot_code") == tuple(f"p{number}" for number in range(1, 13))
-    assert table().agents == ("robot_code", "human", "sensors", "meta")
-    assert len(BELIEFS) == 38
 
 
 @pytest.mark.parametrize("run", [run for run in RUNS if run["ended"]], ids=lambda run: "-".join(run["beliefs"]))
@@ -55,37 +37,6 @@ def test_reference_runs_that_never_ended_go_on_from_there_and_end(run: dict[str,
     result = run_table(run["beliefs"])
     assert abstract_test(result)[: len(run["abstract"])] == run["abstract"]
     assert result.ended == "idle"
-
-
-def test_bored_leg_does_not_count_for_the_human() -> None:
-    result = run_table(["leg3", "bored", "m010l3", "m111l4"])
-    assert abstract_test(result) == [*ASK, "bored", *ASK, *POSE_010, *READY, *ASK, *POSE_111, *READY]
-    assert labels(result, "robot_code") == ["p1", *NO_HUMAN_READY, *NOT_READY, *RELEASED]
-
-
-def test_bored_human_that_wants_four_legs_asks_five_times() -> None:
-    result = run_table(["leg1", "bored", *(f"m111l{leg}" for leg in range(1, 5))])
-    assert abstract_test(result) == [*ASK, "bored", *(4 * [*ASK, *POSE_111, *READY])]
-    # The fourth turn finishes a table for the robot, which resets and serves the fifth request.
-    assert labels(result, "robot_code") == ["p1", *NO_HUMAN_READY, *RELEASED, *RELEASED, *RELEASED, "p1", *RELEASED]
-
-
-def test_leg_without_a_pose_is_discarded_and_the_human_goes_on() -> None:
-    result = run_table(["leg2", "m000l2", "m111l4"])
-    assert abstract_test(result) == [*ASK, *POSE_000, *READY, *ASK, *ASK, *POSE_111, *READY]
-    assert labels(result, "robot_code") == ["p1", *NO_READING, *NO_HUMAN_READY, *RELEASED]
-
-
-def test_first_pose_in_source_order_is_taken() -> None:
-    assert abstract_test(run_table(["m111l4", "m010l4", "leg4"])) == [*ASK, *POSE_010, *READY]
-
-
-def test_without_a_leg_to_begin_with_nothing_happens() -> None:
-    assert abstract_test(run_table(["bored", "m111l1"])) == []
-
-
-def test_all_beliefs_at_once_end() -> None:
-    assert run_table(BELIEFS).ended == "idle"
 
 
 def test_every_coverage_plan_of_human_and_robot_is_reachable() -> None:
@@ -112,11 +63,6 @@ def test_any_subset_ends_by_itself_and_does_not_depend_on_the_order(beliefs: lis
     random.shuffle(shuffled)
     again = run_table(shuffled)
     assert (again.actions, again.plans, again.rounds) == (result.actions, result.plans, result.rounds)
-
-
-@given(st.sets(st.sampled_from(BELIEFS)))
-def test_subsets_with_any_number_of_legs_to_begin_with_end(beliefs: set[str]) -> None:
-    assert run_table(sorted(beliefs)).ended in ("idle", "spin")
 
 
 @given(st.sampled_from((1, 2, 3, 4)), st.lists(st.integers(0, 7), min_size=4, max_size=4), st.booleans())

@@ -27,14 +27,6 @@ def test_statements_branches_and_waivers_are_found_without_importing(code: CodeM
     assert [(w.line, w.reason) for w in code.waivers] == [(15, "never called")]
 
 
-def test_bits_tell_what_is_missing(code: CodeMap) -> None:
-    name = str(code.files[0].path)
-    bits = code.translate({name: [1, 3, 6, 7, 8]}, {name: [(6, 7), (7, 8)]})
-    ((_, lines, arcs),) = code.list_misses(bits)
-    assert lines == (9, 10, 11, 14, 15)
-    assert arcs == ((7, 9), (9, 10), (9, 11))
-
-
 def test_the_hash_changes_with_the_code_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = write_package(tmp_path, "hashed")
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -72,14 +64,6 @@ def test_prose_that_begins_with_the_word_is_no_waiver(tmp_path: Path, monkeypatc
 def test_a_package_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(CoverageError, match="no package or module 'no_such_package'"):
         map_code(["no_such_package"], tmp_path)
-
-
-def test_bodies_of_three_dots_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_package(tmp_path, "dotted", "class Port:\n    def send(self) -> None: ...\n\n\nx = 1\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    code = map_code(["dotted"], tmp_path)
-    assert code.files[0].statements == (1, 5)
-    assert code.branches == 0
 
 
 bitsets = st.builds(Bits, st.integers(0, 2**40), st.one_of(st.none(), st.integers(0, 2**20)))

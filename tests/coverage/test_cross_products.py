@@ -34,12 +34,6 @@ def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
         assert cross.check([odd], {}) == CheckedHits((), (f"{odd} is not a bin; coordinates are reading, outcome",))
 
 
-def test_an_illegal_bin_is_kept_and_told() -> None:
-    cross = CrossProduct(KINDS, illegal={("none", "given"): "nobody was seen"})
-    checked = cross.check([("none", "given"), ("none", "given")], {})
-    assert checked == CheckedHits((("none", "given"),) * 2, ("none x given must not be hit: nobody was seen",))
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -84,14 +78,6 @@ def test_every_bin_is_hit_missing_impossible_or_illegal(runs: list[list[Bin]]) -
     assert {hit.bin for hit in turn.hits} == seen
     assert sum(hit.hits for hit in turn.hits) == sum(map(len, runs))
     assert all(hit.tests <= hit.hits for hit in turn.hits)
-
-
-def test_several_products_are_added_up_by_name() -> None:
-    declared = {name: declare(CrossProduct(KINDS), Proof(), {}) for name in ("first", "second")}
-    runs = [RunCoverage("a", None, {}, cross={"first": (("1", "kept"),)}), RunCoverage("b", None, {})]
-    covered = cross_closure(declared, runs)
-    assert (covered.bins, covered.hit, len(covered.missing)) == (12, 1, 11)
-    assert covered.missing[0] == "first: 1 x given"
 
 
 @pytest.mark.parametrize("module", [cross_product, testbench])

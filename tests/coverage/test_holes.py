@@ -26,16 +26,6 @@ def test_larger_ones_come_first_and_share_no_bin() -> None:
     )
 
 
-def test_impossible_bins_are_no_part_of_it() -> None:
-    possible = [bin_ for bin_ in BINS if bin_[2] == "done" or bin_[0] == "hall"]
-    missing = [bin_ for bin_ in possible if bin_[2] == "left"]
-    assert holes(NAMES, possible, missing) == (Hole((("end", "left"),), 3),)
-
-
-def test_nothing_hit_is_a_single_hole() -> None:
-    assert holes(NAMES, BINS, BINS) == (Hole((), 12),)
-
-
 def test_of_a_huge_product_each_bin_is_one() -> None:
     bins = [(str(number), "a") for number in range(MAX_PROJECTIONS)]
     assert holes(("n", "letter"), bins, bins[:2]) == tuple(Hole((("n", n), ("letter", "a")), 1) for n in "01")

@@ -165,24 +165,6 @@ def test_a_module_that_cannot_be_imported_again_has_its_reason(
     assert answer.problems == {f"broken_{name}": reason}
 
 
-def test_a_broken_module_leaves_the_others_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_package(tmp_path, "broken_first", "import sys\nsys.exit()\n")
-    file = write_package(tmp_path, "whole_second", "x = 1\ny = 2\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    answer = import_again(["broken_first", "whole_second"], [str(file)])
-    assert (answer.lines, answer.problems) == ({str(file): [1, 2]}, {"broken_first": "raised SystemExit"})
-
-
-def test_what_is_called_before_the_imports_shows_in_what_they_cover(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = str(write_package(tmp_path, "prepared_import", "import helper\nif helper.ready:\n    x = 1\n"))
-    (tmp_path / "helper.py").write_text("ready = False\n\n\ndef prepare():\n    global ready\n    ready = True\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    assert import_again(["prepared_import"], [file]).lines[file] == [1, 2]
-    assert import_again(["prepared_import"], [file], ("helper:prepare",)).lines[file] == [1, 2, 3]
-
-
 TOGETHER = """
 import json, sys
 from pathlib import Path

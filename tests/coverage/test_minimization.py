@@ -52,20 +52,3 @@ def test_the_curve_adds_up(tests: list[MeasuredTest]) -> None:
         assert (step.gain, step.points, step.cost_s) == (added.bit_count(), covered.bit_count(), cost_s)
         assert step.gain > 0
     assert covered == together(tests)
-
-
-def test_of_equal_points_the_cheaper_test_comes_first() -> None:
-    dear, cheap, rest = (
-        MeasuredTest("dear", 0b1111, 100.0),
-        MeasuredTest("cheap", 0b0111, 2.0),
-        MeasuredTest("rest", 0b1000, 3.0),
-    )
-    assert [step.name for step in minimal_suite([dear, cheap, rest])] == ["cheap", "rest"]
-
-
-@given(several)
-def test_unique_points_are_lost_without_their_test(tests: list[MeasuredTest]) -> None:
-    alone = unique(tests)
-    for test in tests:
-        others = together([other for other in tests if other is not test])
-        assert alone.get(test.name, 0) == (together(tests) & ~others).bit_count()

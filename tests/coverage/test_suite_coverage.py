@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,13 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError, map_code
-from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage, PlanReach, SuiteCode
+from pytest_hricdv.coverage.records import PlanCoverage, PlanReach
 from pytest_hricdv.coverage.suite_coverage import (
     RunCoverage,
     TestCoverage,
     code_coverage,
     curve,
-    file_coverage,
     plan_coverage,
     union,
 )
@@ -35,21 +33,9 @@ def lines(code: CodeMap, *numbers: int) -> Bits:
     return code.translate({str(code.files[0].path): numbers}, {})
 
 
-def test_reachable_is_all_but_the_waived(code: CodeMap) -> None:
-    covered = code_coverage(code, lines(code, 3, 6, 7, 8, 9, 10, 11, 14)).statements
-    assert covered == CodeCoverage(covered=8, total=9, reachable=8, percent=88.89, percent_reachable=100.0)
-
-
 def test_a_waived_statement_that_runs_is_an_error(code: CodeMap) -> None:
     with pytest.raises(CoverageError, match=r"closed/__init__.py:15: ran, though it is waived as unreachable"):
         code_coverage(code, lines(code, 15))
-
-
-def test_unmeasured_is_not_zero(code: CodeMap) -> None:
-    assert code_coverage(code, None) == SuiteCode(statements=None, branches=None)
-    only_lines = code.translate({str(code.files[0].path): [3]}, None)
-    assert code_coverage(code, only_lines).branches is None
-    assert file_coverage(code, None) == ()
 
 
 def covering(
@@ -78,16 +64,6 @@ def test_totals_and_curve_do_not_depend_on_the_order_of_tests(tests: list[TestCo
     assert curve(tests) == curve(shuffled)
     labels = {"human": ["p", "q", "r", "s"]}
     assert plan_coverage(tests, labels) == plan_coverage(shuffled, labels)
-
-
-@given(covers)
-def test_the_curve_never_falls_and_ends_at_the_total(tests: list[TestCoverage]) -> None:
-    points = curve(tests)
-    for before, after in itertools.pairwise(points):
-        assert all(getattr(before, key) <= getattr(after, key) for key in ("tests", "statements", "branches", "plans"))
-    if points:
-        total = union(tests)
-        assert points[-1].statements == (total.statements.bit_count() if total else 0)
 
 
 def test_plans_are_listed_in_source_order_with_who_reaches_them() -> None:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 
 import pytest
 
@@ -57,16 +56,6 @@ def test_items_may_be_added_and_removed_while_others_are_worked_on() -> None:
             queue.appendleft("again")
             queue.remove("c")
     assert ended == ["a", "again", "b"]
-
-
-def test_several_work_at_the_same_time() -> None:
-    met = multiprocessing.get_context("fork").Barrier(4)  # each waits for the others
-
-    def meet(item: str, send: Callable[[str], None]) -> None:
-        met.wait()
-
-    pool = ProcessPool(meet, processes=4, silent_s=LONG_S)
-    assert {event.item for event in pool.run(deque("abcd")) if event == End(event.item, "")} == {*"abcd"}
 
 
 PAUSED = """

@@ -70,26 +70,6 @@ def test_a_neighbour_has_the_same_actions_and_parameters_in_their_ranges(
     assert is_inside(other.run["timeout_s"], SPACE.run["timeout_s"])
 
 
-def test_a_test_without_variable_parameters_is_not_run() -> None:
-    still = ConcreteTest("t", "s", 7, (ConcreteAction("wait", {"s": 1.0}),))
-
-    def run(test: ConcreteTest) -> Evaluation:
-        raise AssertionError("there is nothing to run")
-
-    found = search_violation([(still, Evaluation(0.5, violated=False))], REACH, run, Budget(20), make_rng(0))
-    assert (found.test, found.ended) == (still, "runs")
-
-
-def test_the_search_continues_without_a_margin() -> None:
-    def run(test: ConcreteTest) -> Evaluation:
-        return Evaluation(None, violated=test.actions[0].parameters["x_m"] > 0.9)
-
-    found = search_violation(
-        [(reaching(0.1, 0.2, 0.1), Evaluation(None, violated=False))], REACH, run, Budget(200), make_rng(0)
-    )
-    assert found.evaluation.violated
-
-
 def test_ctrl_c_returns_the_best_test_so_far() -> None:
     calls: list[Evaluation] = []
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.experiments.shrink import Shrunk, shrink, shrink_candidates
+from pytest_hricdv.experiments.shrink import Shrunk, shrink
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Constant, Sometimes, Uniform
 
@@ -187,35 +187,3 @@ def test_ctrl_c_returns_the_shortest_test_so_far(after: int) -> None:
     found = shrink(turns(4), SPACE, fails, Budget(PLENTY), kept.append)
     assert found.ended == "interrupted"
     assert found.test == (kept[-1] if kept else turns(4))
-
-
-def test_no_run_starts_after_the_time_limit() -> None:
-    clock = iter(range(1000))
-    budget = Budget(PLENTY, seconds=5, clock=lambda: float(next(clock)))
-    found = shrink(turns(4), SPACE, contains(["ask"], -0.1), budget)
-    assert found.ended == "seconds"
-    assert found.runs == 4
-
-
-def test_a_parameter_without_a_range_stays_as_it_is() -> None:
-    test = ConcreteTest("t", "s", 7, (ConcreteAction("wave", {"height_m": 1.234}),), {"mood": 0.71})
-    assert shrunk(test, lambda candidate: bool(candidate.actions)).test == test
-
-
-@pytest.mark.parametrize(
-    ("value", "sampler", "expected"),
-    [
-        (2.5, Constant(2.5), ()),
-        (2.7, Constant(2.5), (2.5,)),
-        (4.4713, Uniform(3.0, 5.0), (4.0, 3.0, 5.0, 4.5, 4.47)),
-        (4.0, Uniform(3.0, 5.0), ()),
-        (5.0, Uniform(3.0, 5.0), (4.0, 3.0)),
-        (4.5, Uniform(3.0, 5.0), (4.0, 3.0, 5.0)),
-        (39.96, Uniform(15.0, 40.0, open_high=True), (27.5, 15.0)),
-        (0.0, Sometimes(0.1, Uniform(4.0, 14.0)), ()),
-        (8.123, Sometimes(0.1, Uniform(4.0, 14.0)), (0.0, 9.0, 4.0, 14.0, 8.0, 8.1, 8.12)),
-        (2.0, Sometimes(0.1, Constant(2.0)), (0.0,)),
-    ],
-)
-def test_shrink_candidates(value: float, sampler: Uniform, expected: tuple[float, ...]) -> None:
-    assert shrink_candidates(value, sampler) == expected

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -119,13 +117,6 @@ def test_ids_do_not_depend_on_the_order(listed: list[AbstractDraft], random: obj
     assert set(identify("s", 1, mixed)) == set(identify("s", 1, listed))
 
 
-def test_equal_drafts_have_different_ids() -> None:
-    draft = AbstractDraft("a", ("x",), ("bored",))
-    first, second, third = identify("s", 0, [draft] * 3)
-    assert len({first.id, second.id, third.id}) == len({first.seed, second.seed, third.seed}) == 3
-    assert identify("s", 0, [draft]) == (first,)
-
-
 def test_chosen_values_distinguish_drafts_but_keep_the_seed() -> None:
     drafts = [
         AbstractDraft("a", (), ("go",), values=values)
@@ -139,29 +130,6 @@ def test_chosen_values_distinguish_drafts_but_keep_the_seed() -> None:
     first, second = identify("s", 0, [drafts[1]] * 2)
     assert first == tests[1]
     assert first.seed != second.seed
-
-
-def test_a_draft_with_the_beginning_of_another_test_keeps_its_seed() -> None:
-    (first,) = identify("rl", 1, [AbstractDraft("leg1", (), ("tell leg", "receivesignal"))])
-    begins_alike = AbstractDraft("leg1", (), ("tell leg", "bored"), seed=first.seed)
-    own, kept, again = identify("rl", 1, [replace(begins_alike, seed=None), begins_alike, begins_alike])
-    assert own.seed != kept.seed == again.seed == first.seed
-    assert len({own.id, kept.id, again.id}) == 3
-
-
-def test_data_has_values_only_if_there_are_any() -> None:
-    plain = AbstractTest(id="a", suite="s", target="x", beliefs=(), lines=("go",))
-    chosen = replace(plain, values={1: {"x_m": 0.1}, 0: {"y_s": 2}})
-    assert "values" not in plain.to_data()
-    assert json.dumps(chosen.to_data()["values"]) == '{"run": {"y_s": 2.0}, "1": {"x_m": 0.1}}'
-    assert AbstractTest.from_data(json.loads(json.dumps(chosen.to_data()))) == chosen
-    assert AbstractTest.from_data(plain.to_data()) == plain
-
-
-def test_the_master_seed_and_the_suite_change_seeds_and_ids() -> None:
-    draft = AbstractDraft("a", ("x",), ("bored",))
-    tests = [*identify("s", 0, [draft]), *identify("s", 1, [draft]), *identify("t", 0, [draft])]
-    assert len({test.id for test in tests}) == len({test.seed for test in tests}) == 3
 
 
 def test_colliding_short_ids_are_made_longer(monkeypatch: pytest.MonkeyPatch) -> None:

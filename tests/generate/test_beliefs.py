@@ -6,26 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
 from tests.generate.table import CONTEXT, SPACE
 from tests.generate.toy import LAMPS
-
-
-def test_the_table_has_38_beliefs_in_declared_order() -> None:
-    assert len(SPACE.beliefs) == 38
-    assert SPACE.beliefs[:8] == ("leg1", "leg2", "leg3", "leg4", "bored", "not_bored", "m000l1", "m001l1")
-    assert SPACE.others == SPACE.beliefs[4:]
-
-
-@given(st.permutations(SPACE.beliefs), st.integers(0, 38))
-def test_a_subset_has_one_order_whatever_order_it_was_chosen_in(beliefs: list[str], size: int) -> None:
-    subset = SPACE.subset(beliefs[:size])
-    assert set(subset) == set(beliefs[:size])
-    assert subset == SPACE.subset(reversed(subset))
 
 
 @pytest.mark.parametrize(
@@ -122,12 +107,6 @@ def test_patterns_stand_for_every_combination(tmp_path: Path) -> None:
 def test_errors_name_file_line_and_column(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         read_belief_sets(_written(tmp_path, text), LAMPS)
-
-
-def test_an_entry_of_too_many_subsets_is_an_error(tmp_path: Path) -> None:
-    path = _written(tmp_path, '[[belief_set]]\nbeliefs = ["m*l1", "m*l2", "m*l3", "m*l4", "leg?", "*b*", "m*", "m*"]\n')
-    with pytest.raises(GenerateError, match=r"toml:2:1: \d+ subsets in one entry; expected at most 100000"):
-        read_belief_sets(path, SPACE)
 
 
 def test_a_file_that_is_not_there_is_an_error(tmp_path: Path) -> None:

@@ -29,40 +29,6 @@ finite = st.floats(-1e9, 1e9)
 TEST = AbstractTest(id="t", suite="s", target="a", beliefs=(), lines=COMMANDS, seed=123456789)
 
 
-class Always(Random):
-    """A random stream that always gives the same number."""
-
-    def __init__(self, value: float) -> None:
-        super().__init__(0)
-        self.value = value
-
-    def random(self) -> float:
-        return self.value
-
-
-@given(finite, finite, st.floats(0.0, 1.0, exclude_max=True), st.booleans())
-def test_a_range_never_leaves_its_ends(one: float, other: float, share: float, open_high: bool) -> None:
-    low, high = sorted((one, other))
-    if open_high and low == high:
-        return
-    value = Uniform(low, high, open_high=open_high).sample(Always(share))
-    assert low <= value <= high
-    assert not (open_high and value == high)
-
-
-def test_an_open_high_end_is_never_reached_by_rounding() -> None:
-    almost_one = math.nextafter(1.0, 0.0)
-    assert Uniform(0.0, 1e-320, open_high=True).sample(Always(almost_one)) < 1e-320
-    assert Uniform(15.0, 40.0, "deg", open_high=True).sample(Always(almost_one)) < 40.0
-
-
-@given(st.floats(0.0, 1.0, exclude_max=True))
-def test_a_chance_gives_its_value_or_zero(mark: float) -> None:
-    assert Sometimes(0.3, Constant(2.0)).sample(Always(mark)) == (2.0 if mark < 0.3 else 0.0)
-    assert Sometimes(0.0, Constant(2.0)).sample(Always(mark)) == 0.0
-    assert Sometimes(1.0, Constant(2.0)).sample(Always(mark)) == 2.0
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -101,20 +67,6 @@ def test_concretization_is_a_function_of_the_test_and_k(seed: int, k: int) -> No
     test = replace(TEST, seed=seed)
     assert concretize(test, CONCRETIZATION, k) == concretize(test, CONCRETIZATION, k)
     assert concretize(test, CONCRETIZATION, k) == concretize(variant(test, k), CONCRETIZATION)
-
-
-def test_another_parameter_or_range_changes_no_other_value() -> None:
-    gaze = CONCRETIZATION.commands["set_param gaze = 1"]
-    wider = {
-        **CONCRETIZATION.commands,
-        "set_param gaze = 1": {"new_m": Uniform(0, 1), **gaze, "angle_deg": Uniform(0, 9)},
-    }
-    before = concretize(TEST, CONCRETIZATION)
-    after = concretize(TEST, Concretization(wider, {**CONCRETIZATION.run, "new_s": Uniform(0, 1)}))
-    assert after.run["sensing_timeout_s"] == before.run["sensing_timeout_s"]
-    for old, new in zip(before.actions, after.actions, strict=True):
-        for name, value in old.parameters.items():
-            assert name == "angle_deg" or new.parameters[name] == value
 
 
 CHOSEN = {1: {"hand_x_m": 0.25}, 3: {"offset_m": 0.125}, 0: {"sensing_timeout_s": 15.5}}
@@ -183,19 +135,6 @@ def test_a_concrete_test_as_an_abstract_one_concretizes_to_itself(seed: int) -> 
     other = replace(drawn, run={"sensing_timeout_s": 11.0})
     assert abstract_from(other, "found online").id != stored.id
     assert concretize(abstract_from(drawn, "the same", keeps_id=True), CONCRETIZATION) == drawn
-
-
-def test_repeated_commands_and_variants_differ() -> None:
-    test = replace(TEST, lines=("tell leg",) * 8)
-    drawn = [a.parameters["hand_x_m"] for k in range(3) for a in concretize(test, CONCRETIZATION, k).actions]
-    assert len(set(drawn)) == 24
-
-
-def test_expansion_keeps_the_first_id() -> None:
-    tests = expand([TEST], 3)
-    assert [test.id for test in tests] == ["t", "t-k1", "t-k2"]
-    assert tests[0] == TEST
-    assert len({test.seed for test in tests}) == 3
 
 
 @given(st.integers(0, 2**63 - 1))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import (
     METHODS,
     BdiPseudorandom,
@@ -46,27 +46,12 @@ def test_by_hand_runs_each_subset_and_repeats_it(context: GenerationContext) -> 
     assert suite.generation.declared_plans["guide"] == ("g1", "g2")
 
 
-def test_another_number_by_hand_spreads_or_repeats(context: GenerationContext) -> None:
-    whole = {test.id for test in ByHand().generate(context).tests}
-    few = ByHand().generate(replace(context, tests=3)).tests
-    assert [test.target for test in few] == ["hall-polite", "hall-curt", "hall-curt"]
-    many = {test.id for test in ByHand().generate(replace(context, tests=20)).tests}
-    assert len(many) == 20
-    assert whole < many
-
-
 def test_bdi_pseudorandom_has_one_belief_of_each_group(context: GenerationContext) -> None:
     suite = BdiPseudorandom(size=8).generate(context)
     assert len({test.beliefs for test in suite.tests}) == 8
     groups = [LAMPS.start, *LAMPS.groups.values()]
     assert all([sum(b in group for b in test.beliefs) for group in groups] == [1, 1, 1] for test in suite.tests)
     assert suite.tests[:5] == BdiPseudorandom(size=5).generate(context).tests
-
-
-def test_bdi_pseudorandom_notes_that_there_are_no_more_subsets(context: GenerationContext) -> None:
-    suite = BdiPseudorandom().generate(context)
-    assert len(suite.tests) == 12
-    assert suite.generation.notes == ("100 tests asked for, but only 12 distinct subsets were found of 12 that exist",)
 
 
 def test_rl_learns_and_covers_the_small_model(context: GenerationContext) -> None:
@@ -78,14 +63,6 @@ def test_rl_learns_and_covers_the_small_model(context: GenerationContext) -> Non
     assert generation.bdi_runs > generation.iterations
     assert len(generation.q_delta) == generation.iterations
     assert generation.notes[0].startswith("134 tests asked for, but the policy leads to ")
-
-
-def test_rl_notes_that_it_has_not_converged(context: GenerationContext) -> None:
-    learning = replace(context.learning, iterations=3, suite_size=2)
-    suite = ReinforcementLearning().generate(replace(context, learning=learning))
-    assert len(suite.tests) == 2
-    assert "not converged after 3 iterations" in suite.generation.notes[0]
-    assert suite.generation.notes[1].startswith("uncovered plans: visitor: v")
 
 
 def test_pseudorandom_draws_lengths_and_commands() -> None:
@@ -144,13 +121,6 @@ def test_an_unknown_selection_names_the_nearest(tmp_path: Path) -> None:
         select_methods("byhand", tmp_path)
     with pytest.raises(GenerateError, match="selects nothing; known: by-hand, bdi-random, rl, pseudorandom, all"):
         select_methods(" , ", tmp_path)
-
-
-def test_evenly_spaced() -> None:
-    assert evenly_spaced("abcdef", 3) == ["a", "c", "e"]
-    assert evenly_spaced("ab", 5) == ["a", "b", "a", "b", "a"]
-    assert evenly_spaced("ab", None) == ["a", "b"]
-    assert evenly_spaced("", 5) == []
 
 
 def test_the_cache_key_changes_with_the_context(context: GenerationContext, monkeypatch: pytest.MonkeyPatch) -> None:

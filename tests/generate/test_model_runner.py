@@ -15,17 +15,6 @@ from pytest_hricdv.generate.model_runner import ModelRunner
 from tests.generate.toy import GUIDE, LAMPS, VISITOR, lamps
 
 
-def test_a_subset_becomes_an_abstract_test(tmp_path: Path) -> None:
-    runner = ModelRunner(lamps(tmp_path), LAMPS)
-    run = runner.run(["dark", "curt", "cellar"])
-    assert run.beliefs == ("cellar", "curt", "dark")
-    assert run.lines == ("enter cellar", "set_lamp level = 0")
-    assert run.plans == {"visitor": {"v2", "v5"}, "guide": {"g1", "g2"}}
-    assert run.sequence == {"visitor": ("v2", "v5"), "guide": ("g1", "g2")}
-    assert run.rounds > 0
-    assert runner.plan_labels == {"visitor": ("v1", "v2", "v3", "v4", "v5", "v6", "v7"), "guide": ("g1", "g2")}
-
-
 def test_runs_do_not_leak_into_each_other_and_order_does_not_matter(tmp_path: Path) -> None:
     runner = ModelRunner(lamps(tmp_path), LAMPS)
     first = runner.run(["hall", "polite", "bright"])
@@ -55,17 +44,6 @@ def test_a_belief_that_the_actor_never_mentions_is_an_error(tmp_path: Path) -> N
         ModelRunner(lamps(tmp_path), space)
 
 
-def test_a_neutral_belief_need_not_be_mentioned(tmp_path: Path) -> None:
-    space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("dazed", "sober")}, default_beliefs=("sober", "dazed"))
-    assert ModelRunner(lamps(tmp_path), space).run(["hall", "sober"]).lines == ("enter hall", "leave")
-
-
-def test_a_belief_in_a_comment_is_not_mentioned(tmp_path: Path) -> None:
-    space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("gloomy",)})
-    with pytest.raises(GenerateError, match="'gloomy'"):
-        ModelRunner(lamps(tmp_path, visitor=VISITOR + "// gloomy\n/* gloomy */\n"), space)
-
-
 def test_an_action_without_a_text_form_is_an_error(tmp_path: Path) -> None:
     visitor = VISITOR.replace("enter(hall)", "enter(hall, 1, 2)")
     with pytest.raises(GenerateError, match="has no text form"):
@@ -91,13 +69,6 @@ def test_a_plan_without_end_is_noted_with_its_place(tmp_path: Path, loop: str) -
     assert any("visitor.asl:10:1: plan @" in note and "without end in 1 runs" in note for note in runner.notes())
 
 
-def test_a_wait_for_a_condition_is_not_noted(tmp_path: Path) -> None:
-    visitor = VISITOR.replace("leave.", "!w.") + "+!w : seen <- leave.\n+!w <- !w.\n"
-    runner = ModelRunner(lamps(tmp_path, visitor=visitor), LAMPS)
-    assert runner.run(["hall"]).ended == "spin"
-    assert runner.notes() == ()
-
-
 def test_runs_of_which_none_ends_are_an_error(tmp_path: Path) -> None:
     model = lamps(tmp_path, guide=GUIDE + "@g3 +asked <- !g.\n+!g <- .random(X); -+seen(X); !g.\n!g.\n")
     runner = ModelRunner(replace(model, max_rounds=50), LAMPS)
@@ -119,9 +90,3 @@ def test_a_model_that_was_changed_is_loaded_again(tmp_path: Path) -> None:
     changed = ModelRunner(lamps(tmp_path, visitor=VISITOR.replace("leave.", "wait.")), LAMPS)
     assert (before.lines, changed.run(["hall"]).lines) == (("enter hall", "leave"), ("enter hall", "wait"))
     assert ModelRunner(lamps(tmp_path), LAMPS).run(["hall"]) == before
-
-
-def test_runners_of_one_model_count_their_own_runs(tmp_path: Path) -> None:
-    one, other = ModelRunner(lamps(tmp_path), LAMPS), ModelRunner(lamps(tmp_path), LAMPS)
-    one.run(["hall"])
-    assert (one.run_count, other.run_count) == (1, 0)

@@ -12,19 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.qlearning import REWARDS, ROUNDS, PublishedReward, QLearning, UncoveredReward
-from pytest_hricdv.generate.rng import make_rng
+from pytest_hricdv.generate.qlearning import PublishedReward, QLearning, UncoveredReward
 
 PLANS = st.frozensets(st.sampled_from("pqrst"))
 RUNS = st.lists(st.fixed_dictionaries({"a": PLANS, "b": PLANS}), min_size=1, max_size=6)
 SUITE = st.dictionaries(st.tuples(st.sampled_from("ab"), st.sampled_from("pqrst")), st.integers(0, 50))
-
-
-def test_the_defaults_are_those_of_the_paper() -> None:
-    paper = QLearning()
-    assert (paper.gamma, paper.alpha0, paper.alpha_decay, paper.temperature_kt) == (0.1, 0.1, 0.9, 10.0)
-    assert (paper.max_beliefs, paper.iterations, paper.tolerance, paper.suite_size) == (11, 1000, 1e-4, 134)
-    assert [paper.alpha(j) for j in range(3)] == pytest.approx([0.1, 0.09, 0.081])
 
 
 @pytest.mark.parametrize(
@@ -32,13 +24,6 @@ def test_the_defaults_are_those_of_the_paper() -> None:
 )
 def test_reward_tiers(covered: int, reward: float) -> None:
     assert QLearning().tier(covered, maximum=12) == reward
-
-
-def test_subsets_have_six_and_a_half_beliefs_on_average() -> None:
-    rng = make_rng("sizes")
-    sizes = [QLearning().subset_size(rng) for _ in range(5000)]
-    assert set(sizes) == set(range(2, 12))
-    assert sum(sizes) / len(sizes) == pytest.approx(6.5, abs=0.15)
 
 
 @pytest.mark.parametrize(
@@ -63,21 +48,8 @@ def test_an_unknown_reward_names_the_nearest() -> None:
         QLearning(reward="uncoverd")
 
 
-def test_rounds_share_runs_and_tests() -> None:
-    shares = QLearning(reward="uncovered", model_runs=25).in_rounds(134)
-    assert len(shares) == 10
-    assert sum(each.model_runs for each in shares) == 25
-    assert sum(each.suite_size for each in shares) == 134
-    assert [each.suite_size for each in QLearning(reward="uncovered").in_rounds(3)] == [1, 1, 1]
-    assert QLearning().in_rounds(134) == (QLearning(),)
-
-
 def _executed(**plans: str) -> Mapping[str, frozenset[str]]:
     return {agent: frozenset(labels) for agent, labels in plans.items()}
-
-
-def test_each_reward_has_its_number_of_rounds() -> None:
-    assert REWARDS.keys() == ROUNDS.keys()
 
 
 def test_the_published_reward_is_added_over_agents_and_against_the_maxima() -> None:
@@ -88,18 +60,6 @@ def test_the_published_reward_is_added_over_agents_and_against_the_maxima() -> N
     assert reward.of(_executed(a="pqrst", b="")) == 100.0 + 5.0
     assert reward.of(_executed(a="p", b="")) == -100.0 + 5.0
     assert reward.maxima == {"a": 5, "b": 1}
-
-
-def test_a_plan_that_no_test_executes_has_the_highest_value() -> None:
-    reward = UncoveredReward(QLearning().tier, {("a", "p"): 1, ("a", "q"): 3}, {})
-    reward.begin()
-    assert reward.of(_executed(a="q")) == pytest.approx(100 / 16)
-    assert reward.of(_executed(a="qp")) == pytest.approx(100 / 4)
-    assert reward.of(_executed(a="qpr")) == pytest.approx(100)
-    assert reward.of(_executed(a="qpr")) == 0.0
-    assert reward.of(_executed(a="q")) == pytest.approx(-125)
-    reward.begin()
-    assert reward.of(_executed(a="q")) == pytest.approx(100 / 16)
 
 
 @given(SUITE, RUNS)

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coverage.cross_product import CrossProduct
-from pytest_hricdv.coverage.reachability import reachable
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import ModelRun
@@ -37,25 +35,6 @@ def test_a_model_that_is_not_enumerable_says_why_and_gives_runs_of_drawn_sets(tm
     for found in exploration.runs:
         assert runner.run(exploration.belief_set(found.beliefs)).lines == found.lines
     assert explore_by_sampling(runner_of(tmp_path), reason) == exploration, "the same in each session"
-
-
-def test_nothing_is_proven_impossible_by_it(tmp_path: Path) -> None:
-    exploration = explore_by_sampling(runner_of(tmp_path), "too large")
-    product = CrossProduct({"asked": ("yes", "never")}, planned=lambda lines: [("yes",)] if lines else [])
-    shown = reachable(exploration, {"asked": product})
-    assert shown.exploration.status == "not proven"
-    assert not shown.products["asked"].impossible
-    assert set(shown.exploration.plans or {}) == {"visitor"}
-
-
-def test_of_a_small_space_no_set_is_drawn_twice(tmp_path: Path) -> None:
-    space = BeliefSpace(
-        start=("hall", "cellar"),
-        groups={"mood": ("polite", "curt"), "wish": ("bright", "dim", "dark")},
-        default_beliefs=("bright",),
-    )
-    exploration = explore_by_sampling(runner_of(tmp_path, VISITOR, space), "too large")
-    assert "; so 18 sets of beliefs were drawn" in exploration.reason
 
 
 def test_sets_that_the_model_fails_with_are_left_out_and_counted(

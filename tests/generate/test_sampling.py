@@ -8,9 +8,8 @@ from dataclasses import replace
 from random import Random
 
 import pytest
-from hypothesis import find, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.errors import NoSuchExample
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -41,19 +40,6 @@ def test_samplings_stay_in_the_range_and_depend_on_the_random_stream_only(sample
         assert drawn[0] == drawn[1]
         assert _is_inside(drawn[0], sampler)
     assert all(_is_inside(value, sampler) for value in sampler.corners())
-
-
-def test_half_of_the_values_are_corners() -> None:
-    sampler, random = Uniform(2.0, 3.0), make_rng("corners")
-    drawn = [corners(sampler, random) for _ in range(4000)]
-    assert drawn.count(2.0) / 4000 == pytest.approx(0.25, abs=0.03)
-    assert drawn.count(3.0) / 4000 == pytest.approx(0.25, abs=0.03)
-
-
-def test_corners_make_rare_values_frequent_but_not_impossible_ones() -> None:
-    random = make_rng("rare")
-    assert [corners(Sometimes(0.02, Uniform(4.0, 14.0)), random) > 0 for _ in range(1000)].count(True) > 250
-    assert [corners(Sometimes(0.0, Uniform(4.0, 14.0)), random) for _ in range(1000)].count(0.0) == 1000
 
 
 def test_another_sampling_gives_other_ids_and_seeds() -> None:
@@ -90,17 +76,6 @@ def test_drawn_tests_can_be_run_and_lie_in_their_ranges(test: ConcreteTest) -> N
         assert action.parameters.keys() == samplers.keys()
         assert all(_is_inside(value, samplers[name]) for name, value in action.parameters.items())
     assert test.run.keys() == CONCRETIZATION.run.keys()
-
-
-@given(concrete_tests(CONCRETIZATION, ["tell leg", "bored"]))
-def test_drawn_tests_of_given_commands_have_these(test: ConcreteTest) -> None:
-    assert [action.command for action in test.actions] == ["tell leg", "bored"]
-
-
-def test_values_of_a_chance_shrink_to_zero() -> None:
-    assert find(values(Sometimes(0.1, Uniform(4.0, 14.0))), lambda value: True) == 0.0
-    with pytest.raises(NoSuchExample):
-        find(values(Sometimes(0.0, Uniform(4.0, 14.0))), bool, settings=settings(max_examples=50, database=None))
 
 
 class Custom(Sampler):

@@ -51,21 +51,6 @@ def _learned(context: GenerationContext) -> Path:
     return context.save
 
 
-def test_a_saved_table_has_the_same_bytes_again_and_no_temporary_file_remains(context: GenerationContext) -> None:
-    first = _learned(context).read_bytes()
-    assert _learned(context).read_bytes() == first
-    assert [path.name for path in (context.save or Path()).parent.iterdir()] == ["q.json"]
-    saved = SavedTable.from_json(first.decode(), "x")
-    assert saved.learning == {**saved.learning, "gamma": 0.1, "temperature_kt": 10.0, "reward": "published"}
-    assert saved.maxima == {"guide": 2, "visitor": 2}
-
-
-def test_the_file_of_the_table_has_no_effect_on_the_suite(context: GenerationContext) -> None:
-    elsewhere = replace(context, save=None)
-    assert ReinforcementLearning().generate(elsewhere) == ReinforcementLearning().generate(context)
-    assert elsewhere.fingerprint("rl") == context.fingerprint("rl")
-
-
 def test_a_table_of_other_groups_is_an_error(context: GenerationContext) -> None:
     assert context.model is not None
     other = BeliefSpace(LAMPS.start, {"mood": ("polite", "curt"), "wish": ("bright", "dim")}, id_groups=("mood",))

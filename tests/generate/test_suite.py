@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -13,13 +12,10 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractDraft
-from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import ReinforcementLearning
 from pytest_hricdv.generate.suite import Generation, Suite, diagnose, entropy_bits
-from pytest_hricdv.generate.suite_files import parse_tests
 from tests.generate.strategies import abstract_tests
 from tests.generate.table import CONTEXT
-from tests.generate.toy import LAMPS, lamps
 
 generations = st.builds(
     Generation,
@@ -38,14 +34,6 @@ def test_json_gives_the_suite_back(tests: list, generation: Generation, seed: in
     assert Suite.from_json(suite.to_json()) == suite
     assert Suite.from_json(suite.to_json()).to_json() == suite.to_json()
     assert suite.generation.distinct_texts == len({test.lines for test in tests})
-
-
-def test_covered_plans_are_those_of_all_tests() -> None:
-    generation = Generation(declared_plans={"human": ("p1", "p2"), "robot": ("r1",)})
-    text = "# id: {0}\n# suite: s\n# target: a\n# seed: 1\n# plans human: p{0}\n"
-    tests = parse_tests("\n".join(map(text.format, (2, 1))), file="f", suite="s")
-    assert Suite.of_tests("s", 0, tests, generation).plans_covered() == {"human": ("p1", "p2"), "robot": ()}
-    assert Suite.of_tests("s", 0, tests, generation).plans_not_covered() == {"robot": ("r1",)}
 
 
 @given(abstract_tests)
@@ -76,21 +64,6 @@ def _draft(beliefs: str, line: str, plans: str) -> AbstractDraft:
     return AbstractDraft("aim", tuple(beliefs), (line,), {"a": tuple(plans)})
 
 
-def test_a_suite_by_hand() -> None:
-    found = diagnose(_suite(_draft("xy", "go", "p"), _draft("xz", "go", "pq"), _draft("xy", "stay", "p")))
-    assert (found.tests, found.distinct_texts, found.distinct_subsets, found.last_new_plan_at) == (3, 2, 2, 2)
-    assert found.plans == {"a": ("p", "q")}
-    uses = {"x": 3, "y": 2, "z": 1}
-    assert found.belief_entropy_bits == pytest.approx(-sum(n / 6 * math.log2(n / 6) for n in uses.values()))
-    assert found.belief_entropy_most_bits == math.log2(3)
-
-
-def test_tests_that_came_from_no_beliefs() -> None:
-    found = diagnose(_suite(AbstractDraft("aim", (), ("go",))))
-    assert (found.distinct_subsets, found.belief_entropy_bits, found.belief_entropy_most_bits) == (0, 0.0, 0.0)
-    assert (found.last_new_plan_at, found.plans) == (0, {"a": ()})
-
-
 @given(st.dictionaries(st.text(max_size=3), st.integers(1, 99), min_size=1, max_size=30))
 def test_entropy_is_largest_for_equal_counts(uses: dict[str, int]) -> None:
     most = math.log2(len(uses))
@@ -102,12 +75,6 @@ def test_a_suite_of_mostly_repeated_texts_has_a_warning() -> None:
     same = [_draft(name, "go", "p") for name in "uvwxy"]
     assert diagnose(_suite(*same)).warning == "mostly repeats: only 1 of 5 tests differ as text"
     assert diagnose(_suite(*same[:2])).warning == ""
-
-
-def test_a_learned_suite_of_mostly_repeated_texts_has_a_note(tmp_path: Path) -> None:
-    suite = ReinforcementLearning().generate(GenerationContext(lamps(tmp_path), LAMPS))
-    distinct = len({test.lines for test in suite.tests})
-    assert suite.generation.notes[-1] == f"mostly repeats: only {distinct} of {len(suite.tests)} tests differ as text"
 
 
 @pytest.mark.parametrize("seed", [0, 1])

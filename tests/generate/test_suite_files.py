@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,41 +18,10 @@ from pytest_hricdv.generate.suite_files import Files, dump_tests, parse_tests
 from tests.generate.strategies import abstract_tests
 from tests.generate.table import COMMANDS
 
-TWO = """\
-# Recorded on the second day; this block is commentary only.
-# name: not a test
-
-# name: a greeting
-tell leg
-  receivesignal   # and wait
-
-set_param gaze=1
-bored
-"""
-
 
 @given(st.lists(abstract_tests, max_size=4, unique_by=lambda test: test.id))
 def test_written_tests_read_back_unchanged(tests: list[AbstractTest]) -> None:
     assert list(parse_tests(dump_tests(tests), file="f", suite="other", master_seed=7)) == tests
-
-
-def test_plain_texts_get_ids_from_their_content() -> None:
-    greeting, second = parse_tests(TWO, file="two.txt", suite="two", commands=COMMANDS)
-    assert greeting.lines == ("tell leg", "receivesignal")
-    assert greeting.name == "a greeting"
-    assert re.fullmatch(r"two-a-greeting-[0-9a-f]{8}", greeting.id)
-    assert second.lines == ("set_param gaze = 1", "bored")
-    assert re.fullmatch(r"two-2-actions-[0-9a-f]{8}", second.id)
-
-
-def test_chosen_values_are_read_from_headers_and_change_the_id_only() -> None:
-    text = "# values run: patience_s 2.5\n# values 2: grip_s 31.5, pull_n 8\ntell leg\nset_param pressure = 1\n"
-    (chosen,) = parse_tests(text, file="f", suite="s", commands=COMMANDS)
-    (drawn,) = parse_tests("tell leg\nset_param pressure = 1\n", file="f", suite="s", commands=COMMANDS)
-    assert chosen.values == {0: {"patience_s": 2.5}, 2: {"grip_s": 31.5, "pull_n": 8.0}}
-    assert chosen.id != drawn.id
-    assert chosen == replace(drawn, id=chosen.id, values=chosen.values)
-    assert "# values run: patience_s 2.5\n# values 2: grip_s 31.5, pull_n 8.0\ntell leg\n" in dump_tests([chosen])
 
 
 @pytest.mark.parametrize(
@@ -138,13 +106,6 @@ def test_a_folder_and_recorded_runs_have_a_largest_number_of_tests(
     for path in (tmp_path / "one", tmp_path / "r.json"):
         with pytest.raises(GenerateError, match="more than 3 tests; expected fewer in one file or folder"):
             Files(path).generate(CONTEXT)
-
-
-def test_tests_that_repeat_others_are_counted(tmp_path: Path) -> None:
-    (tmp_path / "t.txt").write_text("bored\n\nbored\n\ntell leg\n\nbored\n")
-    suite = Files(tmp_path / "t.txt").generate(CONTEXT)
-    assert len({test.id for test in suite.tests}) == 4
-    assert suite.generation.notes == ("2 of 4 tests repeat the commands of others",)
 
 
 @pytest.mark.parametrize(

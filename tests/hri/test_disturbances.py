@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache, partial
+from functools import cache
 
 import pytest
 
 from pytest_hricdv.coverage.measurement import Measurement
 from pytest_hricdv.execution.case import UNMEASURED, CaseResult
-from sim.workshop import Workshop
-from sim.world import World
 from tests.hri import bench
 from tests.hri.disturbed import Line, concrete, executed, judged, measurement, unknown_violations
-from tests.hri.test_freezing import observed
 from tests.sampling import mostly_slow
 
 LEG = bench.leg("111")
@@ -138,26 +135,6 @@ def test_turns_end_as_the_disturbance_has_it(lines: list[Line], outcomes: str) -
     assert " ".join(result.outcome.outcomes) == outcomes
     assert not result.errors
     assert not unknown_violations(result)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("lines", [lines for lines, _ in ENDS], ids=lambda lines: str(lines[0])[:40])
-def test_freezing_changes_nothing_of_a_disturbance(lines: list[Line], monkeypatch: pytest.MonkeyPatch) -> None:
-    frozen = run(lines)
-    monkeypatch.setattr("sim.workshop.Workshop", partial(Workshop, freeze=False))
-    assert observed(run(lines)) == observed(frozen)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("lines", [lines for lines, _ in ENDS], ids=lambda lines: str(lines[0])[:40])
-def test_mujoco_from_tick_to_tick_changes_nothing_of_a_disturbance(
-    lines: list[Line], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("mujoco")
-    monkeypatch.setattr("sim.engines._first_installed", lambda: "mujoco")
-    at_once = run(lines)
-    monkeypatch.setattr(World, "_steps_at_once", lambda world, at_most: 1)
-    assert run(lines).record.sha256 == at_once.record.sha256
 
 
 def test_a_turn_that_the_robot_never_took_up_leaves_the_others_their_outcomes() -> None:

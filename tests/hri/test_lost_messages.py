@@ -61,14 +61,6 @@ def test_a_reading_that_comes_after_the_decision_asks_for_nothing(disturbance: M
     assert not result.failed
 
 
-@pytest.mark.slow
-def test_a_report_on_the_table_that_nobody_hears_is_given_all_the_same() -> None:
-    result = disturbed(Drop("table_done"), *bench.leg("110") * 2)
-    assert bench.times(result, "table_done")
-    assert result.outcome.ended == "table done"
-    assert not result.errors
-
-
 def test_a_person_who_does_not_hear_that_the_turn_is_over_takes_the_leg_away() -> None:
     """Who stood there with it for 150 s was hit by the next leg, with more than 0.25 rad/s in the arm (R4)."""
     *answered, ready = bench.leg()

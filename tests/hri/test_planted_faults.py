@@ -76,14 +76,6 @@ def test_a_robot_that_never_releases_fails_r1_at_the_deadline(monkeypatch: pytes
     assert verdicts(result) == "Failed NC Passed Passed"
 
 
-def test_a_robot_that_stands_still_with_the_leg_fails_r1_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(machine.STATES, "Release", lambda robot: robot.clock.sleep(1000.0) or "stuck")
-    result = bench.run(bench.concrete(bench.leg()))
-    (violation,) = failed(result, "R1").violations
-    assert violation.values["leg_held"] is True
-    assert bench.number(violation, "leg_offset") < 0.01
-
-
 def test_planning_at_0_30_rad_s_fails_r4_with_the_speed_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("controller.settings.Settings", partial(Settings, max_speed_rad_s=PLANNED_TOO_FAST_RAD_S))
     result = bench.run(bench.concrete(bench.leg()))
@@ -111,18 +103,6 @@ def test_a_good_table_that_is_called_late_too_early_fails_r5(
         (violation,) = r5.violations
         assert violation.values["table_done.on_time"] is False
         assert 100.0 < bench.number(violation, "table_done.duration_s") < 300.0
-
-
-@pytest.mark.slow
-def test_r5_is_checked_in_the_by_hand_suite() -> None:
-    """By a person who asks for four legs and does at each of them all that a handover takes."""
-    four = ["set_param location = 1", "set_param pressure = 1", "set_param gaze = 1"]
-    whole = (
-        test
-        for test in bench.suite("by-hand")
-        if all([action.command for action in test.actions].count(command) == 4 for command in four)
-    )
-    assert "Passed" in (bench.run(test).verdict("R5").verdict for test in whole)
 
 
 def motions(result: CaseResult) -> int:

@@ -59,15 +59,6 @@ def test_every_run_of_a_suite_ends_with_a_defined_outcome(name: str) -> None:
         assert_whole(bench.run(test))
 
 
-def test_without_a_request_the_robot_waits_and_nothing_is_checked() -> None:
-    result = bench.run(bench.concrete([]))
-    assert_whole(result)
-    assert result.outcome.ended == "nobody asks any more"
-    assert result.outcome.outcomes == ()
-    assert [verdict.verdict for verdict in result.verdicts] == ["NC"] * len(bench.requirements())
-    assert result.sim_s < 10.0
-
-
 def test_silent_sensors_end_the_turn_with_a_sensing_timeout_and_the_next_one_goes_well() -> None:
     lines = [*bench.leg(), *bench.leg()]
     result = bench.run(bench.concrete(lines, outage_turn=1.5, sensing_timeout_s=90.0))
@@ -77,13 +68,6 @@ def test_silent_sensors_end_the_turn_with_a_sensing_timeout_and_the_next_one_goe
     sensing_s = bench.times(result, "state", name="Sensing")[0]
     (timeout_s,) = bench.times(result, "state", name="Timeout3")
     assert timeout_s - sensing_s == pytest.approx(90.0, abs=0.1)
-
-
-def test_a_bored_person_does_not_answer_and_goes_on_with_the_next_leg() -> None:
-    result = bench.run(bench.concrete(["tell leg", "receivesignal", "bored", *bench.leg()]))
-    assert_whole(result)
-    assert result.outcome.outcomes == ("no-human-ready", "released")
-    assert result.outcome.ended == "nobody asks any more"
 
 
 def test_four_good_legs_make_a_table_on_time() -> None:
@@ -103,12 +87,6 @@ def test_no_request_is_lost_when_it_comes_around_a_timeout() -> None:
         assert len(result.outcome.outcomes) == 1
         (asked_s,), (heard_s,) = bench.times(result, "request"), bench.times(result, "state", name="Move_hand")
         assert 0.0 <= heard_s - asked_s <= 0.05
-
-
-def test_a_run_without_a_request_takes_as_long_as_the_person_waits() -> None:
-    result = bench.run(bench.concrete(["receivesignal"] * 6))
-    assert_whole(result)
-    assert 360.0 <= result.sim_s < 365.0
 
 
 def test_a_run_that_ends_at_the_limit_is_a_fault_of_a_robot_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -149,24 +149,6 @@ def test_the_text_has_only_necessary_parentheses() -> None:
     assert str(parse_formula(text, SMALL)) == text
 
 
-@pytest.mark.parametrize(
-    ("formula", "says"),
-    [
-        (always(signal("pp") >> q), "requirement R9, column 8: unknown name 'pp'"),
-        (always(field("m.okay") >> q), "unknown name 'm.okay'; nearest: m.ok"),
-        (always(on("c") >> q), "unknown topic 'c'"),
-        (always(x >> q), "expected a condition, but x is a float"),
-        (always((p < 1) >> q), "expected a number, but p is a bool"),
-        (always((time_since(p) + 1 < 2) >> q), "a time_since is compared with a number of seconds"),
-        (always(p >> a), "did you mean `eventually[0:d](...)`?"),
-    ],
-)
-def test_names_and_types_are_checked_against_the_vocabulary(formula: Formula, says: str) -> None:
-    with pytest.raises(RequirementError) as caught:
-        check_requirement(requirement("R9", "Nine", formula), SMALL)
-    assert says in str(caught.value)
-
-
 def test_built_requirements_are_loaded_like_those_of_a_file() -> None:
     built = case_study()
     assert load_requirements(built, TABLE) == tuple(built)

@@ -9,18 +9,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from pytest_hricdv.monitor import (
-    ConditionMonitor,
-    Log,
     MonitorError,
     MonitorSet,
-    RequirementError,
     parse_condition,
     watch,
 )
 from pytest_hricdv.monitor.build import equal, field, on
 from pytest_hricdv.monitor.node import PastFormula
 from tests.monitor.logged_run import TICK_S, LoggedRun
-from tests.monitor.logs import Logged, feed_trace, log_of
+from tests.monitor.logs import feed_trace, log_of
 from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import pasts, small_traces
 from tests.monitor.vocabulary import SMALL, Update, feed, requirement
@@ -67,10 +64,6 @@ def test_an_instant_is_told_with_both_ends_and_two_messages_at_one_time_as_one()
     assert changes("on(a)", updates, 9.0) == [(1.0, True), (1.0, False), (2.0, True), (2.0, False)]
 
 
-def test_the_end_of_a_window_is_told_without_an_update() -> None:
-    assert changes("once[0:0.5](on(a))", [(1.0, "a", {})], 9.0) == [(1.0, True), (1.5, False)]
-
-
 def test_all_conditions_of_a_run_are_told_in_the_order_of_time() -> None:
     calls: list[str] = []
 
@@ -83,29 +76,6 @@ def test_all_conditions_of_a_run_are_told_in_the_order_of_time() -> None:
     monitors.message(1.0, "a", {})
     monitors.finish(9.0)
     assert calls[3:] == ["2.0 once[0:1](on(a))", "4.0 once[0:3](on(a))", "6.0 once[0:5](on(a))"]
-
-
-def test_counts_and_times_are_evaluated_only_when_they_can_change(monkeypatch: pytest.MonkeyPatch) -> None:
-    evaluated: list[float] = []
-    evaluate = ConditionMonitor.evaluate
-
-    def noted(monitor: ConditionMonitor, now_ns: float, *, last: bool, first: bool = False) -> None:
-        evaluated.append(now_ns / 1e9)
-        evaluate(monitor, now_ns, last=last, first=first)
-
-    monkeypatch.setattr(ConditionMonitor, "evaluate", noted)
-    monitors = MonitorSet([requirement("always(p -> x < 9)")])
-    monitors.watch(parse_condition("count[0:2](on(a)) > 1 & time_since(on(b)) < 0.505", SMALL))
-    monitors.signal(0.0, "p", True)
-    for step in range(1000):
-        monitors.signal(step / 100, "x", step / 1000)
-        if step in (100, 150):
-            monitors.message(step / 100, "a", {})
-        if step == 200:
-            monitors.message(step / 100, "b", {})
-    monitors.finish(10.0)
-    # At the start, at messages, and when one is too old: for the window of 2 s, and for the bound of 0.505 s.
-    assert evaluated == [0.0, 1.0, 1.5, 2.0, 2.505, 3.0, 3.5]
 
 
 def test_what_reads_a_value_that_is_not_there_yet_is_false() -> None:
@@ -155,10 +125,3 @@ def test_a_text_of_the_wrong_type_is_refused() -> None:
         monitors.signal(0.0, "s", 1.0)
     with pytest.raises(MonitorError, match=r"w\.name at 0\.0 s: expected a str, got None"):
         monitors.message(0.0, "w", {"name": None})
-
-
-def test_a_log_may_have_texts() -> None:
-    log = Log({"s": ([0.0, 2.0], ["i", "j"])}, [Logged(1.0, "w", {"name": "i"})], 4.0)
-    assert watch(parse_condition("s == w", SMALL), log).began_s == (1.0,)
-    with pytest.raises(RequirementError):
-        parse_condition("s == w & on(s)", SMALL)

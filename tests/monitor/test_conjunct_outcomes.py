@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import HealthCheck, given, settings
 
-from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.antecedent import conjunct_outcomes
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
 from tests.monitor.logged_run import LoggedRun
 from tests.monitor.logs import log_of
 from tests.monitor.reference import ReferenceEvaluator
-from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.vocabulary import R1, R2, R3, R4, R5
+from tests.monitor.strategies import formulas, small_traces
+from tests.monitor.vocabulary import R1
 
 SEARCHES = settings(suppress_health_check=[HealthCheck.too_slow])
 
@@ -38,10 +36,3 @@ def agrees(formula: Formula, trace: LoggedRun) -> None:
 @SEARCHES
 def test_a_random_formula_has_the_outcomes_of_the_reference(formula: Formula, trace: LoggedRun) -> None:
     agrees(formula, trace)
-
-
-@pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
-@given(trace=table_traces)
-@settings(SEARCHES, max_examples=15, suppress_health_check=list(HealthCheck))
-def test_the_case_study_has_the_outcomes_of_the_reference(watched: Requirement, trace: LoggedRun) -> None:
-    agrees(watched.formula, trace)

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv.monitor import Requirement, evaluate
 from pytest_hricdv.monitor.formula import Formula
-from tests.monitor.logged_run import Instant, LoggedRun
+from tests.monitor.logged_run import LoggedRun
 from tests.monitor.logs import log_of, run, summary
 from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, small_traces, table_traces
@@ -69,37 +69,3 @@ def test_a_run_shifted_in_time_has_the_same_verdict(formula: Formula, trace: Log
             for trigger in here.history
         ),
     )
-
-
-@given(formula=formulas, trace=small_traces)
-@RUNS
-def test_what_a_requirement_does_not_read_changes_nothing(formula: Formula, trace: LoggedRun) -> None:
-    noise = Instant({"unread": True}, (("unread_topic", {"value": 1.0}),))
-    noisy = {
-        tick: Instant({**instant.signals, **noise.signals}, instant.messages + noise.messages)
-        for tick in range(trace.last + 1)
-        for instant in [trace.instants.get(tick, Instant())]
-    }
-    assert run(formula, LoggedRun(noisy, trace.last)) == run(formula, trace)
-
-
-@given(formula=formulas, trace=small_traces)
-@RUNS
-def test_a_finer_sampling_of_the_same_signals_changes_nothing(formula: Formula, trace: LoggedRun) -> None:
-    values: dict[str, float | bool | str] = {}
-    finer = {}
-    for tick in range(trace.last + 1):
-        instant = trace.instants.get(tick, Instant())
-        values.update(instant.signals)
-        finer[tick] = Instant(dict(values), instant.messages)
-    assert run(formula, LoggedRun(finer, trace.last)) == run(formula, trace)
-
-
-@given(formula=formulas, trace=small_traces)
-@RUNS
-def test_the_order_of_updates_at_one_instant_changes_nothing(formula: Formula, trace: LoggedRun) -> None:
-    reversed_order = {
-        tick: Instant(dict(reversed(list(instant.signals.items()))), instant.messages)
-        for tick, instant in trace.instants.items()
-    }
-    assert run(formula, LoggedRun(reversed_order, trace.last)) == run(formula, trace)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from array import array
 from collections.abc import Callable, Sequence
-from fractions import Fraction
 from operator import itemgetter
 from typing import Any
 
@@ -38,23 +36,6 @@ def test_requirements_that_are_judged_together_have_the_verdicts_of_each_alone(t
     assert evaluate(watched, log) == tuple(
         verdict for requirement in watched for verdict in evaluate([requirement], log)
     )
-
-
-def test_several_requirements_are_judged_in_their_order() -> None:
-    signals: dict[str, Series] = {
-        "leg_held": (array("d", [0.0]), array("d", [0.0])),
-        "leg_torn": ([0.0], [0.0]),
-        "hand_closing": ([0.0], [0.0]),
-        **{name: ([0.0], [1.0]) for name in ("leg_offset", "hand_distance", "arm_speed")},
-    }
-    verdicts = evaluate([R4, R1, R2], Log(signals, [], 1.0))
-    assert [(verdict.requirement, verdict.verdict) for verdict in verdicts] == [
-        ("R4", "Failed"),
-        ("R1", "NC"),
-        ("R2", "NC"),
-    ]
-    assert verdicts[0].violations[0].values == {"arm_speed": 1.0}
-    assert verdicts[1].near_miss is not None
 
 
 def fed(text: str, log: Log) -> Verdict:
@@ -153,9 +134,3 @@ def test_a_value_may_be_unknown_where_it_is_not_needed(
     [verdict] = evaluate(watched, log)
     assert [(trigger.begin_s, trigger.end_s, trigger.outcome) for trigger in verdict.history] == triggers
     assert (verdict,) == explain([fed(text, log)], watched, log)
-
-
-def test_a_log_may_have_the_numbers_of_other_types() -> None:
-    signals: dict[str, Series] = {"p": ([0], array("b", [1])), "x": (array("d", [0]), [Fraction(1, 2)])}  # type: ignore[list-item]
-    [verdict] = evaluate([requirement("always(p -> x < 1)")], Log(signals, [], 1.0))
-    assert (verdict.verdict, verdict.margin) == ("Passed", 0.5)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
-from pytest_hricdv.monitor import MonitorSet, Requirement
+from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.monitor.antecedent import near_miss
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
@@ -17,8 +17,8 @@ from pytest_hricdv.monitor.verdict import NearMiss
 from tests.monitor.logged_run import TICK_S, LoggedRun
 from tests.monitor.logs import Logged, log_of, run
 from tests.monitor.reference import ReferenceEvaluator
-from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.vocabulary import R1, R2, R3, R4, R5, requirement
+from tests.monitor.strategies import formulas, small_traces
+from tests.monitor.vocabulary import R1, R3, requirement
 
 Series = tuple[Sequence[float], Sequence[float]]
 
@@ -82,10 +82,3 @@ def agrees(formula: Formula, trace: LoggedRun) -> None:
 @SEARCHES
 def test_a_random_formula_has_the_nearest_miss_of_the_reference(formula: Formula, trace: LoggedRun) -> None:
     agrees(formula, trace)
-
-
-@pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
-@given(trace=table_traces)
-@settings(SEARCHES, max_examples=15, suppress_health_check=list(HealthCheck))
-def test_the_case_study_has_the_nearest_miss_of_the_reference(watched: Requirement, trace: LoggedRun) -> None:
-    agrees(watched.formula, trace)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.monitor.updates import NO_P, at, counts, during, in_time
+from tests.monitor.updates import NO_P, at, during, in_time
 from tests.monitor.vocabulary import Update, judge
 
 # --- past operators: the state response `p` fails exactly where an episode of the formula begins, as p is never true
@@ -147,7 +147,3 @@ def test_a_comparison_of_texts_has_no_margin_and_its_values_are_reported() -> No
 def test_the_first_value_of_a_signal_is_not_an_edge_and_a_first_message_is() -> None:
     assert judge("always(rise(q) -> p)", [NO_P, (0.0, "q", True)], 1.0).triggers == 0
     assert judge("always(rise(once[0:1](on(a))) -> p)", [NO_P, *at("a", 0.0)], 1.0).triggers == 1
-
-
-def test_an_antecedent_true_from_the_start_is_a_trigger() -> None:
-    assert counts(judge("always(!on(a) -> q)", [(0.0, "q", True)], 3.0)) == ("Passed", 1, 1, 0, 0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -132,13 +131,6 @@ def test_waiting_for_time_takes_none_of_the_run_and_only_after_nothing_else_can_
     assert (life.agent.next_command(3.0), life.agent.let_time_pass()) == (None, None)
 
 
-def test_an_agent_that_polls_has_nothing_to_do(tmp_path: Path) -> None:
-    life = Life(
-        role(tmp_path, "@a +!fetch <- press; !poll. +!poll : alarm <- leave. +!poll <- .wait(10); !poll."), Wish()
-    )
-    assert (life.commands(), life.agent.let_time_pass()) == (["press"], None)
-
-
 def test_what_it_waits_for_comes_before_the_end_of_the_wait(tmp_path: Path) -> None:
     person = '@a +!fetch <- press; wave; .wait("+cup(_)", 3000); drink. -!fetch <- leave.'
     life = Life(role(tmp_path, person), Wish())
@@ -192,31 +184,10 @@ def test_names_and_conditions_that_are_none_are_refused(
     assert end.strip() in str(error.value), str(error.value)
 
 
-@pytest.mark.parametrize("arguments", [("",), ("person", ("cup",)), (None,)])
-def test_values_that_make_no_sense_are_refused(arguments: Any) -> None:
-    with pytest.raises(InteractiveAgentError, match=r"^InteractiveAgent: (agent|percepts) is .*; expected "):
-        InteractiveAgent(*arguments)
-
-
 def test_an_agent_that_cannot_go_on_is_an_error_with_its_time(tmp_path: Path) -> None:
     life = Life(role(tmp_path, "@a +!fetch <- press; !spin. +!spin <- .print(x); !spin."), Wish())
     assert life.commands(1) == ["press"]
     with pytest.raises(InteractiveAgentError, match=r"InteractiveAgent: person at 1\.000 s: .* does not come to rest"):
-        life.commands()
-
-
-def test_an_action_that_is_no_command_is_an_error(tmp_path: Path) -> None:
-    life = Life(role(tmp_path, "@a +!fetch <- press(a, b, c)."), Wish())
-    with pytest.raises(InteractiveAgentError, match="has no text form"):
-        life.commands()
-
-
-def test_what_it_hears_needs_a_value(tmp_path: Path) -> None:
-    hears = (PerceptMapping("cup(Smoke)", "on(offer)"),)
-    life = Life(role(tmp_path, declaration=InteractiveAgent("person", hears)), Wish())
-    assert life.commands() == ["press"]
-    life.said("offer", size="small")
-    with pytest.raises(InteractiveAgentError, match=r"PerceptMapping\('cup\(Smoke\)'\): smoke has no value yet"):
         life.commands()
 
 

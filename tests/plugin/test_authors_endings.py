@@ -68,27 +68,6 @@ def test_no_view_calls_it_known(lamps: pytest.Pytester) -> None:
 
 
 @pytest.mark.slow
-def test_an_xfail_after_a_check_that_passed_leaves_no_file_to_replay(lamps: pytest.Pytester) -> None:
-    write_test(lamps, after='pytest.xfail("my reason")')
-    result = lamps.runpytest_inprocess(SUITE)
-    assert result.ret == 0
-    result.assert_outcomes(xfailed=4)
-    result.stdout.fnmatch_lines([f"NO TEST PASSED  1 known to fail, 3 {WORDS}"])
-    tests = by_outcome(lamps)
-    assert [test["failure"] for test in tests["expected-failure"]] == ["my reason"] * 3
-    (known,) = tests["known-violation"]  # its check ended it first
-    files = [file.stem for file in (lamps.path / "hri-report" / "failures").iterdir()]
-    assert files == [known["id"]]
-
-
-@pytest.mark.slow
-def test_a_declared_violation_is_known_in_a_marked_test_too(lamps: pytest.Pytester) -> None:
-    write_test(lamps, 'reason="flaky rig"')
-    lamps.runpytest_inprocess(SUITE, "-rx").stdout.fnmatch_lines(["XFAIL *- known violation of R2 (the hall has*"])
-    assert {outcome: len(group) for outcome, group in by_outcome(lamps).items()} == {"passed": 3, "known-violation": 1}
-
-
-@pytest.mark.slow
 def test_a_strict_xfail_fails_what_passes_and_nothing_else(lamps: pytest.Pytester) -> None:
     declare_nothing(lamps)
     write_test(lamps, 'reason="flaky rig", strict=True')
@@ -98,14 +77,6 @@ def test_a_strict_xfail_fails_what_passes_and_nothing_else(lamps: pytest.Pyteste
     tests = by_outcome(lamps)
     assert {outcome: len(group) for outcome, group in tests.items()} == {"failed": 3, "expected-failure": 1}
     assert {test["failure"] for test in tests["failed"]} == {"[XPASS(strict)] flaky rig"}
-
-
-def test_another_error_than_the_expected_one_fails(lamps: pytest.Pytester) -> None:
-    declare_nothing(lamps)
-    write_test(lamps, "raises=ValueError")
-    result = lamps.runpytest_inprocess(SUITE)
-    result.assert_outcomes(xpassed=3, failed=1)
-    assert len(by_outcome(lamps)["failed"]) == 1
 
 
 def test_an_error_before_the_run_is_expected_too(lamps: pytest.Pytester) -> None:
@@ -118,26 +89,6 @@ def test_an_error_before_the_run_is_expected_too(lamps: pytest.Pytester) -> None
     assert tests[0]["failure"].startswith("xfail without a reason\n\n")
     assert "OSError: no rig" in tests[0]["failure"]
     assert {each["verdict"] for each in tests[0]["requirements"].values()} == {"NC"}
-
-
-@pytest.mark.slow
-def test_with_runxfail_it_fails_as_if_it_were_not_marked(lamps: pytest.Pytester) -> None:
-    declare_nothing(lamps)
-    write_test(lamps, 'reason="flaky rig"')
-    lamps.runpytest_inprocess(SUITE, "--runxfail").assert_outcomes(passed=3, failed=1)
-    assert len(by_outcome(lamps)["failed"]) == 1
-
-
-@pytest.mark.slow
-def test_a_resumed_session_says_the_same_of_it(lamps: pytest.Pytester) -> None:
-    declare_nothing(lamps)
-    write_test(lamps, 'reason="flaky rig", strict=True')
-    first = lamps.runpytest_inprocess(SUITE)
-    before = by_outcome(lamps)
-    again = lamps.runpytest_inprocess(SUITE, "--hri-resume", "-rx")
-    assert first.parseoutcomes() == again.parseoutcomes()
-    again.stdout.fnmatch_lines([f"*ED  3 failed, 1 {WORDS} *", "XFAIL *- flaky rig"])
-    assert by_outcome(lamps) == before
 
 
 ENDINGS = """
@@ -282,19 +233,3 @@ def test_the_report_shows_what_the_author_of_a_test_made_of_it(
     assert len(late) == 2
     assert all("test_fixture_after" in problem and "OSError: jammed" in problem for problem in late)
     assert "known" not in result.stdout.str()
-
-
-@pytest.mark.slow
-def test_functions_that_do_not_run_the_same_test_one_after_the_other_have_their_own_results(
-    lamps: pytest.Pytester,
-) -> None:
-    functions = (
-        "def test_skip(hri_case):\n    pytest.skip('busy')\n",
-        "def test_fail(hri_case):\n    pytest.fail('own')\n",
-    )
-    (lamps.path / "test_lamps.py").write_text("import pytest\n\n" + "\n\n".join(functions), encoding="utf-8")
-    lamps.runpytest_inprocess(SUITE, "-k", "hall and polite")
-    assert {test["nodeid"].partition("[")[0]: test["outcome"] for test in report(lamps.path)["tests"]} == {
-        "test_lamps.py::test_skip": "not-run",
-        "test_lamps.py::test_fail": "error",
-    }

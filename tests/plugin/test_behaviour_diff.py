@@ -53,16 +53,6 @@ def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester) -> None
 
 
 @pytest.mark.slow
-def test_a_change_of_the_code_that_no_test_shows_is_said(kept: pytest.Pytester) -> None:
-    change(kept.path, "lamps/guide.py", 'return "by hand"', 'return "by machine"')
-    result = kept.runpytest_inprocess(*BY_HAND, GATE)
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(
-        ["all 4 tests behave as in the baseline", "  the code under test has changed, and none of these tests shows it"]
-    )
-
-
-@pytest.mark.slow
 def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytester) -> None:
     slower(kept)
     change(kept.path, "lamps/guide.py", "        return GLARE\n", "        return 70.0\n")
@@ -110,67 +100,6 @@ def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester) -> N
 
 
 @pytest.mark.slow
-def test_a_signal_that_differs_alone_is_a_change_and_is_named(kept: pytest.Pytester) -> None:
-    change(
-        kept.path,
-        "lamps/guide.py",
-        "        lamp.set(level)\n",
-        "        lamp.set(level / 2)\n        lamp.set(level)\n",
-    )
-    result = kept.runpytest_inprocess(*BY_HAND, GATE, "-k", "hall-polite")
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(
-        [
-            "  1  only signals differ",
-            "     first difference in by-hand-*: the messages are the",
-            "     same, but signal lamp_level differs",
-        ]
-    )
-
-
-@pytest.mark.slow
-def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: pytest.Pytester) -> None:
-    change(kept.path, "conftest.py", '"pause_s": Uniform(0.5, 1.0, "s")', '"pause_s": Uniform(0.5, 1.5, "s")')
-    result = kept.runpytest_inprocess("-vv", *BY_HAND)
-    result.stdout.fnmatch_lines(
-        [
-            "4 of 4 tests behave differently from the baseline",
-            "  4  has other parameters",
-            "     first difference in by-hand-*: the test itself has",
-            "     other parameters; at *",
-            "  the code under test is the same as before, so the testbench, its*",
-        ]
-    )
-
-
-@pytest.mark.slow
-def test_a_run_that_a_failure_of_the_code_ends_is_compared_also_where_the_session_stops(kept: pytest.Pytester) -> None:
-    change(kept.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(-1)")
-    result = kept.runpytest_inprocess(*BY_HAND, "-x")
-    result.stdout.fnmatch_lines(
-        ["1 of 1 tests behaves differently from the baseline", "  1  `switched` is missing"],
-    )
-    changes = report(kept.path)["changes"]
-    (changed,) = changes["changed"].values()
-    told = "had the faults the code under test raised KernelError: guide at 2.023 s: cannot wait for -1 s"
-    assert any(text.startswith(told) for text in changed["also"])
-    assert changes["removed"] == []
-
-
-@pytest.mark.slow
-def test_a_test_without_a_run_behaves_otherwise(kept: pytest.Pytester) -> None:
-    change(kept.path, "conftest.py", "    ended = run.go(LIMIT_S)\n", "    ended = 1 / 0\n")
-    result = kept.runpytest_inprocess("-vv", *BY_HAND)
-    result.stdout.fnmatch_lines(
-        [
-            "4 of 4 tests behave differently from the baseline",
-            "  4  ends in error",
-            "     first difference in by-hand-*: the test is in error;*",
-        ]
-    )
-
-
-@pytest.mark.slow
 def test_tests_that_the_baseline_has_not_are_new_and_not_changed(kept: pytest.Pytester) -> None:
     change(kept.path, "by_hand.toml", '"curt", "d*"', '"curt", "bright"')
     result = kept.runpytest_inprocess(*BY_HAND, GATE, "-k", "hall-curt")
@@ -209,17 +138,6 @@ def test_a_baseline_of_another_suite_or_seed_is_refused_before_anything_runs(
     assert kept.runpytest_inprocess(*options, BASE, GATE).ret == 0
 
 
-@pytest.mark.slow
-def test_the_command_line_switches_off_the_comparison_of_the_ini_file(kept: pytest.Pytester) -> None:
-    ini = "pythonpath = .\nhri_baseline = base.json\nhri_fail_on_change = true"
-    change(kept.path, "pytest.ini", "pythonpath = .", ini)
-    assert kept.runpytest_inprocess("--hri-suite=rl").ret == pytest.ExitCode.USAGE_ERROR
-    assert kept.runpytest_inprocess("--hri-suite=rl", "--hri-baseline=").ret == 0
-    assert "changes" not in report(kept.path)
-    asked = kept.runpytest_inprocess("--hri-suite=rl", "--hri-baseline=", GATE)
-    assert asked.ret == pytest.ExitCode.USAGE_ERROR
-
-
 def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it_lacks(kept: pytest.Pytester) -> None:
     edit(
         kept.path, tests=None, seed=None, code_sha256=None, environment=None, violations={"R1": [], "R2": [], "R3": []}
@@ -239,26 +157,6 @@ def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it
     gated.stderr.fnmatch_lines(
         ["ERROR: --hri-baseline: *base.json: an older version wrote it, without the behaviour *"]
     )
-
-
-@pytest.mark.slow
-def test_a_baseline_made_with_other_versions_is_said(kept: pytest.Pytester) -> None:
-    environment = {"python": "3.10.1", "machine": "Plan9 mips"}
-    edit(kept.path, environment=environment)
-    assert "made with" not in kept.runpytest_inprocess("-vv", *BY_HAND).stdout.str()  # nothing is to be explained
-    slower(kept)
-    told = " ".join(kept.runpytest_inprocess("-vv", *BY_HAND).stdout.str().split())
-    assert "python was 3.10.1 before, and is 3.1" in told
-    assert "machine was Plan9 mips before, and is Linux" in told
-
-
-@pytest.mark.slow
-def test_a_replayed_test_is_compared_with_the_baseline_too(kept: pytest.Pytester) -> None:
-    slower(kept)
-    kept.runpytest_inprocess("--hri-suite=by-hand")
-    result = kept.runpytest_inprocess("--hri-replay=hri-report/failures", BASE)
-    result.stdout.fnmatch_lines(["1 of 1 tests behaves differently from the baseline"])
-    assert report(kept.path)["changes"]["removed"] == []
 
 
 @pytest.mark.slow
@@ -308,20 +206,3 @@ def test_without_a_baseline_the_session_before_is_compared(lamps: pytest.Pyteste
     assert list(report(lamps.path)["changes"]["changed"]) == [one]
     lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-seed=1")
     assert report(lamps.path).get("changes") is None  # nothing can be compared
-
-
-class _Interruption:
-    """Interrupts a session after its first test."""
-
-    def pytest_runtest_logfinish(self) -> None:
-        raise KeyboardInterrupt
-
-
-def test_a_resumed_session_is_not_compared_with_tests_that_the_interrupted_one_did_not_run(
-    lamps: pytest.Pytester,
-) -> None:
-    lamps.inline_run("--hri-suite=by-hand", plugins=[_Interruption()], no_reraise_ctrlc=True)
-    assert report(lamps.path)["not_run"] == 3
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-resume")
-    assert report(lamps.path)["not_run"] == 0
-    assert report(lamps.path).get("changes") is None

@@ -55,20 +55,6 @@ def test_where_the_world_acts_it_stops_where_the_code_under_test_waits(lamps: py
     assert "('guide',)" in said
 
 
-@pytest.mark.slow
-def test_a_test_that_violates_nothing_of_it_runs_once(lamps: pytest.Pytester) -> None:
-    said = debugged(lamps, "", "--hri-break-on-violation=R1,R3")
-    assert "PDB" not in said
-    assert "see hri_state" not in said
-
-
-@pytest.mark.slow
-def test_quitting_ends_the_session(lamps: pytest.Pytester) -> None:
-    said = debugged(lamps, "q\n", "--hri-break-on-violation=R2")
-    assert "Quitting debugger" in said
-    assert "Traceback" not in said
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [

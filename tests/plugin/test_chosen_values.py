@@ -53,16 +53,6 @@ def test_a_test_with_values_that_is_written_and_read_back_is_the_same_run(chosen
 
 
 @pytest.mark.slow
-def test_values_reach_workers(chosen: pytest.Pytester) -> None:
-    hashes = []
-    for options in ([], ["-n", "1"]):
-        chosen.runpytest_inprocess("--hri-suite=chosen.txt", *options)
-        hashes += [test["record_sha256"] for test in report(chosen.path)["tests"]]
-    assert len(hashes) == 2
-    assert len(set(hashes)) == 1
-
-
-@pytest.mark.slow
 def test_a_failing_test_with_values_is_shrunk_and_replayed(chosen: pytest.Pytester) -> None:
     chosen.runpytest_inprocess("--hri-suite=chosen.txt", "--hri-shrink", "--hri-strict")
     (test,) = report(chosen.path)["tests"]
@@ -76,19 +66,6 @@ def test_a_failing_test_with_values_is_shrunk_and_replayed(chosen: pytest.Pytest
     # Dropping the actions before it made the third one the first.
     assert again["abstract"] == ["set_lamp level = 100"]
     assert again["values"] == {"run": {"patience_s": 6.5}, "1": {"pause_s": 0.75}}
-
-
-@pytest.mark.slow
-def test_a_shrunk_test_can_be_kept_as_text(chosen: pytest.Pytester) -> None:
-    chosen.runpytest_inprocess("--hri-suite=chosen.txt", "--hri-shrink", "--hri-strict")
-    (test,) = report(chosen.path)["tests"]
-    replay = f"--hri-replay={test['shrunk']['R2']['replay']}"
-    chosen.runpytest_inprocess(replay, "--hri-export=kept")
-    (replayed,) = report(chosen.path)["tests"]
-    chosen.runpytest_inprocess("--hri-suite=kept")
-    (read,) = report(chosen.path)["tests"]
-    assert read["concrete"] == replayed["concrete"]
-    assert read["record_sha256"] == replayed["record_sha256"]
 
 
 @pytest.mark.parametrize(

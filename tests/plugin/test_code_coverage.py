@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import A_WORKER, MODES, change, counted_up_to_313, report
+from tests.plugin.project import A_WORKER, MODES, change, report
 
 SUITE = "--hri-suite=by-hand"
 
@@ -55,21 +55,6 @@ def test_beside_the_users_own_measurement_both_are_right(lamps: pytest.Pytester,
 
 
 @pytest.mark.slow
-@counted_up_to_313
-def test_without_branches_in_the_users_measurement_branches_are_unmeasured(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(SUITE)
-    alone = ours(lamps.path)
-    result = lamps.runpytest_subprocess("-v", SUITE, "--cov=lamps", "--cov-report=")
-    joined = ours(lamps.path)
-    assert joined["code"]["statements"] == alone["code"]["statements"]
-    assert joined["code"]["branches"] is None
-    assert joined["files"] == [file | {"missing_branches": []} for file in alone["files"]]
-    result.stdout.fnmatch_lines(
-        ["  statements * (40 of 41)*", "  branches * unmeasured: the running measurement (--cov) counts*"]
-    )
-
-
-@pytest.mark.slow
 def test_contexts_of_the_users_own_stay_his(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE)
     alone = ours(lamps.path)
@@ -94,26 +79,6 @@ def test_switched_off_it_is_unmeasured_and_never_zero_percent(lamps: pytest.Pyte
     assert '<span class="big">unmeasured</span>code under test: switched off' in page
 
 
-@pytest.mark.slow
-def test_a_measurement_that_looks_elsewhere_is_told_and_counts_nothing(lamps: pytest.Pytester) -> None:
-    (lamps.path / "other.py").write_text("ONE = 1\n", encoding="utf-8")
-    result = lamps.runpytest_subprocess("-v", SUITE, "--cov=other", "--cov-report=")
-    assert report(lamps.path)["suites"][0]["code"]["statements"] is None
-    assert report(lamps.path)["code_under_test"]["reason"].endswith("add --cov=lamps")
-    result.stdout.fnmatch_lines(["  statements * unmeasured: the running measurement (--cov) does not*"])
-    result.stdout.no_fnmatch_line("*warnings summary*")
-
-
-@pytest.mark.slow
-def test_a_conftest_that_imports_the_code_early_changes_nothing(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(SUITE)
-    alone = ours(lamps.path)
-    conftest = lamps.path / "conftest.py"
-    conftest.write_text("import lamps.guide\n" + conftest.read_text(encoding="utf-8"), encoding="utf-8")
-    lamps.runpytest_inprocess(SUITE)
-    assert ours(lamps.path) == alone
-
-
 def test_a_node_that_fails_before_its_first_line_is_named_where_warnings_are_errors(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", "guide.serve(", "guide.serves(")
     result = lamps.runpytest_inprocess(SUITE, "-W", "error")
@@ -132,17 +97,6 @@ def test_a_waived_line_that_runs_fails_the_session_and_leaves_a_report(lamps: py
     written = report(lamps.path)
     assert written["reported"] == 4
     assert written["suites"][0]["code"] == {"statements": None, "branches": None}
-
-
-@pytest.mark.slow
-@counted_up_to_313
-def test_a_waived_line_counts_as_unreachable(lamps: pytest.Pytester) -> None:
-    guide = lamps.path / "lamps" / "guide.py"
-    text = guide.read_text(encoding="utf-8").replace('"by hand"', '"by hand"  # unreachable: done by the caretaker')
-    guide.write_text(text, encoding="utf-8")
-    result = lamps.runpytest_inprocess("-v", SUITE, "--hri-fail-under=statements=100")
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["  statements * (40 of 41), 100.0 % of 40 reachable, 1 waived"])
 
 
 def test_a_node_that_is_not_wrapped_is_not_measured_and_the_report_says_what_to_do(lamps: pytest.Pytester) -> None:

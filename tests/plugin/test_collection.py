@@ -38,17 +38,6 @@ def test_listing_writes_no_report_and_prints_no_section(lamps: pytest.Pytester) 
     assert not (lamps.path / "hri-report").exists()
 
 
-def test_another_seed_gives_other_tests(lamps: pytest.Pytester) -> None:
-    listed = [nodeids(lamps.runpytest_inprocess(*COLLECT, f"--hri-seed={seed}")) for seed in (0, 1)]
-    assert set(listed[0]).isdisjoint(listed[1])
-
-
-def test_a_changed_model_is_explored_again(lamps: pytest.Pytester) -> None:
-    before = nodeids(lamps.runpytest_inprocess(*COLLECT))
-    change(lamps.path, "models/visitor.asl", "greet; set_lamp(level, 10)", "greet; greet; set_lamp(level, 10)")
-    assert set(before) != set(nodeids(lamps.runpytest_inprocess(*COLLECT)))
-
-
 def test_number_of_tests_and_of_concretizations(lamps: pytest.Pytester) -> None:
     few = nodeids(lamps.runpytest_inprocess(*COLLECT, "--hri-tests=3"))
     doubled = nodeids(lamps.runpytest_inprocess(*COLLECT, "--hri-tests=3", "--hri-concretizations=2"))
@@ -72,14 +61,6 @@ def test_several_suites(lamps: pytest.Pytester, selection: str, suites: set[str]
     assert {suite for suite in suites for line in listed if f"[{suite}-" in line} == suites
 
 
-def test_an_exported_suite_reads_back_with_its_ids(lamps: pytest.Pytester) -> None:
-    exported = lamps.runpytest_inprocess(*COLLECT, "--hri-export=kept")
-    read = lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=kept")
-    assert read.ret == 0
-    assert nodeids(read) == nodeids(exported)
-    assert [path.name for path in (lamps.path / "kept").iterdir()] == ["rl.txt"]
-
-
 def test_a_file_of_bare_commands_is_a_suite(lamps: pytest.Pytester) -> None:
     (lamps.path / "recorded.txt").write_text("enter hall\nset_lamp level=10\n\ngreet  # and nothing else\n")
     listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=recorded.txt"))
@@ -97,13 +78,3 @@ def test_all_takes_the_suites_that_the_testbench_has_everything_for_and_says_so(
     assert {suite["name"] for suite in report(lamps.path)["suites"]} == {"bdi-random", "rl", "pseudorandom"}
     refused = lamps.runpytest("--hri-suite=all,by-hand")
     refused.stderr.fnmatch_lines(["*tests by hand need a file of belief subsets, but the testbench names none*"])
-
-
-@pytest.mark.slow
-def test_a_file_that_is_named_is_not_announced_with_all_tests_of_the_suite(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = rl")
-    (lamps.path / "test_own.py").write_text("def test_own():\n    pass\n", encoding="utf-8")
-    named = lamps.runpytest("test_own.py")
-    named.assert_outcomes(passed=1)
-    named.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0"])
-    lamps.runpytest().stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import A_WORKER, change, report
+from tests.plugin.project import change, report
 
 SUITE = ("--hri-suite=by-hand", "-p", "no:cacheprovider")
 CROSS_CHECK = ("--cov=lamps", "--cov-branch", "--cov-report=json")
@@ -150,14 +150,6 @@ def test_the_core_sysmon_is_told_and_has_no_part_in_our_own_measurement(lamps: p
     assert "sys.monitoring" in report(lamps.path)["code_under_test"]["reason"]
     lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", "-p", "no:cov")
     assert ours(lamps.path)["lamps/guide.py"] == coverages(lamps.path)["lamps/guide.py"]
-
-
-@pytest.mark.slow
-def test_the_source_of_the_configuration_limits_what_is_measured(lamps: pytest.Pytester) -> None:
-    grow(lamps.path)
-    (lamps.path / ".coveragerc").write_text("[run]\nsource_pkgs =\n    lamps.guide\n", encoding="utf-8")
-    lamps.runpytest_subprocess(*SUITE, *A_WORKER)
-    assert [*ours(lamps.path)] == ["lamps/guide.py"]
 
 
 def test_a_configuration_that_leaves_nothing_is_the_reason_why_nothing_is_measured(lamps: pytest.Pytester) -> None:

@@ -83,23 +83,6 @@ def test_the_beliefs_that_are_suggested_close_the_gap(crossed: pytest.Pytester) 
     assert "v5" in report(crossed.path)["suites"][0]["plans"]["visitor"]["covered"]
 
 
-def test_a_test_that_no_model_made_may_do_what_the_model_never_does(crossed: pytest.Pytester) -> None:
-    (crossed.path / "rude.txt").write_text("enter hall\nset_lamp level = 100\n", encoding="utf-8")
-    crossed.runpytest_inprocess("--hri-suite=rude.txt")
-    figures = product(crossed)
-    assert [hit["bin"] for hit in figures["hits"]] == [["no", "100", "Failed"]]
-    assert (figures["hit"], figures["impossible"]) == (1, 8)
-
-
-@pytest.mark.slow
-def test_the_proof_is_the_same_from_the_cache_and_without_one(crossed: pytest.Pytester) -> None:
-    reports = []
-    for options in ((), (), ("-p", "no:cacheprovider")):
-        crossed.runpytest_inprocess(SUITE, *options)
-        reports.append({key: report(crossed.path)[key] for key in ("exploration", "cross_products", "closure")})
-    assert reports[0] == reports[1] == reports[2]
-
-
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
@@ -126,15 +109,3 @@ def test_bins_of_a_product_that_nobody_declared_are_told(lamps: pytest.Pytester)
     result = lamps.runpytest_inprocess(SUITE)
     assert result.ret == 1
     result.stdout.fnmatch_lines(["cross product: run reported bins of 'lights', but declared are: light"])
-
-
-@pytest.mark.slow
-def test_a_replayed_test_is_compared_with_the_bins_that_the_whole_suite_is(crossed: pytest.Pytester) -> None:
-    crossed.runpytest_inprocess("--hri-suite=rl", "--hri-strict")
-    whole = report(crossed.path)["suites"][0]["cross"]
-    files = (crossed.path / "hri-report" / "failures").glob("*.json")
-    replay = min(path for path in files if "-shrunk-" not in path.name)
-    crossed.runpytest_inprocess(f"--hri-replay={replay}")
-    again = report(crossed.path)["suites"][0]["cross"]
-    assert (again["bins"], again["impossible"]) == (whole["bins"], whole["impossible"])
-    assert whole["impossible"] == 9

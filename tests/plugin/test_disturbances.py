@@ -137,27 +137,6 @@ def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(disturbed: pytest.
     again.stdout.fnmatch_lines([f"replay of {test['id']}: the same run, to the bit"])
 
 
-def test_a_disturbance_that_a_failure_needs_is_kept_and_simplified(disturbed: pytest.Pytester) -> None:
-    change(disturbed.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 80 & lamp_level >= 1.8")
-    change(disturbed.path, "conftest.py", "Uniform(1.0, 2.0", "Uniform(1.0, 1.4")
-    lines = ["disturb lost_wish", *LINES[:3], "greet"]
-    (disturbed.path / "mine.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    result = disturbed.runpytest_inprocess("-v", "--hri-suite=mine.txt", "--hri-strict", "--hri-shrink")
-    (test,) = report(disturbed.path)["tests"]
-    assert test["shrunk"]["R2"]["concrete"][0] == "disturb brownout: level 1.2 %"
-    # It violates R2 at the very instant at which it begins, and is among what led to it.
-    result.stdout.fnmatch_lines(["*what the human did around then*", "* s  disturb brownout"])
-
-
-def test_a_search_varies_the_parameters_of_a_disturbance(disturbed: pytest.Pytester) -> None:
-    change(disturbed.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 1.98")
-    (disturbed.path / "mine.txt").write_text("enter hall\ndisturb brownout\n", encoding="utf-8")
-    options = ["--hri-suite=mine.txt", "--hri-search=40", "--hri-allow-nc=R1,R3"]
-    disturbed.runpytest_inprocess(*options)
-    found = report(disturbed.path)["search"]["R2"]
-    assert found["suite_margin"] > 0.0 > found["margin"]
-
-
 BAD = [
     ('"lost_wish": Drop("wish")', '"lost_wish": Drop("wih")', "disturbance 'lost_wish': topic 'wih' is none of the "),
     ('"lost_wish": Drop("wish")', '"lost wish": Drop("wish")', "disturbance 'lost wish': expected a name of one word"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import sys
 import xml.etree.ElementTree as ET
@@ -98,23 +97,6 @@ def test_github_gets_annotations_and_one_more_summary(lamps: pytest.Pytester, mo
     assert (lamps.path / "job.md").read_text().count("## Human-robot interaction") == 2
 
 
-def test_elsewhere_than_on_github_nothing_is_annotated(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(SUITE, "--hri-strict").stdout.no_fnmatch_line("*::error*")
-
-
-def test_files_are_written_when_tests_fail_and_when_the_session_stops(lamps: pytest.Pytester) -> None:
-    files = ("--hri-cobertura=c.xml", "--hri-summary=s.md")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-x", *files)
-    assert result.ret == pytest.ExitCode.TESTS_FAILED
-    assert "1 failure" in (lamps.path / "s.md").read_text()
-    assert (lamps.path / "c.xml").exists()
-
-
-def test_listing_writes_nothing(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(SUITE, "--collect-only", "--hri-summary=new/s.md")
-    assert not (lamps.path / "new").exists()
-
-
 def test_unmeasured_code_leaves_no_coverage_file_and_the_rest(lamps: pytest.Pytester) -> None:
     files = ("--hri-cobertura=c.xml", "--hri-lcov=l.info", "--hri-summary=s.md")
     result = lamps.runpytest_inprocess(SUITE, "--hri-no-cov", *files)
@@ -135,12 +117,6 @@ def test_a_file_that_cannot_be_written_is_said_before_the_first_test(lamps: pyte
         result = lamps.runpytest_inprocess(SUITE, f"--hri-{name}={value}")
         assert result.ret == pytest.ExitCode.USAGE_ERROR
         assert message in result.stdout.str() + result.stderr.str()
-
-
-def test_two_files_of_one_name_are_refused(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "--hri-cobertura=x/a", "--hri-lcov=x/a")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: --hri-cobertura and --hri-lcov: expected a file for each, and both are *a"])
 
 
 def test_a_job_summary_that_cannot_be_written_fails_the_run_and_keeps_the_report(
@@ -223,14 +199,3 @@ def test_ucis_is_valid_and_says_what_the_report_says(lamps: pytest.Pytester) -> 
     (cross,) = groups["light"].scopes(ScopeTypeT.CROSS)
     hit = {item.getName() for item in cross.coverItems(CoverTypeT.CVGBIN) if item.getCoverData().data}
     assert (len(hit), "hall x 100" in hit) == (suite["cross"]["hit"], True)
-
-
-def test_ucis_of_another_day_is_the_same_file_and_needs_no_measured_code(lamps: pytest.Pytester) -> None:
-    texts = []
-    for name in ("one.xml", "two.xml"):
-        lamps.runpytest_inprocess(
-            SUITE, "--hri-no-cov", f"--hri-ucis={name}", "-p", "no:xdist", "-p", "no:cacheprovider"
-        )
-        texts.append((lamps.path / name).read_text(encoding="utf-8"))
-    assert texts[0] == texts[1]
-    assert validate_ucis_xml(io.BytesIO(texts[0].encode()))

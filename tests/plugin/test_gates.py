@@ -59,13 +59,6 @@ def test_gates_of_the_ini_file_hold_for_whole_suites_only(lamps: pytest.Pytester
     assert lamps.runpytest_inprocess(*SUITE, "-k", "cellar").ret == 0
 
 
-@pytest.mark.slow
-def test_a_gate_of_the_command_line_goes_before_the_ini_file_and_holds_always(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = cross=51")
-    assert lamps.runpytest_inprocess(*SUITE, "--hri-fail-under=cross=50").ret == 0
-    assert lamps.runpytest_inprocess(*SUITE, "--hri-fail-under=cross=40", "-k", "cellar").ret == 1
-
-
 def test_what_is_unmeasured_holds_no_gate(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess(*SUITE, "--hri-no-cov", "--hri-fail-under=statements=0")
     assert result.ret == 1
@@ -73,33 +66,6 @@ def test_what_is_unmeasured_holds_no_gate(lamps: pytest.Pytester) -> None:
 
 
 SILENT = ("--hri-suite=by-hand", "-k", "curt")  # nobody greets, so R3 is never triggered
-
-
-@pytest.mark.slow
-def test_a_requirement_that_no_test_of_a_suite_triggers_fails_the_run(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
-    result = lamps.runpytest_inprocess(*SUITE)
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(
-        ["FAILED R3 was not checked: no test triggered it; nearest was by-hand-*, which lacked *in hri_allow_nc"]
-    )
-    (failed,) = report(lamps.path)["gates"]["failed"]
-    assert failed.startswith("R3 was not checked")
-    assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3").ret == 0
-
-
-@pytest.mark.slow
-def test_of_a_part_of_a_suite_nothing_need_be_triggered(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
-    for part in (("-k", "cellar"), ("--hri-tests=2",), ("--hri-shard=1/1",)):
-        assert lamps.runpytest_inprocess(*SUITE, *part).ret == 0, part
-    change(lamps.path, "lamps/guide.py", "        level = level_for(wish)\n", "        raise OSError\n")
-    stopped = lamps.runpytest_inprocess(*SUITE, "-x")
-    assert report(lamps.path)["not_run"]
-    stopped.stdout.no_fnmatch_line("FAILED R* was not checked*")
-    asked = lamps.runpytest_inprocess(*SUITE, "--hri-tests=2", "--hri-fail-on-nc")
-    assert asked.ret == 1
-    asked.stdout.fnmatch_lines(["FAILED R3 was not checked: *"])
 
 
 @pytest.mark.slow
@@ -148,13 +114,6 @@ def test_what_need_not_be_checked_is_said_with_a_reason_and_may_end(lamps: pytes
 def until(lamps: pytest.Pytester, day: datetime.date) -> None:
     """Let the known violation of R2 end with a day."""
     change(lamps.path, "pytest.ini", "R2: the hall", f"R2 until {day}: the hall")
-
-
-def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester) -> None:
-    last = datetime.datetime.now(datetime.UTC).date() + datetime.timedelta(days=1)  # the test may run over midnight
-    until(lamps, last)
-    assert lamps.runpytest_inprocess(*SUITE).ret == 0
-    assert report(lamps.path)["known_until"] == {"R2": str(last)}
 
 
 @pytest.mark.slow
@@ -285,25 +244,3 @@ def test_a_session_that_checks_nothing_says_so_first(lamps: pytest.Pytester, mon
     assert failed.ret == 1
     failed.stdout.fnmatch_lines(["nothing was checked: *", "FAILED R1 was not checked: *"])
     failed.stdout.no_fnmatch_line("*with hri_fail_on_nc*")
-
-
-@pytest.mark.slow
-def test_of_what_a_gate_would_not_fail_it_is_not_said_that_it_would(lamps: pytest.Pytester) -> None:
-    """It says so of whole suites and of a number of tests, and not of a part, or where all may be so."""
-    text = (lamps.path / "requirements.toml").read_text(encoding="utf-8")
-    for trigger in ("on(wish)", "lamp_level > 0", "on(greeting)"):
-        text = text.replace(f"always({trigger}", "always(lamp_level > 500")
-    (lamps.path / "requirements.toml").write_text(text, encoding="utf-8")
-    allowed = ("--hri-allow-nc=R1", "--hri-allow-nc=R2", "--hri-allow-nc=R3")
-    for part in (("-k", "cellar"), ("--hri-shard=1/2",), allowed):
-        options = ("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:xdist", "--hri-no-cov", *part)
-        result = lamps.runpytest_inprocess(*options)
-        result.stdout.fnmatch_lines(["nothing was checked: *"])
-        result.stdout.no_fnmatch_line("*with hri_fail_on_nc*")
-        assert lamps.runpytest_inprocess(*options, "--hri-fail-on-nc").ret == 0
-
-
-@pytest.mark.slow
-def test_one_triggered_requirement_is_something_that_was_checked(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-tests=1", "-p", "no:xdist")
-    result.stdout.no_fnmatch_line("nothing was checked*")

@@ -40,14 +40,6 @@ def test_a_node_id_that_is_not_there_is_explained(lamps: pytest.Pytester) -> Non
     assert other.ret in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED)
 
 
-def test_a_node_id_without_a_suite_is_explained(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["by-hand-hall-polite-5a5e8c87 is the id of a generated test, and no suite is active*"])
-    plain = lamps.runpytest_inprocess("test_lamps.py::test_nothing[by-hand]")
-    assert "generated test" not in plain.stderr.str()
-
-
 BDB = '''
 """A debugger as the standard library has it: sets a trace function, and stops at a line."""
 
@@ -101,38 +93,6 @@ def test_breakpoints_stop_in_the_controller_and_measuring_says_that_it_stood_asi
     ]
     result.stdout.fnmatch_lines(["  code unmeasured: a debugger holds the trace function"])
     assert [test["outcome"] for test in report(lamps.path)["tests"]].count("error") == 0
-
-
-STOP = """        if wish.level == 100.0:
-            breakpoint()
-        level = level_for(wish)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("cov", [(), ("--cov=lamps", "--cov-branch", "--cov-report=")], ids=["alone", "beside --cov"])
-def test_a_breakpoint_in_the_code_leaves_that_run_unmeasured_and_the_next_one_measured(
-    lamps: pytest.Pytester, cov: tuple[str, ...]
-) -> None:
-    change(lamps.path, "lamps/guide.py", "        level = level_for(wish)\n", STOP)
-    result = lamps.run(
-        sys.executable, "-m", "pytest", "--hri-suite=by-hand", "--hri-tests=2", *cov, stdin=b"p wish\nc\n"
-    )
-    result.stdout.fnmatch_lines(["(Pdb) Wish(level=100.0, cellar=False)"])
-    other, stopped = sorted(report(lamps.path)["tests"], key=lambda test: test["outcome"] == "known-violation")
-    assert stopped["code"] is None
-    assert other["code"]["statements"] > 20
-    assert stopped["unmeasured"] == "a debugger took the trace function over while the code under test ran"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("option", ["--pdb", "--trace"])
-def test_pytests_own_debugger_is_left_alone(lamps: pytest.Pytester, option: str) -> None:
-    command = (sys.executable, "-m", "pytest", "--hri-suite=by-hand", "--hri-tests=1", option)
-    result = lamps.run(*command, stdin=b"b lamps/guide.py:19\nc\np level\nc\n")
-    if option == "--trace":
-        result.stdout.fnmatch_lines(["> *guide.py(19)serve()", "(Pdb) 100.0"])
-    result.stdout.fnmatch_lines([f"  code unmeasured: {option} was given: *"])
 
 
 @pytest.mark.slow

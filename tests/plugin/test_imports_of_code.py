@@ -66,18 +66,6 @@ def test_what_nothing_imports_is_never_run_and_is_listed_as_never_imported(
     assert [gap["reason"] for gap in gaps] == ["never imported: no test imports this file"]
 
 
-def test_a_module_that_one_test_imports_belongs_to_that_test_only(lamps: pytest.Pytester) -> None:
-    add(lamps, "dimmer.py", "LEVEL = 10.0\nSTEPS = 3\n")
-    change(lamps.path, "lamps/guide.py", "    return 10.0", "    from lamps.dimmer import LEVEL\n    return LEVEL")
-    lamps.runpytest_inprocess(*ALONE)
-    together = by_test(lamps.path)
-    assert len({code["statements"] for code in together.values()}) > 1
-    for name in together:
-        lamps.runpytest_inprocess(*ALONE, "-k", name)
-        alone = by_test(lamps.path)
-        assert alone[name] == together[name]
-
-
 @pytest.mark.parametrize(
     "imported",
     [
@@ -111,28 +99,6 @@ def test_modules_that_unit_tests_import_count_for_no_generated_test(lamps: pytes
     assert result.ret == 0
     assert (files(lamps.path), by_test(lamps.path)) == alone
     assert never_imported(lamps.path) == ["lamps/calibrate.py"]
-
-
-def test_stand_ins_of_a_conftest_are_those_that_the_code_is_measured_with(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import RPi.GPIO as gpio\n\nGLARE = gpio.GLARE")
-    text = (lamps.path / "conftest.py").read_text(encoding="utf-8")
-    fakes = "import sys, types\nsys.modules['RPi'] = types.ModuleType('RPi')\n"
-    fakes += "sys.modules['RPi'].GPIO = sys.modules['RPi.GPIO'] = types.SimpleNamespace(GLARE=80.0)\n"
-    (lamps.path / "conftest.py").write_text(f"{fakes}import lamps.guide\n{text}", encoding="utf-8")
-    result = lamps.runpytest_subprocess(*ALONE)
-    assert result.ret == 0
-    (guide,) = (f for f in report(lamps.path)["code_under_test"]["files"] if f["file"] == "lamps/guide.py")
-    assert len(guide["missing_lines"]) == 1
-
-
-def test_an_import_is_run_once_in_a_process(lamps: pytest.Pytester) -> None:
-    count = (
-        "from pathlib import Path\nwith Path(__file__).with_name('imports').open('a') as file:\n    file.write('x')\n"
-    )
-    guide = (lamps.path / "lamps" / "guide.py").read_text(encoding="utf-8")
-    add(lamps, "guide.py", f"{guide}\n{count}")
-    lamps.runpytest_subprocess(*ALONE)
-    assert (lamps.path / "lamps" / "imports").read_text() == "x"
 
 
 def test_an_optional_module_that_cannot_be_imported_is_unmeasured_with_its_reason(lamps: pytest.Pytester) -> None:
@@ -170,13 +136,6 @@ def test_a_module_that_the_testbench_needs_and_that_cannot_be_imported_is_one_lo
     assert report(lamps.path)["not_run"] == 3
 
 
-def test_a_conftest_whose_code_exits_when_it_is_imported_is_one_located_error(lamps: pytest.Pytester) -> None:
-    add(lamps, "messages.py", "import sys\nsys.exit(3)\n")
-    result = lamps.runpytest_inprocess(*ALONE)
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: *lamps/messages.py:2: <module>: SystemExit: 3"])
-
-
 def test_what_was_imported_before_it_could_be_followed_is_imported_again_once_and_before_the_first_test(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -202,14 +161,3 @@ def test_what_was_imported_before_it_could_be_followed_is_imported_again_once_an
     why = "imported again to be measured, it raised SystemExit: the relay is in use"
     assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"relays.py": why}
     assert files(lamps.path)["guide.py"][0] > 20
-
-
-@pytest.mark.parametrize("ini", ["", "hri_no_cov = true\n"], ids=["measured", "switched off"])
-def test_imports_are_followed_only_where_something_is_measured(lamps: pytest.Pytester, ini: str) -> None:
-    with (lamps.path / "pytest.ini").open("a", encoding="utf-8") as file:
-        file.write(ini)
-    test = "import sys\n\n\ndef test_finders():\n    print([type(f).__name__ for f in sys.meta_path])\n"
-    (lamps.path / "test_finders.py").write_text(test, encoding="utf-8")
-    result = lamps.runpytest_subprocess(*ALONE, "-s", "test_finders.py", "test_lamps.py")
-    assert result.ret == 0
-    assert ("'ImportWatch'" in result.stdout.str()) == (not ini)

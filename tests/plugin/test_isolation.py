@@ -50,16 +50,6 @@ def test_results_are_those_without_it(lamps: pytest.Pytester, options: tuple[str
     assert {test["outcome"] for test in before} == {"failed"}
 
 
-def test_the_users_coverage_counts_what_ran_in_other_processes(lamps: pytest.Pytester) -> None:
-    cov = ("--cov=lamps", "--cov-branch", "--cov-report=json:cov.json")
-    totals = []
-    for options in (RUN, ISOLATED):
-        lamps.runpytest_subprocess(*options, *cov).assert_outcomes(passed=3, deselected=1)
-        totals.append(Path(lamps.path, "cov.json").read_text(encoding="utf-8").partition('"files"')[2])
-    assert totals[1] == totals[0]
-    assert '"covered_lines": 38,' in totals[0]
-
-
 def test_prints_warnings_and_properties_come_back(lamps: pytest.Pytester) -> None:
     test = (
         "import warnings\n\ndef test_lamps(hri_case, record_property):\n    print('said it')\n"
@@ -86,11 +76,6 @@ def test_a_process_that_dies_is_the_error_of_its_test(lamps: pytest.Pytester, op
     assert set(project.outcomes(lamps.path).values()) == {"error"}
 
 
-def test_a_process_that_ends_itself_is_the_error_of_its_test(lamps: pytest.Pytester) -> None:
-    state.say(lamps, "os.kill(os.getpid(), 9) or 0", module="import os\n")
-    lamps.runpytest_subprocess(*ISOLATED).stdout.fnmatch_lines(["*: its process ended by SIGKILL, without*"])
-
-
 def test_a_test_can_end_the_session(lamps: pytest.Pytester) -> None:
     lamps.makepyfile(test_lamps="import pytest\n\ndef test_lamps(hri_case):\n    pytest.exit('enough', returncode=7)\n")
     result = lamps.runpytest_subprocess(*ISOLATED)
@@ -106,55 +91,6 @@ def test_an_error_keeps_its_line(lamps: pytest.Pytester) -> None:
         lines.append([line for line in result.outlines if "lamps/guide.py:" in line or "ZeroDivisionError" in line])
     assert lines[1] == lines[0]
     assert lines[0]
-
-
-def test_tests_are_run_again_by_rerunfailures(lamps: pytest.Pytester) -> None:
-    pytest.importorskip("pytest_rerunfailures", reason="the plugin that runs tests again is not installed")
-    project.change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 1.3")
-    lamps.runpytest_subprocess(*ISOLATED, "--reruns=1").stdout.fnmatch_lines(["*3 failed*3 rerun*"])
-
-
-RUNNING_TWICE = """
-
-def pytest_runtest_protocol(item, nextitem):
-    from _pytest.runner import runtestprotocol
-
-    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    for number in range(2):
-        if number:
-            item._initrequest()
-        reports = runtestprotocol(item, nextitem=nextitem, log=False)
-    for report in reports:
-        item.ihook.pytest_runtest_logreport(report=report)
-    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
-    return True
-"""
-"""As pytest-rerunfailures does it."""
-
-
-def test_plugins_may_run_a_test_again(lamps: pytest.Pytester) -> None:
-    with (lamps.path / "conftest.py").open("a", encoding="utf-8") as file:
-        file.write(RUNNING_TWICE)
-    state.leave(lamps, "list of a module")
-    lamps.runpytest_subprocess(*ISOLATED)
-    twice = records(lamps.path)
-    lamps.runpytest_subprocess(*RUN, "-k", [*twice][-1])
-    assert records(lamps.path).items().isdisjoint(twice.items())  # without isolation, it is the second of its process
-    assert len(twice) == 3
-
-
-def test_marks_of_the_author_hold(lamps: pytest.Pytester) -> None:
-    body = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n    "
-    cases = {
-        "@pytest.mark.xfail(reason='flaky rig')\n" + body + "assert False": "xfailed",
-        "@pytest.mark.xfail(reason='flaky rig', strict=True)\n" + body + "pass": "failed",
-        "@pytest.mark.xfail(reason='flaky rig')\n" + body + "pass": "xpassed",
-        "@pytest.mark.xfail(raises=ZeroDivisionError)\n" + body + "assert False": "failed",
-        body + "pytest.skip('later')": "skipped",
-    }
-    for test, outcome in cases.items():
-        lamps.makepyfile(test_lamps=f"import pytest\n\n{test}\n")
-        lamps.runpytest_subprocess(*ISOLATED, "--hri-no-cov").assert_outcomes(**{outcome: 3})
 
 
 def test_the_ini_file_switches_it_on(lamps: pytest.Pytester) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -14,11 +13,9 @@ import pytest
 from tests import json_schema
 from tests.plugin.killed_session import SUITE, dimmed, run
 from tests.plugin.project import (
-    A_WORKER,
     change,
     command,
     in_each_mode,
-    outcomes,
     report,
 )
 
@@ -80,14 +77,6 @@ def test_a_killed_session_leaves_its_journal_of_which_a_report_is_rebuilt(
 
 
 @pytest.mark.slow
-def test_the_controlling_process_can_be_killed_under_xdist(lamps: pytest.Pytester) -> None:
-    dimmed(lamps, '__import__("os").kill(__import__("os").getppid(), 9)')
-    assert run(lamps, *A_WORKER).ret == -9
-    assert command("rebuild", "hri-report").returncode == 1
-    assert report(lamps.path)["selected"] == 4
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("end", ORDERLY)
 def test_a_session_that_is_ended_leaves_its_report_and_does_not_exit_with_0(lamps: pytest.Pytester, end: str) -> None:
     dimmed(lamps, ORDERLY[end])
@@ -98,20 +87,6 @@ def test_a_session_that_is_ended_leaves_its_report_and_does_not_exit_with_0(lamp
     assert written["selected"] == 4
     assert 1 <= written["reported"] < 4
     assert command("gate", "hri-report").returncode == 1
-
-
-@pytest.mark.slow
-def test_a_hook_that_raises_loses_no_result(lamps: pytest.Pytester) -> None:
-    hook = (
-        "\n\ndef pytest_runtest_logreport(report):\n"
-        "    if report.when == 'call' and 'curt' in report.nodeid:\n        raise OSError('no network')\n"
-    )
-    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
-    for options in ((), A_WORKER):
-        result = run(lamps, *options)
-        assert result.ret == pytest.ExitCode.INTERNAL_ERROR
-        curt = [outcome for name, outcome in outcomes(lamps.path).items() if "curt" in name]
-        assert "passed" in curt
 
 
 @pytest.mark.slow
@@ -184,19 +159,6 @@ def test_on_a_full_disk_nothing_is_lost_that_it_could_hold(lamps: pytest.Pyteste
     assert report(lamps.path)["reported"] == 2
 
 
-@pytest.mark.slow
-@in_each_mode
-def test_a_folder_that_is_removed_during_the_session_is_written_anew(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    dimmed(lamps, 'return (__import__("shutil").rmtree("hri-report"), 10.0)[1]')
-    lamps.runpytest_inprocess(SUITE, *options)
-    assert report(lamps.path)["reported"] == 4
-    (lamps.path / "hri-report" / "report.json").unlink()
-    assert command("rebuild", "hri-report").returncode == 0
-    assert report(lamps.path)["reported"] == 4
-
-
 def test_a_report_that_cannot_be_written_is_rebuilt_once_it_can(lamps: pytest.Pytester) -> None:
     dimmed(lamps, 'return (__import__("os").makedirs("hri-report/report.json/in the way"), 10.0)[1]')
     result = lamps.runpytest_inprocess(SUITE)
@@ -207,39 +169,6 @@ def test_a_report_that_cannot_be_written_is_rebuilt_once_it_can(lamps: pytest.Py
     (lamps.path / "hri-report" / "report.json").rmdir()
     assert command("rebuild", "hri-report").returncode == 0
     assert report(lamps.path)["reported"] == 4
-
-
-def test_results_are_journalled_into_a_folder_that_became_read_only(lamps: pytest.Pytester) -> None:
-    (lamps.path / "models").chmod(0o555)
-    if os.access(lamps.path / "models", os.W_OK):
-        pytest.skip("this user can write everywhere")
-    dimmed(lamps, 'return (__import__("os").chmod("hri-report", 0o555), 10.0)[1]')
-    result = lamps.runpytest_inprocess(SUITE)
-    (lamps.path / "hri-report").chmod(0o755)
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(["FAILED cannot write the report into *: no permission to write there*"])
-    assert command("rebuild", "hri-report").returncode == 0
-    assert report(lamps.path)["reported"] == 4
-
-
-@pytest.mark.slow
-def test_a_clock_that_is_set_back_changes_nothing(lamps: pytest.Pytester) -> None:
-    hook = (
-        "\n\nimport itertools, time\n\nback = itertools.count(1)\n\ndef pytest_runtest_setup():\n"
-        "    time.time = lambda: 1e9 - 1e6 * next(back)\n"
-    )
-    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
-    kill = '__import__("os").kill(__import__("os").getpid(), 9)'
-    dimmed(lamps, f'return 10.0 if __import__("os").path.exists("earlier") else ({kill})')
-    assert run(lamps).ret == -9
-    (lamps.path / "earlier").touch()
-    assert command("rebuild", "hri-report").returncode == 1
-    assert report(lamps.path)["not_run"] >= 1
-    result = run(lamps, "--hri-resume")  # a report that was rebuilt in the meantime does not matter
-    assert result.ret == 0
-    written = report(lamps.path)
-    assert written["reported"] == 4
-    assert 0 < written["wall_s"] < 60
 
 
 @pytest.mark.slow

@@ -86,13 +86,6 @@ def test_one_violation_elsewhere_is_enough_and_is_told_first(lamps: pytest.Pytes
     )
 
 
-def test_a_strict_run_knows_of_no_condition(lamps: pytest.Pytester) -> None:
-    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict")
-    result.assert_outcomes(passed=3, failed=1)
-    result.stdout.no_fnmatch_line("*known*when*")
-
-
 def test_the_command_line_may_have_a_condition_and_a_reason_and_repeats_them(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", f"hri_known_violations =\n    {KNOWN}\n", "")
     glare_in_the_cellar(lamps)
@@ -103,15 +96,6 @@ def test_the_command_line_may_have_a_condition_and_a_reason_and_repeats_them(lam
     result.stdout.fnmatch_lines(["*--hri-seed=0 '--hri-known=R2 when !wish.cellar: no dimmer, yet' --hri-known=R1,R3"])
     known_violations = report(lamps.path)["known_violations"]
     assert known_violations == {"R2": "no dimmer, yet"} | dict.fromkeys(("R1", "R3"), "named with --hri-known")
-
-
-@pytest.mark.slow
-def test_the_command_line_wins_over_the_ini(lamps: pytest.Pytester) -> None:
-    glare_in_the_cellar(lamps)
-    assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2 when !wish.cellar").ret == 1
-    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
-    assert lamps.runpytest_inprocess(SUITE).ret == 1
-    assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2").ret == 0
 
 
 FORM = (
@@ -160,27 +144,6 @@ def test_conditions_hold_for_runs_of_own_test_functions(lamps: pytest.Pytester) 
 
 
 @pytest.mark.slow
-def test_a_failure_elsewhere_is_shrunk_to_one_that_is_elsewhere(lamps: pytest.Pytester) -> None:
-    glare_in_the_cellar(lamps)
-    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
-    lamps.runpytest_inprocess("--hri-suite=rl", "--hri-shrink")
-    (shrunk,) = [test for test in report(lamps.path)["tests"] if "shrunk" in test]
-    assert shrunk["outcome"] == "failed"
-    assert shrunk["shrunk"]["R2"]["abstract"] == ["enter cellar", "set_lamp level = 100"]
-
-
-@pytest.mark.slow
-def test_a_search_looks_for_violations_where_they_are_not_known(lamps: pytest.Pytester) -> None:
-    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
-    options = (SUITE, "--hri-search=5")
-    assert lamps.runpytest_inprocess(*options).ret == 0
-    assert report(lamps.path)["search"]["R2"]["status"] == "not violated"
-    change(lamps.path, "pytest.ini", "R2 when !wish.cellar", "R2")
-    assert lamps.runpytest_inprocess(*options).ret == 0
-    assert report(lamps.path)["search"]["R2"]["status"] == "violated by the suite"
-
-
-@pytest.mark.slow
 def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest.Pytester) -> None:
     glare_in_the_cellar(lamps)
     known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
@@ -193,14 +156,3 @@ def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest
     merged = json.loads((lamps.path / "hri-merged" / "report.json").read_text(encoding="utf-8"))
     assert merged["known_when"] == {"R2": "!wish.cellar"}
     assert merged["suites"][0]["requirements"]["R2"]["outside"] == 1
-
-
-@pytest.mark.slow
-def test_a_condition_may_use_the_definitions_of_the_requirements(lamps: pytest.Pytester) -> None:
-    known(lamps, "R2 when in_hall: the hall has no dimmer")
-    change(lamps.path, "requirements.toml", "[R1]\n", '[definitions]\nin_hall = "on(wish) & !wish.cellar"\n\n[R1]\n')
-    lamps.runpytest_inprocess(SUITE).assert_outcomes(passed=3, xfailed=1)
-    change(lamps.path, "requirements.toml", "!wish.cellar", "!wish.celler")
-    result = lamps.runpytest_inprocess(SUITE)
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*definition in_hall, column 13 of the formula: unknown name 'wish.celler'*"])

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from tests import json_schema
 from tests.plugin.project import A_WORKER, change, nodeids, report
 from tests.plugin.test_bad_input import refused, short
 
@@ -49,19 +48,6 @@ def test_constants_come_from_the_testbench_the_ini_file_and_the_command_line(lam
 
 
 @pytest.mark.slow
-def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("-v", RL, "--hri-rl-reward=uncovered")
-    assert result.ret == 0
-    written = report(lamps.path)
-    json_schema.REPORT.validate(written)
-    made = written["suites"][0]["generation"]
-    assert made["reward"] == "uncovered"
-    assert made["diagnosis"]["plans_executed"] == {"guide": 2, "visitor": 7}
-    result.stdout.fnmatch_lines(["  diversity *entropy * bits over * belief sets; *", "  note *mostly repeats: *"])
-    assert "--hri-rl-reward=uncovered" in written["rerun_options"]["options"]
-
-
-@pytest.mark.slow
 def test_diagnostics_are_in_the_report_and_in_the_summary(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("-v", "--hri-suite=rl,pseudorandom")
     learned, drawn = (suite["generation"] for suite in report(lamps.path)["suites"])
@@ -87,12 +73,6 @@ def test_a_saved_table_is_learned_on_from(lamps: pytest.Pytester) -> None:
     written = report(lamps.path)
     assert "learning began with q.json" in written["suites"][0]["generation"]["notes"]
     assert written["rerun_options"]["options"] == ["--hri-rl-start=tables/q.json"]
-
-
-def test_belief_sets_can_be_learned_on_from(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(RL, "--hri-rl-start=by_hand.toml", "-k", "nobody")
-    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
-    result.stdout.fnmatch_lines(["hri: lamps, suite rl, *"])
 
 
 def test_a_table_of_another_model_is_refused(lamps: pytest.Pytester) -> None:

@@ -71,14 +71,3 @@ def test_what_a_message_raised_for_is_named(lamps: pytest.Pytester) -> None:
     log(lamps, "try: 1 / 0", "except ZeroDivisionError: LOG.exception('odd\\nlevel')")
     result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v")
     result.stdout.fnmatch_lines(["*s  ERROR   guide: odd (ZeroDivisionError: division by zero)"])
-
-
-@pytest.mark.slow
-def test_a_message_that_cannot_be_written_ends_nothing(lamps: pytest.Pytester) -> None:
-    log(lamps, "logging.raiseExceptions = False", "LOG.warning('%d bulbs', 'no')")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v", "-p", "no:logging")
-    result.stdout.fnmatch_lines(["*s  WARNING guide: %d bulbs"])
-
-
-def test_who_logs_nothing_reads_nothing_of_it(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v").stdout.no_fnmatch_line("*logged*")

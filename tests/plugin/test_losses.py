@@ -55,15 +55,6 @@ def test_an_exception_in_the_code_under_test_fails_its_test_only(
     assert (lamps.path / broken["replay"]).is_file()
 
 
-def test_what_a_run_violated_before_its_fault_is_told_too(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "lamps/guide.py", "        bus.publish(Switched(level))", "        clock.sleep(-level)")
-    result = lamps.runpytest_inprocess("-v", SUITE, "-k", "hall-polite")
-    result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(
-        ["E *R2 Failed: The lamp shall never glare", "E *the code under test raised KernelError: *"]
-    )
-
-
 @pytest.mark.parametrize("raised", ["GreenletExit", "SystemExit"])
 def test_code_that_exits_fails_its_test(lamps: pytest.Pytester, raised: str) -> None:
     """Nothing else would tell: a greenlet that exits ends without an exception, and nobody is left to violate."""
@@ -216,16 +207,6 @@ def test_a_run_stopped_at_the_first_failure_leaves_its_report(lamps: pytest.Pyte
 
 
 @pytest.mark.slow
-def test_a_run_that_is_interrupted_leaves_its_report(lamps: pytest.Pytester) -> None:
-    write_dimmed(lamps, "raise KeyboardInterrupt")
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", no_reraise_ctrlc=True)
-    assert result.ret == pytest.ExitCode.INTERRUPTED
-    written = report(lamps.path)
-    assert written["selected"] == 4
-    assert written["not_run"] >= 1
-
-
-@pytest.mark.slow
 def test_a_test_that_leaves_no_trace_fails_the_session(lamps: pytest.Pytester) -> None:
     hook = '\n\ndef pytest_runtest_protocol(item):\n    return "cellar" in item.name or None\n'
     change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
@@ -273,65 +254,3 @@ async def blink():
     task = asyncio.create_task(short())
     await asyncio.sleep(0.1)
 """
-
-
-ROUND = """
-        if wish is None:
-            readings = bus.subscribe(Answer)
-            while True:
-                bus.publish(Greeting())
-                clock.sleep(1.5)
-                bus.publish(Switched(0.0))
-                clock.sleep(1.5)
-"""
-
-
-@pytest.mark.slow
-@in_each_mode
-def test_a_run_that_goes_round_is_ended_and_says_what_it_repeats(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    change(lamps.path, "conftest.py", "LIMIT_S = 60.0", "LIMIT_S = 100_000.0")
-    change(lamps.path, "lamps/guide.py", "        if wish is None:\n            return\n", ROUND)
-    change(lamps.path, "requirements.toml", "always(on(greeting) ->", "always(on(greeting) & lamp_level < 0 ->")
-    result = lamps.runpytest_inprocess(SUITE, *options)
-    result.assert_outcomes(failed=4)
-    result.stdout.fnmatch_lines(
-        [
-            "livelock: nothing new since * s, and * times, every 3 s: guide: *, guide: *; "
-            'if it may, declare VirtualTime(allowed_endings=("cycle",))'
-        ]
-    )
-    assert all(test["sim_s"] < 250 for test in report(lamps.path)["tests"])
-    change(lamps.path, "conftest.py", "LIMIT_S = 100_000.0", "LIMIT_S = 400.0")
-    change(
-        lamps.path,
-        "conftest.py",
-        "        run=run,\n",
-        '        run=run,\n        time=VirtualTime(allowed_endings=("cycle",)),\n',
-    )
-    lamps.runpytest_inprocess(SUITE, *options).stdout.fnmatch_lines(["the run ended at its time limit of 400 s; *"])
-    assert all(test["sim_s"] >= 400 for test in report(lamps.path)["tests"])
-
-
-@pytest.mark.slow
-def test_how_long_code_may_work_is_the_testbenchs_choice(lamps: pytest.Pytester) -> None:
-    write_dimmed(lamps, "while True: pass")
-    change(
-        lamps.path,
-        "conftest.py",
-        "        run=run,\n",
-        "        run=run,\n        time=VirtualTime(stall_timeout_s=0.2),\n",
-    )
-    result = lamps.runpytest_inprocess(SUITE, "-k", "curt")
-    result.assert_outcomes(failed=1, passed=1)
-    result.stdout.fnmatch_lines(["*no time has passed for 0.2 s of work, at *guide.py:*"])
-    for wrong in ("-1", "True", "'8'", "float('inf')"):
-        text = (lamps.path / "conftest.py").read_text(encoding="utf-8")
-        (lamps.path / "conftest.py").write_text(
-            text.replace("stall_timeout_s=0.2", f"stall_timeout_s={wrong}"), encoding="utf-8"
-        )
-        refused = lamps.runpytest_inprocess(SUITE)
-        assert refused.ret == 4
-        refused.stderr.fnmatch_lines(["*time: stall_timeout_s is *; expected a time in seconds, above 0*"])
-        (lamps.path / "conftest.py").write_text(text, encoding="utf-8")

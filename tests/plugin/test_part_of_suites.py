@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import change, report
+from tests.plugin.project import report
 
 SUITE = ("--hri-suite=rl", "-p", "no:xdist")
 
@@ -40,28 +40,6 @@ def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(
     lamps.runpytest_inprocess(*SUITE)
     assert sizes(lamps) == (every, None)
     assert "full_report" not in report(lamps.path)
-
-
-@pytest.mark.slow
-def test_a_replay_keeps_it(lamps: pytest.Pytester, after: SessionRunner) -> None:
-    after(*SUITE, "--hri-strict")
-    every, _ = sizes(lamps)
-    lamps.runpytest_inprocess("--hri-replay=hri-report/failures", "--hri-strict", "-p", "no:xdist")
-    assert sizes(lamps) == (report(lamps.path)["selected"], every)
-    assert report(lamps.path)["selected"] < every
-
-
-@pytest.mark.slow
-def test_a_part_that_is_killed_does_not_cost_it(lamps: pytest.Pytester, after: SessionRunner) -> None:
-    after(*SUITE)
-    every, _ = sizes(lamps)
-    guide = (lamps.path / "lamps" / "guide.py").read_text("utf-8")
-    change(lamps.path, "lamps/guide.py", "    return 10.0", "    __import__('os').kill(__import__('os').getpid(), 9)")
-    lamps.runpytest_subprocess(*SUITE, "-k", "hall")
-    assert not (lamps.path / "hri-report" / "report.json").exists()
-    (lamps.path / "lamps" / "guide.py").write_text(guide, "utf-8")
-    lamps.runpytest_inprocess(*SUITE, "-k", "hall-polite")
-    assert sizes(lamps)[1] == every
 
 
 def test_a_part_alone_keeps_nothing(lamps: pytest.Pytester) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, in_each_mode
+from tests.plugin.project import in_each_mode
 from tests.plugin.screen import Screen
 
 STATUS = re.compile(
@@ -66,70 +66,6 @@ def test_a_terminal_shows_how_far_and_what_is_running_and_keeps_nothing_of_it(
     assert sorted(dots.partition("py")[2].split("[")[0].strip() or dots.split("[")[0].strip()) == [".", ".", ".", "x"]
     assert [line for line in left if line.startswith("hri: ")] == ["hri: lamps, suite by-hand, seed 0, 4 tests"]
     assert any(line.startswith("PASSED  3 passed, 1 known to fail") for line in left)
-
-
-HURRIED = """
-import time
-from types import SimpleNamespace
-
-from pytest_hricdv.session import progress
-
-progress.time = SimpleNamespace(monotonic=lambda: 3000 * time.monotonic())  # to the line, a second is an hour
-progress.PERIOD_S = 0.02
-"""
-LONG = """import time
-from pathlib import Path
-
-
-def test_lamps(hri_case):
-    before = len(list(Path().glob("done-*")))
-    began_s = time.monotonic()
-    while time.monotonic() - began_s < 0.3 if before < 3 else not Path("seen").exists():
-        time.sleep(0.01)  # it only asks again: what it waits for is time itself, then the file
-        assert time.monotonic() - began_s < 30
-    Path(f"done-{before}").touch()
-    hri_case.check(hri_case.run())
-"""
-
-
-@pytest.mark.slow
-def test_time_left_goes_down_during_a_long_test(lamps: pytest.Pytester) -> None:
-    conftest = lamps.path / "conftest.py"
-    conftest.write_text(conftest.read_text() + HURRIED)
-    (lamps.path / "test_lamps.py").write_text(LONG)
-    told: list[str] = []
-
-    def seen(text: str) -> None:
-        told[:] = dict.fromkeys(re.findall(r"hri: 3 of 4, about (\d+) min left", text))
-        if len(told) > 5:  # more than the last test's beginning can have told
-            (lamps.path / "seen").touch()
-
-    on_a_terminal(lamps, watch=seen)
-    minutes = list(map(int, told))
-    assert len(minutes) > 5
-    assert minutes == sorted(minutes, reverse=True)
-
-
-GREEN = """
-
-def pytest_sessionfinish(session):
-    session.exitstatus = 0
-"""
-
-
-@pytest.mark.slow
-def test_it_counts_failures(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "pytest.ini", "    R2: the hall has no dimmer", "")
-    change(
-        lamps.path,
-        "test_lamps.py",
-        "hri_case.check(hri_case.run())",
-        "assert 'hall' not in repr(hri_case)\n    hri_case.run()",
-    )
-    conftest = (lamps.path / "conftest.py").read_text()
-    (lamps.path / "conftest.py").write_text(conftest + GREEN)
-    lowest, _ = on_a_terminal(lamps)
-    assert any(" failed, a few seconds left: by-hand-" in line for line in lowest)
 
 
 @pytest.mark.slow

@@ -49,31 +49,11 @@ def test_all_may_be_off_at_once(lamps: pytest.Pytester) -> None:
     assert sorted(outcomes(lamps.path).values()) == FOUR
 
 
-def test_without_its_skips_a_known_violation_is_shown_as_with_them(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "-rx", "-p", "no:skipping")
-    result.assert_outcomes(passed=3, xfailed=1)
-    result.stdout.fnmatch_lines(["XFAIL test_lamps.py::*known violation of R2 (the hall has no dimmer)"])
-
-
-def test_without_its_skips_and_a_suite_the_host_test_is_skipped(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("-rs", "-p", "no:skipping")
-    result.assert_outcomes(passed=1, skipped=1)
-    result.stdout.fnmatch_lines(["SKIPPED * no suite is active: *"])
-
-
 def test_without_its_terminal_standard_error_says_why_a_session_failed(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess(SUITE, "-p", "no:terminal", "--hri-fail-under=statements=100")
     assert result.ret == 1
     result.stderr.fnmatch_lines(["FAILED suite by-hand: statements 97.56 %, at least 100 % asked for"])
     assert result.outlines == []
-
-
-def test_a_debugger_that_is_off_is_not_asked_for(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "--hri-break-on-violation=R2", "-p", "no:debugging")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(
-        ["ERROR: --hri-break-on-violation: pytest's debugger is switched off: leave -p no:debugging out"]
-    )
 
 
 @in_each_mode
@@ -87,19 +67,6 @@ def test_what_only_shows_fixtures_leaves_the_report_as_it_is(
     assert result.ret == 0
     result.stdout.no_fnmatch_line("*human-robot interaction*")
     assert (lamps.path / "hri-report" / "report.json").read_bytes() == before
-
-
-def test_setup_show_runs_the_tests(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "--setup-show")
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["*SETUP    F hri_case[[]<hri_case by-hand-*", "PASSED  3 passed, 1 known to fail *"])
-
-
-def test_looponfail_would_take_each_report_for_a_change(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "--looponfail")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    expected = "ERROR: --looponfail watches *, where each run writes its report (hri-report), and would run for ever: *"
-    result.stderr.fnmatch_lines([expected])
 
 
 class TestWaysToHandOutTests:
@@ -280,15 +247,3 @@ def test_no_text_file_is_opened_in_the_encoding_of_the_machine(
     done = lamps.run(*python, "-m", "pytest", "-W", "error::EncodingWarning", SUITE, *options)
     assert done.ret == 0
     assert "EncodingWarning" not in done.stdout.str() + done.stderr.str()
-
-
-def test_plugins_may_be_loaded_by_their_modules(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    monkeypatch.setenv("PYTEST_ADDOPTS", "")
-    loaded = ("-p", "pytest_hricdv.plugin", "-p", "xdist.plugin")
-    result = lamps.runpytest_subprocess(SUITE, *loaded, *A_WORKER)
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["PASSED  3 passed, 1 known to fail *"])
-    alone = lamps.runpytest_subprocess(SUITE, *loaded[:2], *A_WORKER)
-    assert alone.ret == pytest.ExitCode.USAGE_ERROR
-    alone.stderr.fnmatch_lines(["ERROR: -n needs pytest-xdist, which is not installed or switched off: *"])

@@ -96,15 +96,6 @@ def test_a_node_that_waits_outside_of_its_code_is_an_error_with_the_line(lamps: 
     assert advice in said
 
 
-def test_a_module_that_the_code_names_is_refused_what_the_code_is_refused(lamps: pytest.Pytester) -> None:
-    (lamps.path / "resting.py").write_text("import queue\n\n\ndef rest():\n    queue.Queue().get()\n", "utf-8")
-    project.change(lamps.path, "lamps/guide.py", SLEEP, "        resting.rest()\n")
-    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import resting\nGLARE = 80.0")
-    result = lamps.runpytest_inprocess(*RUN)
-    result.assert_outcomes(failed=2, deselected=1)
-    result.stdout.fnmatch_lines(['*resting.py:5: * in node guide is real time*: give the testbench *("threading",)*'])
-
-
 def test_an_event_loop_outside_of_the_code_waits_in_virtual_time(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
     hashes = [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
@@ -116,13 +107,6 @@ def test_an_event_loop_outside_of_the_code_waits_in_virtual_time(lamps: pytest.P
     assert [test["record_sha256"] for test in project.report(lamps.path)["tests"]] == hashes
 
 
-def test_an_event_loop_that_may_not_be_virtual_is_an_error_with_the_line(lamps: pytest.Pytester) -> None:
-    resting(lamps, "import asyncio", "asyncio.run(asyncio.sleep(30.0))")
-    result = lamps.runpytest_inprocess(*RUN)
-    result.assert_outcomes(failed=2, deselected=1)
-    result.stdout.fnmatch_lines(['*resting.py:5: the event loop of asyncio in node guide is real time*("asyncio",)*'])
-
-
 def instead_of_the_run(lamps: pytest.Pytester, body: str, head: str = "") -> pytest.RunResult:
     """The testbench's run does something else than to simulate."""
     conftest = lamps.path / "conftest.py"
@@ -131,19 +115,6 @@ def instead_of_the_run(lamps: pytest.Pytester, body: str, head: str = "") -> pyt
     after = "\n    from pytest_hricdv.testbench import Outcome\n\n    return Outcome('done', outcomes=())\n"
     conftest.write_text(f"{head}\n{text[:start]}def run(run):\n    {body}\n{after}", encoding="utf-8")
     return lamps.runpytest_inprocess(*RUN)
-
-
-def test_an_event_loop_in_the_testbenchs_run_is_an_error_with_the_line(lamps: pytest.Pytester) -> None:
-    (lamps.path / "resting.py").write_text(
-        "import asyncio\n\nasync def main():\n    await asyncio.sleep(30.0)\n", "utf-8"
-    )
-    began_s = time.monotonic()
-    result = instead_of_the_run(lamps, "asyncio.run(resting.main())", "import asyncio, resting")
-    assert time.monotonic() - began_s < 30
-    result.assert_outcomes(failed=2, deselected=1)
-    result.stdout.fnmatch_lines(
-        ["*conftest.py:*: run waits in real time, in the event loop of asyncio, *: spawn what waits as a node, *"]
-    )
 
 
 @pytest.mark.parametrize(
@@ -178,16 +149,6 @@ def test_a_thread_that_is_no_node_and_sleeps_is_a_fault(lamps: pytest.Pytester) 
     result.stdout.fnmatch_lines(["*thread ticker, which node guide started at *resting.py:5, waits in real time*"])
 
 
-def test_a_thread_that_is_no_node_and_publishes_is_a_fault(lamps: pytest.Pytester) -> None:
-    body = "one = threading.Thread(target=bus.publish, args=(message,), name='other'); one.start(); one.join()"
-    resting(lamps, "import threading", body, "bus, message")
-    called = "        HOOKS[0](bus, message)\n"
-    project.change(lamps.path, "lamps/guide.py", called, f"{SLEEP}        HOOKS[0](bus, Switched(level))\n")
-    result = lamps.runpytest_subprocess(*RUN, "-W", "ignore")  # in this process our own pytest would hear of it
-    result.assert_outcomes(failed=2, deselected=1)
-    result.stdout.fnmatch_lines(["*guide published switched at * from thread other, which is none of the run*"])
-
-
 def test_after_a_run_pythons_own_ways_to_wait_are_as_they_were(lamps: pytest.Pytester) -> None:
     import asyncio
     import selectors
@@ -207,15 +168,3 @@ def test_after_a_run_pythons_own_ways_to_wait_are_as_they_were(lamps: pytest.Pyt
     before = ways()
     lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
     assert ways() == before
-
-
-def test_what_runs_after_a_node_that_was_left_where_it_is_is_measured(lamps: pytest.Pytester) -> None:
-    head, body, _ = WAYS["who catches all"]
-    resting(lamps, head, body)
-    called = "        HOOKS[0]() if level == 100.0 else clock.sleep(SWITCHING_S)\n"
-    project.change(lamps.path, "lamps/guide.py", "        HOOKS[0]()\n", called)
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "-p", "no:cacheprovider", "-p", "no:xdist")
-    tests = project.report(lamps.path)["tests"]
-    assert {test["outcome"] for test in tests} == {"passed", "failed"}
-    covered = {test["outcome"]: test["code"] for test in tests}
-    assert covered["passed"]["statements"] > 0

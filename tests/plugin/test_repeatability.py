@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import random
 from pathlib import Path
 
-import numpy
 import pytest
 
 from tests.plugin import project
@@ -69,16 +66,6 @@ def test_what_is_drawn_at_random_is_the_same_in_each_session(
     assert records(lamps.path) == {alone: first[alone]}
 
 
-@pytest.mark.slow
-def test_a_session_leaves_the_global_generators_alone(lamps: pytest.Pytester) -> None:
-    project.change(lamps.path, "lamps/guide.py", ANSWER, f"{IMPORTS}; {says(DRAWN)}")
-    before = random.getstate(), numpy.random.get_state(legacy=False)
-    lamps.runpytest_inprocess(
-        "--hri-suite=by-hand,rl,bdi-random", "--hri-tests=2", "-p", "no:xdist", "-p", "no:randomly"
-    )
-    numpy.testing.assert_equal((random.getstate(), numpy.random.get_state(legacy=False)), before)
-
-
 HASHED = 'float(hash("a lamp") % 1000)'
 
 
@@ -122,16 +109,3 @@ def test_a_replay_under_another_hash_seed_says_so(lamps: pytest.Pytester, monkey
     assert "differs from the recording; cause unknown: --hri-audit looks for it" in other
     assert "it may be Python's hash seed, which was 1, now 2" in other
     assert "the same run, to the bit" in in_fresh_process(lamps, monkeypatch, "1", *replay)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants are tried in forks")
-def test_mutants_are_not_tried_under_another_hash_seed_without_a_word(
-    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    project.change(lamps.path, "lamps/guide.py", ANSWER, says(HASHED))
-    monkeypatch.setenv("PYTHONHASHSEED", "random")
-    options = ("--hri-suite=by-hand", "--hri-mutate", "--hri-mutate-seconds=1", "-p", "no:xdist")
-    said = " ".join(lamps.runpytest_subprocess(*options).outlines)
-    assert "another record, where the code under test is as it was in the session" in said
-    assert "or is it Python's hash seed, which pytest drew? PYTHONHASHSEED=0 chooses it" in said

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import shlex
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests import json_schema
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import change, make_long, outcomes, plain_and_slowly_on_a_worker, report
+from tests.plugin.project import change, outcomes, plain_and_slowly_on_a_worker, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 FILE = f"hri-report/failures/{BRIGHT}.json"
@@ -76,15 +75,6 @@ def test_the_file_keeps_its_contract_and_says_what_ran(failed: pytest.Pytester) 
 
 
 @pytest.mark.slow
-def test_a_known_violation_leaves_a_file_too(lamps: pytest.Pytester) -> None:
-    assert lamps.runpytest_inprocess("--hri-suite=rl", "-k", BRIGHT).ret == 0
-    assert left(lamps) == [f"{BRIGHT}.json"]
-    again = lamps.runpytest_inprocess(REPLAY)
-    assert again.ret == 0
-    again.assert_outcomes(xfailed=1)
-
-
-@pytest.mark.slow
 def test_a_crash_leaves_a_file_that_crashes_again(lamps: pytest.Pytester) -> None:
     change(lamps.path, "lamps/guide.py", "    return wish.level\n", "    raise OSError('no lamp')\n")
     lamps.runpytest_inprocess("--hri-suite=rl", "-k", BRIGHT).stdout.fnmatch_lines([f"*  pytest {REPLAY}"])
@@ -93,12 +83,6 @@ def test_a_crash_leaves_a_file_that_crashes_again(lamps: pytest.Pytester) -> Non
     again.stdout.fnmatch_lines(["*OSError: no lamp", "*run it again:", f"*  pytest {REPLAY}"])
     assert report(lamps.path)["tests"][0]["outcome"] == "failed"
     assert report(lamps.path)["tests"][0]["replayed"]["same"]
-
-
-@pytest.mark.slow
-def test_passing_tests_leave_nothing(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=rl", "-k", "cellar")
-    assert not (lamps.path / "hri-report" / "failures").exists()
 
 
 @pytest.mark.slow
@@ -119,24 +103,6 @@ def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pyte
     )
     assert report(failed.path)["tests"][0]["replayed"]["changed"] == ["lamps/guide.py changed"]
     assert left(failed) == [f"{BRIGHT}.json"], "the file is evidence and stays"
-
-
-@pytest.mark.slow
-def test_a_file_of_the_code_that_is_new_or_gone_is_told(failed: pytest.Pytester) -> None:
-    (failed.path / "lamps" / "extra.py").write_text("", encoding="utf-8")
-    data = json.loads((failed.path / FILE).read_text(encoding="utf-8"))
-    edit(failed, code=data["code"] | {"lamps/old.py": "0" * 64}, environment=data["environment"] | {"python": "3.10.1"})
-    assert f"{FILE}: lamps/extra.py is new, lamps/old.py is gone, python 3.10.1, now " in refused(failed, REPLAY)
-    again = failed.runpytest_inprocess(REPLAY, "--hri-replay-force")
-    again.stdout.fnmatch_lines([f"{FILE}: lamps/extra.py is new, lamps/old.py is gone, python 3.10.1, now *"])
-    again.assert_outcomes(xfailed=1)
-
-
-@pytest.mark.slow
-def test_what_still_fails_says_the_whole_command(failed: pytest.Pytester) -> None:
-    change(failed.path, "lamps/guide.py", '"""What', '"""How and what')
-    again = failed.runpytest_inprocess("-vv", REPLAY, "--hri-strict", "--hri-replay-force", "--tb=short")
-    again.stdout.fnmatch_lines(["run it again:", f"  pytest {REPLAY} --hri-strict --hri-replay-force"])
 
 
 @pytest.mark.slow
@@ -168,24 +134,6 @@ def test_files_and_folders_are_replayed_together_whatever_the_ini_says(lamps: py
     one, other, *_ = sorted(bad)
     again = lamps.runpytest_inprocess(f"--hri-replay=kept/failures/{one}.json,kept/failures/{other}.json")
     assert sorted(outcomes(lamps.path)) == [one, other]
-
-
-@pytest.mark.slow
-def test_the_folder_where_it_was_left_and_the_seed_do_not_matter(failed: pytest.Pytester) -> None:
-    elsewhere = failed.path / "sent by mail.json"
-    (failed.path / FILE).rename(elsewhere)
-    again = failed.runpytest_inprocess("-vv", "--hri-replay=sent by mail.json", "--hri-seed=5", "--hri-strict")
-    again.stdout.fnmatch_lines(["  pytest '--hri-replay=sent by mail.json' --hri-strict", "*the same run, to the bit"])
-
-
-@pytest.mark.slow
-def test_a_full_disk_loses_no_result(lamps: pytest.Pytester) -> None:
-    (lamps.path / "hri-report").mkdir()
-    (lamps.path / "hri-report" / "failures").write_text("in the way", encoding="utf-8")
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "-k", BRIGHT)
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(["FAILED cannot write *failures*: File exists"])
-    assert "replay" not in report(lamps.path)["tests"][0]
 
 
 @plain_and_slowly_on_a_worker
@@ -233,18 +181,6 @@ def test_a_file_that_was_cut_off_is_refused(failed: pytest.Pytester, text: str, 
 
 
 @pytest.mark.slow
-def test_other_bad_input(failed: pytest.Pytester) -> None:
-    assert "nowhere.json: there is no such file" in refused(failed, "--hri-replay=nowhere.json")
-    assert "expected the path of a replay file" in refused(failed, "--hri-replay=")
-    assert "both have the test" in refused(failed, f"{REPLAY},{FILE}")
-    assert "give one of them" in refused(failed, REPLAY, "--hri-suite=rl")
-    (failed.path / "empty").mkdir()
-    assert "no replay file (*.json) in this folder" in refused(failed, "--hri-replay=empty")
-    Path(failed.path / FILE).write_bytes(b"\xff\xfe")
-    assert ":1:1: not UTF-8 text: byte 0xff" in refused(failed, REPLAY)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
@@ -256,18 +192,3 @@ def test_other_bad_input(failed: pytest.Pytester) -> None:
 def test_a_test_of_another_testbench_is_refused(failed: pytest.Pytester, old: str, new: str, told: str) -> None:
     change(failed.path, "conftest.py", old, new)
     assert told in refused(failed, REPLAY)
-
-
-@pytest.mark.slow
-def test_the_file_of_a_run_with_very_many_violations_lists_the_first_of_them(lamps: pytest.Pytester) -> None:
-    make_long(lamps.path, 2400, is_met=False)
-    name = "--hri-suite=by-hand", "--hri-tests=1", "--hri-diagnose=0"
-    lamps.runpytest_inprocess("-vv", *name).assert_outcomes(failed=1)
-    [test] = report(lamps.path)["tests"]
-    in_report = test["requirements"]["R3"]
-    assert len(in_report["violations"]) == in_report["failures"] >= 2000
-    [path] = (lamps.path / "hri-report" / "failures").iterdir()
-    in_file = json.loads(path.read_text(encoding="utf-8"))["requirements"]["R3"]
-    assert in_file == in_report | {"violations": in_report["violations"][:1000]}
-    again = lamps.runpytest_inprocess("-vv", f"--hri-replay={path}")
-    again.stdout.fnmatch_lines(["*: the same run, to the *"])

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import re
-
 import msgspec
 import pytest
 
 from pytest_hricdv.results import journal as journals
 from tests.plugin.killed_session import KILLING, SUITE, dimmed, run
-from tests.plugin.project import change, in_each_mode, plain_and_slowly_on_a_worker, report
+from tests.plugin.project import change, plain_and_slowly_on_a_worker, report
 
 
 def resumed_report(lamps: pytest.Pytester) -> dict[str, object]:
@@ -48,18 +46,6 @@ def test_a_resumed_session_runs_the_rest_and_reports_what_an_unkilled_one_does(
     result.stdout.fnmatch_lines(["hricdv: resuming the session that began at *", "*(done before)*", "resumed: *"])
 
 
-@pytest.mark.slow
-def test_what_a_resumed_session_takes_over_counts_as_if_it_had_run(lamps: pytest.Pytester) -> None:
-    first = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--junitxml=first.xml")
-    again = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--hri-resume", "--junitxml=again.xml")
-    assert first.ret == again.ret == 1
-    assert first.parseoutcomes() == again.parseoutcomes()
-    names = ("first.xml", "again.xml")
-    one, other = (re.sub(r' (time|timestamp)="[^"]*"', "", (lamps.path / name).read_text()) for name in names)
-    assert one == other
-    assert lamps.runpytest_inprocess(SUITE, "--hri-resume").ret == pytest.ExitCode.USAGE_ERROR  # not strict
-
-
 STOPPING = """
 
 _ended = set()
@@ -85,26 +71,6 @@ def test_a_session_that_is_stopped_after_its_last_result_judges_no_gates_and_a_r
     (lamps.path / "armed").unlink()
     assert run(lamps, "--hri-resume", *options).ret == 0
     assert report(lamps.path)["gates"] == {"failed": [], "improved": []}
-
-
-@pytest.mark.slow
-@in_each_mode
-def test_fixtures_are_torn_down_between_tests_that_are_done_and_others(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    power = (
-        "import os\nimport pytest\n\n\n@pytest.fixture(autouse=True)\ndef power(request):\n"
-        "    assert 'cellar' not in request.node.name or os.path.exists('power')\n\n\n"
-        "@pytest.fixture(autouse=True, scope='module')\ndef hall(request):\n    yield\n"
-        "    with open('torn_down.txt', 'a') as log:\n        log.write(request.node.name + '\\n')\n\n\n"
-    )
-    change(lamps.path, "test_lamps.py", "def test_lamps(hri_case):", f"{power}def test_lamps(hri_case):")
-    (lamps.path / "test_more.py").write_text((lamps.path / "test_lamps.py").read_text(), encoding="utf-8")
-    lamps.runpytest_inprocess(SUITE, *options).assert_outcomes(passed=4, xfailed=2, errors=2)
-    (lamps.path / "power").touch()
-    (lamps.path / "torn_down.txt").unlink()
-    lamps.runpytest_inprocess(SUITE, "--hri-resume", *options).assert_outcomes(passed=6, xfailed=2)
-    assert sorted((lamps.path / "torn_down.txt").read_text().split()) == ["test_lamps.py", "test_more.py"]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, report
+from tests.plugin.project import change, in_each_mode, outcomes, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 NODE = f"test_lamps.py::test_lamps[{BRIGHT}]"
@@ -18,15 +18,6 @@ def test_one_node_id(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     written = report(lamps.path)
     assert (written["selected"], written["reported"]) == (1, 1)
     assert outcomes(lamps.path) == {BRIGHT: "known-violation"}
-
-
-@pytest.mark.slow
-def test_a_node_id_saved_by_an_editor_needs_no_option_with_a_suite_in_the_ini_file(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = rl")
-    lamps.runpytest_inprocess(NODE).assert_outcomes(xfailed=1)
-    everything = lamps.runpytest_inprocess()
-    everything.assert_outcomes(passed=33, xfailed=2)
-    lamps.runpytest_inprocess("--hri-suite=").assert_outcomes(passed=1, skipped=1)
 
 
 @pytest.mark.slow
@@ -62,22 +53,6 @@ def test_last_failed(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*strict, "--lf").assert_outcomes(failed=2)
     assert set(outcomes(lamps.path)) == failed
     assert report(lamps.path)["suites"][0]["tests"] == 2
-
-
-@pytest.mark.slow
-def test_without_the_cache_everything_is_generated_and_run(lamps: pytest.Pytester) -> None:
-    for options in ((), A_WORKER):
-        result = lamps.runpytest_inprocess("--hri-suite=rl", "-p", "no:cacheprovider", *options)
-        assert result.ret == 0
-        assert report(lamps.path)["reported"] == 34
-    assert not (lamps.path / ".pytest_cache").exists()
-
-
-def test_two_paths(lamps: pytest.Pytester) -> None:
-    (lamps.path / "test_others.py").write_text("def test_nothing_of_ours():\n    pass\n", encoding="utf-8")
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "test_others.py", "test_lamps.py")
-    result.assert_outcomes(passed=5, xfailed=1)
-    assert report(lamps.path)["selected"] == 4
 
 
 @pytest.mark.slow

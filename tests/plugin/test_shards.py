@@ -88,21 +88,6 @@ def test_a_missing_shard_is_told_and_fails(lamps: pytest.Pytester, after: Sessio
 
 
 @pytest.mark.slow
-def test_a_shard_without_tests_passes_and_has_a_report(lamps: pytest.Pytester) -> None:
-    tests = []
-    for index in range(1, 10):
-        result = lamps.runpytest_inprocess(
-            "--hri-suite=by-hand", f"--hri-shard={index}/9", f"--hri-report=part{index}", "-q"
-        )
-        assert result.ret == 0
-        tests.append(read(lamps.path / f"part{index}")["selected"])
-    assert 0 in tests
-    assert sum(tests) == 4
-    merged = command("merge", *(f"part{index}" for index in range(1, 10)))
-    assert (merged.returncode, decided(merged)) == (0, ["4/4 tests merged"])
-
-
-@pytest.mark.slow
 @counted_up_to_313
 def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = plans=100")
@@ -116,19 +101,6 @@ def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
     unknown = command("gate", "all", "--fail-under=lines=98")
     assert unknown.returncode == 2
     assert "lines=98: expected KIND=PCT with KIND in statements," in unknown.stderr
-
-
-@pytest.mark.slow
-def test_a_merged_report_of_whole_suites_fails_where_nothing_triggers_a_requirement(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "requirements.toml", "on(greeting)", "on(greeting) & lamp_level > 200")
-    parts = shards(lamps, 2)
-    merged = command("merge", *parts)
-    assert merged.returncode == 1
-    assert "FAILED R3 was not checked: no test triggered it" in merged.stdout
-    assert "was not checked" not in command("gate", parts[0]).stdout
-    assert command("gate", "hri-merged", "--allow-nc=R3").returncode == 0
-    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc = R3 in rl: nobody greets so")
-    assert command("merge", *shards(lamps, 2)).returncode == 0
 
 
 @pytest.mark.slow
@@ -154,18 +126,6 @@ def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pyt
 
 
 @pytest.mark.slow
-def test_failures_and_expired_allowances_fail_the_merge(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "pytest.ini", "R2: the hall", "R2 until 2021-01-31: the hall")
-    lamps.runpytest_inprocess(RL, "--hri-shard=1/1")
-    merged = command("merge", "hri-report")
-    assert merged.returncode == 1
-    assert "2 tests fail for 1 cause" in merged.stdout
-    gates = json.loads((lamps.path / "hri-merged" / "report.json").read_text(encoding="utf-8"))["gates"]["failed"]
-    assert not [text for text in gates if text.endswith(": failed")]  # the page lists tests by cause, not as gates
-    assert "FAILED the known violation of R2" in merged.stdout
-
-
-@pytest.mark.slow
 def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester, after: SessionRunner) -> None:
     after(RL, "--hri-shard=1/2", "--hri-report=part1")
     change(lamps.path, "lamps/guide.py", "return 10.0", "return 11.0")
@@ -174,20 +134,6 @@ def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester, after
     assert merged.returncode == 2
     assert merged.stderr == "error: part1 and part2: different code under test: lamps/guide.py; run both again\n"
     assert not (lamps.path / "hri-merged").exists()
-
-
-@pytest.mark.slow
-def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_are_not(
-    lamps: pytest.Pytester, after: SessionRunner
-) -> None:
-    for name, options in (("a", (RL,)), ("b", (RL, "--hri-seed=1")), ("c", ("--hri-suite=by-hand",))):
-        assert after(*options, f"--hri-report={name}", "-q").result.ret == 0
-    merged = command("merge", "a", "b")
-    assert merged.returncode == 2
-    assert merged.stderr.startswith("error: a and b: two suites have the name 'rl' but another seed; merge runs of one")
-    merged = command("merge", "a", "c")
-    assert (merged.returncode, decided(merged)) == (0, ["38/38 tests merged"])
-    assert [suite["name"] for suite in read(lamps.path / "hri-merged")["suites"]] == ["by-hand", "rl"]
 
 
 @pytest.mark.slow
@@ -258,29 +204,6 @@ def test_a_shard_that_makes_no_sense_is_refused(lamps: pytest.Pytester, given: s
 
 
 @pytest.mark.slow
-def test_a_merge_keeps_the_gates_of_the_ini_file(lamps: pytest.Pytester) -> None:
-    policy = "hri_fail_under =\n    cross=100\n    statements=99"
-    change(lamps.path, "pytest.ini", "pythonpath = .", f"pythonpath = .\n{policy}")
-    parts = shards(lamps, 2)
-    merged = command("merge", *parts, "-o", "all")
-    assert decided(merged)[1:] == ["FAILED suite rl: statements 97.56 %, at least 99 % asked for"]
-    assert merged.returncode == 1
-    assert decided(command("gate", "all"))[1:] == decided(merged)[1:]
-    assert command("gate", "all", "--fail-under=statements=50").returncode == 0
-    assert command("gate", parts[0]).returncode == 1
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("lamps")
-def test_a_merge_says_what_one_run_says(parts: list[str], finished: SessionRunner) -> None:
-    whole = finished(RL).result.stdout.str().splitlines()
-    merged = command("merge", *parts, "-o", "hri-report").stdout.splitlines()
-    lines = whole[next(number for number, line in enumerate(whole) if line.startswith("requirements ")) : -1]
-    assert len(lines) >= 5
-    assert [line for line in lines if line not in merged] == []
-
-
-@pytest.mark.slow
 def test_a_merge_carries_replay_files_along(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "hri_known_violations =\n    R2: the hall has no dimmer\n", "")
     for index in (1, 2):
@@ -294,15 +217,3 @@ def test_a_merge_carries_replay_files_along(lamps: pytest.Pytester) -> None:
         (lamps.path / part / "report.json").unlink()
     again = lamps.runpytest_inprocess("--hri-replay=all/failures")
     again.assert_outcomes(failed=4)  # also what each is reduced to
-
-
-@pytest.mark.slow
-def test_a_shard_with_an_error_after_a_result_fails_the_merge(lamps: pytest.Pytester) -> None:
-    rig = "@pytest.fixture\ndef rig():\n    yield\n    raise OSError('no rig')"
-    change(lamps.path, "test_lamps.py", "def test_lamps(", f"import pytest\n\n\n{rig}\n\n\ndef test_lamps(rig, ")
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-shard=1/2", "--hri-report=part1")
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-shard=2/2", "--hri-report=part2")
-    merged = command("merge", "part1", "part2")
-    assert merged.returncode == 1
-    errors = [line for line in decided(merged) if "an error after its result: " in line and "no rig" in line]
-    assert len(errors) == 4

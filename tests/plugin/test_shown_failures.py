@@ -79,15 +79,6 @@ def test_with_tb_line_and_rf_each_failure_has_one_line(bright: pytest.Pytester) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "worker"])
-def test_with_v_all_are_shown_with_formulas(bright: pytest.Pytester, options: tuple[str, ...]) -> None:
-    text = bright.runpytest_inprocess(*SUITE, "-v", *options).stdout.str()
-    assert text.count("what the human did around then") == 24
-    assert text.count("checked as  always(lamp_level > 0 -> lamp_level <= 80)") == 24
-    assert TITLE in text
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "worker"])
 def test_services_and_junit_read_causes(
     bright: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
 ) -> None:
@@ -113,18 +104,6 @@ def test_services_and_junit_read_causes(
     assert all(failure.attrib["message"].endswith("by 20 % (cause 1)") for failure in failures)
     assert all((failure.text or "").startswith(failure.attrib["message"]) for failure in failures)
     assert len([entry for entry in root.iter("property") if entry.attrib["name"] == "hri.cause"]) == 24
-
-
-@pytest.mark.slow
-def test_without_causes_there_is_a_line_for_each_test(bright: pytest.Pytester) -> None:
-    result = bright.runpytest_inprocess(*SUITE, "--hri-diagnose=0", "-q")
-    assert between(result.outlines, "24 tests failed", "FAILURES")[-1] == "  and 19 more: -v lists all"
-    assert len(result.outlines) <= 120
-
-
-@pytest.mark.slow
-def test_colours_where_they_are_asked_for(bright: pytest.Pytester) -> None:
-    assert "\x1b[31m\x1b[1mcause 1" in bright.runpytest_inprocess(*SUITE, "--color=yes").stdout.str()
 
 
 def test_errors_of_the_code_keep_their_tracebacks(lamps: pytest.Pytester) -> None:

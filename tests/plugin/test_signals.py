@@ -96,27 +96,6 @@ def test_nothing_is_raised_where_the_session_ends(
     assert handled.pending
 
 
-def test_a_second_one_right_after_the_first_is_no_second_wish(
-    handled: Signals, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(module, "AGAIN_S", 3600.0)
-    with handled.defer():
-        with pytest.raises(KeyboardInterrupt), handled.let_through():
-            send()
-        send()
-        with handled.let_through():
-            send()
-
-
-def test_handlers_of_others_stay_and_come_back(handled: Signals) -> None:
-    handled.end()
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    handled.begin()
-    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux says which signals are caught in C")
 def test_what_faulthandler_is_registered_for_stays_its_own(handled: Signals, tmp_path: Path) -> None:
     handled.end()

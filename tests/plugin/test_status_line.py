@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.report.formatting import width
-from pytest_hricdv.session.progress import Status, StatusLine, time_left
+from pytest_hricdv.session.progress import Status, StatusLine
 from tests.plugin.screen import Screen
 
 
@@ -42,21 +42,6 @@ def test_it_says_how_many_tests_ended_the_time_left_and_what_runs(status: Status
 def test_on_a_narrow_terminal_it_says_less_and_cuts_no_id(columns: int, shown: str) -> None:
     status = Status(1037, 5000, 12, 7805.0, ("closing-0f3a9c21", "closing-d7650e1d8c"))
     assert status.text(columns) == shown
-
-
-@pytest.mark.parametrize(
-    ("seconds", "shown"),
-    [
-        (0.0, "a few seconds left"),
-        (12.4, "about 10 s left"),
-        (89.0, "about 90 s left"),
-        (91.0, "about 2 min left"),
-        (3599.0, "about 60 min left"),
-        (7805.0, "about 2 h 10 min left"),
-    ],
-)
-def test_time_left_is_rounded(seconds: float, shown: str) -> None:
-    assert time_left(seconds) == shown
 
 
 @given(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.plugin.conftest import SessionRunner
-from tests.plugin.project import A_WORKER, change, counted_up_to_313
+from tests.plugin.project import change, counted_up_to_313
 
 SUITE = "--hri-suite=rl"
 TITLE = "human-robot interaction"
@@ -43,26 +43,12 @@ def test_with_v_it_has_all_requirements_and_figures(finished: SessionRunner) -> 
 
 
 @pytest.mark.slow
-def test_a_terminal_of_sixty_columns_is_enough(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "60")
-    assert all(len(line) <= 60 for line in section(lamps.runpytest_inprocess(SUITE)))
-
-
-@pytest.mark.slow
 def test_colour_is_optional_and_quiet_drops_the_header_only(finished: SessionRunner) -> None:
     assert "\x1b" not in finished(SUITE).result.stdout.str()
     assert "\x1b[32m" in finished(SUITE, "--color=yes").result.stdout.str()
     quiet = finished(SUITE, "-q").result
     quiet.stdout.no_fnmatch_line("hri*:*")
     assert section(quiet)[0].startswith("requirements ")
-
-
-@pytest.mark.slow
-def test_warnings_are_errors_and_nothing_breaks(lamps: pytest.Pytester) -> None:
-    for options in ((), A_WORKER, ("--cov=lamps", "--cov-report=")):
-        result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-W", "error", *options)
-        assert result.ret == 0
-        result.stdout.no_fnmatch_line("*warnings summary*")
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import A_WORKER, change, report
+from tests.plugin.project import A_WORKER, change
 
 BELOW = Path("tests", "hri")
 each_way = pytest.mark.parametrize(
@@ -41,15 +41,6 @@ def test_a_testbench_below_what_is_collected_is_found(deep: pytest.Pytester, pat
     result.stdout.fnmatch_lines(["hri: lamps, suite by-hand, seed 0*", "PASSED  3 passed, 1 known to fail *"])
 
 
-@pytest.mark.slow
-@each_way
-def test_so_where_nothing_is_named(deep: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = deep.runpytest_inprocess(*options)
-    assert result.ret == 0
-    result.assert_outcomes(passed=5, xfailed=1)
-    result.stdout.fnmatch_lines(["hri: lamps, suite by-hand, seed 0, 4 tests", "PASSED  3 passed, 1 known to fail *"])
-
-
 @each_way
 @pytest.mark.parametrize("path", ["tests/unit", "tests/unit/test_unit.py"])
 def test_where_there_is_none_nothing_is_generated_and_the_header_says_so(
@@ -66,15 +57,6 @@ def test_a_suite_on_the_command_line_needs_one(deep: pytest.Pytester) -> None:
     result = deep.runpytest_inprocess("--hri-suite=by-hand", "tests/unit")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: no testbench: implement pytest_hricdv_testbench(config) in *"])
-
-
-@pytest.mark.slow
-@each_way
-def test_paths_of_host_tests_lead_to_it(deep: pytest.Pytester, options: tuple[str, ...]) -> None:
-    change(deep.path, "pytest.ini", "pythonpath = .\n", "pythonpath = .\nhri_testpaths = tests/hri/test_lamps.py\n")
-    result = deep.runpytest_inprocess("--hri-suite=by-hand", *options)
-    result.stdout.fnmatch_lines(["PASSED  3 passed, 1 known to fail *"])
-    assert len(report(deep.path)["tests"]) == 4
 
 
 @pytest.mark.slow
@@ -123,19 +105,3 @@ def test_without_conftest_files_nothing_is_searched(deep: pytest.Pytester) -> No
     result = deep.runpytest_inprocess("--noconftest", "tests/unit")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["hri: no testbench in tests/unit: *"])
-
-
-@pytest.mark.slow
-@each_way
-def test_one_in_a_folder_of_a_project_that_has_one_is_not_used_and_named(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    (lamps.path / BELOW).mkdir(parents=True)
-    text = (lamps.path / "conftest.py").read_text(encoding="utf-8").replace('name="lamps"', 'name="other"')
-    (lamps.path / BELOW / "conftest.py").write_text(text, encoding="utf-8")
-    (lamps.path / "test_lamps.py").rename(lamps.path / BELOW / "test_lamps.py")
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", *options)
-    assert result.ret == 0
-    said = "*hri?conftest.py:*: this testbench is not used, as the session has that of *conftest.py: name the folder *"
-    result.stdout.fnmatch_lines([said])
-    assert report(lamps.path)["testbench"] == "lamps"

@@ -7,14 +7,8 @@ import shlex
 import pytest
 
 from tests.plugin.project import change, outcomes, report
-from tests.report.parsed import Page, details
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
-
-
-def forget(lamps: pytest.Pytester) -> None:
-    """Take the known violation out of the ini file."""
-    change(lamps.path, "pytest.ini", "hri_known_violations =\n    R2: the hall has no dimmer\n", "")
 
 
 @pytest.mark.slow
@@ -34,15 +28,6 @@ def test_a_known_violation_is_reported_and_does_not_fail_the_run(lamps: pytest.P
     (known,) = [test for test in written["tests"] if test["id"] == BRIGHT]
     assert known["outcome"] == "known-violation"
     assert known["requirements"]["R2"]["verdict"] == "Failed"
-
-
-@pytest.mark.slow
-def test_a_requirement_can_be_named_as_known_on_the_command_line(lamps: pytest.Pytester) -> None:
-    forget(lamps)
-    assert lamps.runpytest_inprocess("--hri-suite=rl").ret == 1
-    result = lamps.runpytest_inprocess("-v", "--hri-suite=rl", "--hri-known=R2,R1")
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["  R2 is known to fail: named with --hri-known"])
 
 
 @pytest.mark.slow
@@ -90,17 +75,6 @@ def failure(lines: list[str]) -> list[str]:
     """The text of the first failing test."""
     start = lines.index("R2 Failed: The lamp shall never glare")
     return lines[start : lines.index("run it again:", start) + 2]
-
-
-@pytest.mark.slow
-def test_the_page_has_the_command_with_the_options_of_the_run(lamps: pytest.Pytester) -> None:
-    forget(lamps)
-    lamps.runpytest_inprocess("--hri-suite=by-hand,rl", "--hri-concretizations=2", "-k", BRIGHT)
-    assert report(lamps.path)["rerun_options"] == {"suite": "by-hand,rl", "options": ["--hri-concretizations=2"]}
-    page = Page((lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8"))
-    again = next(each["rerun"] for each in details(page) if each["rerun"])
-    assert any(line.endswith("--hri-suite=by-hand,rl --hri-seed=0 --hri-concretizations=2") for line in again)
-    assert not any("--hri-replay=" in line and "--hri-concretizations" in line for line in again)
 
 
 @pytest.mark.slow

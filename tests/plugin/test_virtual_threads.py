@@ -110,21 +110,3 @@ def test_what_a_thread_does_is_covered(lamps: pytest.Pytester) -> None:
     (missing,) = (line for line in result.outlines if line.startswith("  lamps/guide.py"))
     assert f" {lines.index('        threading.Timer(SWITCHING_S, self.when.set).start()') + 1}-" in missing
     assert f"{lines.index('        with LOCK:') + 1}" not in missing
-
-
-@pytest.mark.slow
-def test_a_thread_that_raises_is_a_fault_of_the_code(lamps: pytest.Pytester) -> None:
-    wait_so(lamps, "queue", '("time", "threading")')
-    project.change(lamps.path, "lamps/guide.py", 'JOBS.put("settled")', "raise OSError('no lamp')")
-    said = lamps.runpytest_inprocess(*RUN).stdout.str()
-    assert "OSError: no lamp" in said
-    assert "guide: Thread-1" in said
-
-
-@pytest.mark.slow
-def test_who_waits_for_a_lock_that_nobody_gives_back_is_seen(lamps: pytest.Pytester) -> None:
-    for_ever = "        LOCK.acquire(); LOCK.acquire()\n"
-    wait_so(lamps, "event", '("time", "threading")')
-    project.change(lamps.path, "lamps/guide.py", f"        {WAYS['event']}\n", for_ever)
-    said = lamps.runpytest_inprocess(*RUN).stdout.str()
-    assert "nothing was left to do" in said

@@ -53,12 +53,6 @@ def test_a_closing_loop_without_forks_leads_to_the_same_suite(
     assert forked.count("# id: closure-") > 4
 
 
-@pytest.mark.slow
-def test_a_suite_runs_without_forks(forkless: pytest.Pytester) -> None:
-    assert forkless.runpytest_subprocess("--hri-suite=rl", "--hri-shrink").ret == 0
-    assert report(forkless.path)["reported"] == 34
-
-
 def isolated(lamps: pytest.Pytester, *options: str) -> list[dict[str, Any]]:
     """The tests of the report of an isolated session, without how long they took."""
     lamps.runpytest_subprocess(*RUN, "--hri-isolate", *options)
@@ -98,10 +92,3 @@ def test_what_a_started_process_ends_with_is_the_end_of_its_test(forkless: pytes
     junit = Path(forkless.path, "junit.xml").read_text(encoding="utf-8")
     assert junit.count('name="light"') == 1
     assert sorted(test["outcome"] for test in report(forkless.path)["tests"]) == ["error", "failed"]
-
-
-@pytest.mark.slow
-def test_faults_cannot_be_tried_without_forks(forkless: pytest.Pytester) -> None:
-    result = forkless.runpytest_subprocess("--hri-suite=rl", "--hri-mutate")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: --hri-mutate: this system cannot fork processes; use Linux or macOS"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -57,23 +56,6 @@ def test_a_range_has_a_margin_and_does_not_change_its_sign(tmp_path: Path) -> No
     )
 
 
-def test_numbers_that_are_not_finite_do_not_count(tmp_path: Path) -> None:
-    entries = [(n, "/tray", tray(value, 1.5, 1, [math.inf], True)) for n, value in enumerate([math.nan, 1.5, 2.5])]
-    numbers = seen(write_mcap(tmp_path / "run.mcap", entries, TRAY)).topics["tray"].numbers
-    assert (numbers["pose.x"].count, numbers["pose.x"].low) == (2, 1.5)
-    assert "loads" not in numbers
-    assert numbers["pose.x"].comment().startswith("TODO: observed 1.5 to 2.5 in 2 messages")
-
-
-def test_of_long_arrays_the_extremes_are_seen(tmp_path: Path) -> None:
-    loads = [1.0] * 5000
-    loads[77], loads[4077] = -3.5, 9.5
-    entries = [(0.1 * n, "/tray", tray(0.0, 0.0, 1, loads, True)) for n in range(3)]
-    seen_loads = seen(write_mcap(tmp_path / "run.mcap", entries, TRAY)).topics["tray"].numbers["loads"]
-    assert (seen_loads.low, seen_loads.high) == (-3.5, 9.5)
-    assert seen_loads.count == 3 * 1002
-
-
 def test_waits_repeats_and_reactions_are_times_between_topics(tmp_path: Path) -> None:
     entries: list[Entry] = [
         (0.0, "/order", {}),
@@ -110,14 +92,6 @@ def test_times_are_those_of_the_clock_of_the_simulation(tmp_path: Path) -> None:
     gaps = observe([recording]).topics["said"].gaps
     assert gaps is not None
     assert gaps.low == pytest.approx(0.5)
-
-
-def test_files_of_a_folder_begin_anew_each(tmp_path: Path) -> None:
-    for number in range(3):
-        write_mcap(tmp_path / f"{number}.mcap", [(0.0, "/said", {}), (1.0 + number, "/said", {})])
-    gaps = seen(tmp_path).topics["said"].gaps
-    assert gaps is not None
-    assert (gaps.count, gaps.high, gaps.source) == (3, 3.0, "3 recordings")
 
 
 def test_recordings_of_the_same_name_are_told_apart_by_their_paths(tmp_path: Path) -> None:

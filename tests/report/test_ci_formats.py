@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.report import junit
 from pytest_hricdv.report import markdown as markdown_module
-from pytest_hricdv.report.annotations import MAX_ANNOTATIONS, Place, annotation_commands
+from pytest_hricdv.report.annotations import Place, annotation_commands
 from pytest_hricdv.report.junit import junit_properties
 from tests.report import sample, sample_tests
 
@@ -57,22 +57,6 @@ def test_a_green_run_says_so_and_a_failed_gate_fails_it() -> None:
     assert "Better: R1 is better" in text
 
 
-def test_lost_tests_are_counted() -> None:
-    report = _failing()
-    report.update(selected=5, not_run=2)
-    assert "**2 tests not run or lost, totals are lower bounds.**" in markdown(report)
-
-
-def test_unmeasured_code_is_called_so() -> None:
-    report = _failing()
-    report["code_under_test"] |= {"measured": False, "reason": "a debugger is attached"}
-    report["suites"][0]["code"] = {"statements": None, "branches": None}
-    text = markdown(report)
-    assert "| statements, of the reachable | unmeasured |" in text
-    assert "The code was not measured: a debugger is attached." in text
-    assert "0.0 %" not in text
-
-
 ODD = st.text(alphabet=st.sampled_from('|`<>&*_[]()#"\n\r\t\\%:,;a1\x1b é\u202e'), min_size=1, max_size=12)
 
 
@@ -90,15 +74,6 @@ def test_odd_names_break_no_table_and_no_fence(name: str, title: str) -> None:
     fences = [number for number, line in enumerate(lines) if re.fullmatch(r"`{3,}(text)?", line)]
     assert [lines[number + 1] for number in fences[::2]] == ["run it again:"]
     assert len(fences) == 2
-
-
-def test_a_campaign_of_failures_stays_small() -> None:
-    report = sample.data(tests=1000)
-    for test in report["tests"]:
-        test["outcome"] = "failed"
-    text = markdown(report)
-    assert "and 990 more: see the report" in text
-    assert len(text) < 60_000
 
 
 def test_texts_of_megabytes_are_cut_in_all_formats() -> None:
@@ -136,13 +111,6 @@ def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
     )
     assert f"%0Aworst is {report['tests'][1]['id']}%0A" in first
     assert "hri%3A R2 failed in 1 test::" in second
-
-
-def test_known_violations_are_not_annotated_unless_the_run_is_strict() -> None:
-    report = _failing("R1", "R3")
-    assert [re.findall("R[0-9] failed", line) for line in annotation_lines(report, {})] == [["R1 failed"]]
-    report["strict"] = True
-    assert len(annotation_lines(report, {})) == 2
 
 
 def test_faults_are_in_the_summary_the_annotations_and_the_properties() -> None:
@@ -194,15 +162,6 @@ def test_each_cause_is_annotated_once_at_its_place_in_the_code() -> None:
     assert "file=tests/hri/test_table_assembly.py,line=8" in annotation_lines(report, places)[0]
 
 
-def test_what_has_no_cause_is_annotated_as_without_causes() -> None:
-    report = _failing("R1")
-    ids = [test["id"] for test in report["tests"]]
-    report["tests"][1]["requirements"]["R2"] = sample_tests.requirement_result("Failed", 0.0)
-    report["tests"][1]["outcome"] = "failed"
-    report["causes"] = [CAUSES[0] | {"tests": ids[:1]}]
-    assert ["R2 failed in 1 test" in line for line in annotation_lines(report, {})] == [False, True]
-
-
 def test_the_summary_has_causes_before_requirements() -> None:
     report = _failing("R1")
     for test in report["tests"]:
@@ -223,18 +182,6 @@ def test_junit_has_causes_as_properties_of_the_suite() -> None:
     assert properties["hri.cause.1"].startswith(
         "cause 1 (3f2a91bc): R1 in 1 test, first in the state release_all; where  co"
     )
-
-
-def test_errors_and_gates_are_annotated_ten_at_most() -> None:
-    report = _failing("R1")
-    report["tests"][1] |= {"outcome": "error", "failure": "ZeroDivisionError: division by zero\nmore"}
-    report["gates"] = {"failed": [f"gate {number}: 50 %" for number in range(20)], "improved": []}
-    lines = annotation_lines(report, {})
-    assert len(lines) == MAX_ANNOTATIONS
-    assert "1 test in error::first is" in lines[1]
-    assert "%0AZeroDivisionError: division by zero%0A" in lines[1]
-    assert lines[2] == "::error title=hri%3A gate failed::gate 0: 50 %25"
-    assert lines[-1] == "::error title=hri%3A and 13 more failures::see the report"
 
 
 @given(ODD, ODD)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import random
 import xml.etree.ElementTree as ET
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec import to_builtins
 
 from pytest_hricdv.report.code_formats import cobertura, hits, lcov
 from pytest_hricdv.results.model import Report
@@ -91,32 +89,3 @@ def test_lcov_has_its_records() -> None:
         "LH:2",
     ]
     assert "BRDA:11,0,0,1\nBRDA:11,0,1,0\n" in second
-
-
-def test_a_line_that_no_test_reached_has_no_counts_for_its_branches() -> None:
-    assert "BRDA:11,0,0,-\nBRDA:11,0,1,-\n" in lcov(_report([(0b1, 0)]))
-
-
-def test_without_branches_only_lines_are_counted() -> None:
-    report = _report([(0b0100011, 0)], branches=False)
-    root = ET.fromstring(cobertura(report, "."))
-    assert faults(root) == []
-    assert root.attrib["branches-valid"] == "0"
-    assert "BR" not in lcov(report)
-
-
-def test_odd_file_names_are_kept() -> None:
-    data = to_builtins(_report([(1, 0)]))
-    data["code_under_test"]["map"][0]["file"] = 'a/"<&>é.py'
-    (first, _) = ET.fromstring(cobertura(sample.typed(data), ".")).iter("class")
-    assert first.attrib["filename"] == 'a/"<&>é.py'
-
-
-def test_unmeasured_code_has_no_hits_and_not_zero() -> None:
-    assert hits(_report([(1, 0)], measured=False)) == ()
-
-
-def test_order_of_tests_does_not_matter() -> None:
-    tests = [(random.Random(n).randrange(128), n) for n in range(9)]
-    report, other = _report(tests), _report(tests[::-1])
-    assert (cobertura(report, "."), lcov(report)) == (cobertura(other, "."), lcov(other))

@@ -83,19 +83,6 @@ def test_of_many_causes_five_are_shown() -> None:
     assert lines[-1] == "and 3 more: -v shows all"
 
 
-def test_names_that_do_not_fit_go_on_below() -> None:
-    many = failing(30, *sample_tests.TITLES)
-    lines = texts(report_of(TESTS[0], many), 30, all_rows=True)
-    start = lines.index(f"  {many.id}  R1 R2 R3")
-    assert lines[start + 1] == f"{'':{len(many.id) + 4}}R4"
-
-
-def test_where_replays_do_not_fit_it_is_said_how_they_are_named() -> None:
-    lines = texts(report_of(*TESTS), 60, all_rows=True)
-    assert f"  {TESTS[0].id}  R1" in lines
-    assert "replay each: --hri-replay=hri-report/failures/ID.json" in lines
-
-
 def test_a_test_is_listed_at_its_first_cause_and_named_with_all() -> None:
     report = report_of(*TESTS)
     first, second = CAUSES.of(report)
@@ -113,16 +100,3 @@ def test_of_thousands_of_tests_some_are_named_unless_all_are_asked_for() -> None
     assert "  also   " in "".join(texts(report, 80))
     assert any(line.endswith(" more") for line in texts(report, 80))
     assert sum(line.endswith(".json") and "pytest" not in line for line in texts(report, None, all_rows=True)) == 200
-
-
-def test_without_causes_there_are_the_tests() -> None:
-    report = CAUSES.put(report_of(*TESTS), ())
-    lines = texts(report, None)
-    assert lines[0] == f"  {TESTS[0].id}  R1"
-    assert lines[-1] == "  and 14 more: -v lists all"
-
-
-def test_known_violations_are_not_what_a_test_fails_for() -> None:
-    report = replace(report_of(TESTS[0], failing(50, "R1", "R3")), known_violations={"R3": "no crush prevention"})
-    row = next(line for line in texts(report, None, all_rows=True) if line.endswith(".json") and "pytest" not in line)
-    assert row.split()[1:-1] == ["R1"]

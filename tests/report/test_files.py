@@ -24,12 +24,6 @@ def test_prepare_creates_the_folder_and_leaves_it_empty(tmp_path: Path) -> None:
     assert list((tmp_path / "a" / "b").iterdir()) == []
 
 
-def test_prepare_accepts_a_folder_that_is_there(tmp_path: Path) -> None:
-    (tmp_path / "report.json").write_text("old")
-    prepare(tmp_path)
-    assert (tmp_path / "report.json").read_text() == "old"
-
-
 @pytest.mark.parametrize("below", [".", "deeper/still"])
 def test_prepare_refuses_a_file_in_the_way(tmp_path: Path, below: str) -> None:
     (tmp_path / "hri-report").write_text("a file")
@@ -68,13 +62,6 @@ def test_write_then_load_gives_the_same_report(tmp_path: Path) -> None:
     assert load(tmp_path) == report
 
 
-def test_the_same_report_gives_the_same_bytes(tmp_path: Path) -> None:
-    data = sample.data(("by-hand", "rl"), 5)
-    shuffled = json.loads(json.dumps(data), object_pairs_hook=lambda pairs: dict(reversed(pairs)))
-    contents = [[path.read_bytes() for path in write(sample.typed(plain), tmp_path)] for plain in (data, shuffled)]
-    assert contents[0] == contents[1]
-
-
 @pytest.mark.parametrize("full_at", [1, 2])
 def test_a_failed_write_leaves_whole_files_and_no_parts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, full_at: int
@@ -106,19 +93,6 @@ def test_a_page_that_cannot_be_made_does_not_lose_the_report(tmp_path: Path, mon
     with pytest.raises(ReportError, match=r"report\.json is written, but index\.html .*: ZeroDivisionError: no pixels"):
         write(sample.report(tests=2), tmp_path)
     assert load(tmp_path) == sample.report(tests=2)
-
-
-def test_an_exception_while_writing_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write(sample.report(tests=1), tmp_path)
-    old = (tmp_path / "report.json").read_bytes()
-
-    def interrupted(path: Path, mode: str) -> IO[bytes]:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(atomic_file, "_OPEN", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        write(sample.report(tests=2), tmp_path)
-    assert (tmp_path / "report.json").read_bytes() == old
 
 
 def test_write_names_a_folder_in_the_place_of_a_file(tmp_path: Path) -> None:
@@ -170,17 +144,6 @@ def test_load_locates_what_is_wrong(tmp_path: Path, spoil: Any, message: str) ->
     path.write_text(spoil(path.read_text()))
     with pytest.raises(ReportError, match=message):
         load(path)
-
-
-def test_load_of_a_missing_report_says_how_to_get_one(tmp_path: Path) -> None:
-    with pytest.raises(ReportError, match=r"report\.json: no such report; a run with --hri-suite writes one"):
-        load(tmp_path)
-
-
-def test_load_of_no_text_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "report.json").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ReportError, match=":1:1: not UTF-8 text: byte 0xff"):
-        load(tmp_path)
 
 
 def test_importing_the_views_loads_no_template_engine() -> None:

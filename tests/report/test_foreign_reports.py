@@ -10,7 +10,6 @@ import msgspec
 import pytest
 
 from pytest_hricdv.report.__main__ import main
-from pytest_hricdv.report.explanation import generate_command
 from pytest_hricdv.report.files import supersede, write
 from pytest_hricdv.results.codec import ReportError, encode, load
 from pytest_hricdv.results.journal import NAME, JournalWriter, ResultRecord, SelectionRecord, StartRecord, read
@@ -93,10 +92,6 @@ def test_no_command_to_copy_has_an_option_that_writes(report: Path, option: str)
         load(report)
 
 
-def test_the_name_of_a_test_is_no_option_of_a_command_to_copy() -> None:
-    assert generate_command("--basetemp=/home/me", "rl", 0).startswith('pytest "./--basetemp=/home/me" ')
-
-
 @pytest.mark.parametrize("name", ["/etc/passwd", "../../secrets.py", "a/../../b.py", "a.py\nSF:/etc/passwd", "a.txt"])
 def test_no_exported_coverage_names_files_that_are_no_code(report: Path, name: str) -> None:
     changed = data()
@@ -104,14 +99,6 @@ def test_no_exported_coverage_names_files_that_are_no_code(report: Path, name: s
     (report / "report.json").write_text(json.dumps(changed))
     with pytest.raises(ReportError, match="expected a file of Python, without steps upwards"):
         load(report)
-
-
-def test_a_file_without_end_is_not_carried_along(report: Path, capsys: Any) -> None:
-    (report / "films").mkdir()
-    with (report / "films" / "a.mp4").open("wb") as film:
-        film.truncate(10**12)
-    assert main(["merge", str(report), "-o", "merged"]) == 2
-    assert "a.mp4: too large; expected at most 2,000,000,000 bytes" in capsys.readouterr().err
 
 
 TIMES = ["NaN\ta\tb\t{}", "1e999\ta\tb\t{}", '"x"\ta\tb\t{}', "1\ta\tb\t[1]", "1\ta\tb\t" + "[" * 50_000, "1"]
@@ -127,20 +114,6 @@ def test_no_baseline_is_made_of_what_no_baseline_can_have(report: Path, message:
     assert "of a timeline: expected time, sender, topic and fields as JSON" in errors
     assert len(errors) < 1000
     assert not Path("b.json").exists()
-
-
-def test_a_report_without_tests_is_not_judged(report: Path, capsys: Any) -> None:
-    changed = data() | {"tests": [], "selected": 0, "reported": 0}
-    (report / "report.json").write_text(json.dumps(changed), encoding="utf-8")
-    assert main(["gate", str(report)]) == 2
-    assert "has no tests, so there is nothing to judge" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("address", ["javascript:alert(1)", "../x.html", "http://e"])
-def test_the_last_whole_report_is_in_the_folder(report: Path, address: str) -> None:
-    (report / "report.json").write_text(json.dumps(data() | {"full_report": address}))
-    with pytest.raises(ReportError, match=r"at `\$\.full_report`"):
-        load(report)
 
 
 @pytest.mark.parametrize("name", ["failures/evil.json", "traces/evil.mcap", "films/evil.png"])
@@ -195,15 +168,6 @@ def test_leftovers_are_not_removed_through_a_link(victim: Path, tmp_path: Path) 
     (tmp_path / "out" / "details").symlink_to(victim)
     write(sample.report(tests=1), tmp_path / "out")
     assert untouched(victim)
-
-
-@pytest.mark.parametrize("name", ["report.json", "index.html"])
-def test_a_link_in_the_place_of_a_file_is_replaced(report: Path, victim: Path, name: str, tmp_path: Path) -> None:
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / name).symlink_to(victim / "secret.json")
-    write(sample.report(tests=1), tmp_path / "out")
-    assert untouched(victim)
-    assert not (tmp_path / "out" / name).is_symlink()
 
 
 @pytest.mark.parametrize("name", ["earlier", "whole"])

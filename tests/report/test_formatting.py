@@ -8,14 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.report.formatting import (
-    branches,
     fit_list,
     line_ranges,
     natural,
     percent,
-    plural,
-    quantity,
-    seconds,
 )
 from pytest_hricdv.report.plot_data import thin_curve
 
@@ -37,18 +33,8 @@ def test_ranges_hold_exactly_the_lines(lines: set[int]) -> None:
     assert all(last + 1 < first for (_, last), (first, _) in itertools.pairwise(ranges))
 
 
-def test_branches_name_the_exit() -> None:
-    assert branches([[69, -12], [58, 60]]) == ("58->60", "69->exit")
-
-
 def test_names_are_sorted_as_people_count() -> None:
     assert sorted(["R10", "R2", "plan10", "R", "plan9", "2"], key=natural) == ["2", "R", "R2", "R10", "plan9", "plan10"]
-
-
-def test_figures_have_few_digits() -> None:
-    assert [seconds(value) for value in (None, 0.5, 71.23, 17553.4)] == ["-", "0.50 s", "71.2 s", "17553 s"]
-    assert [quantity(value) for value in (0.030001, 1234567, True, "tell")] == ["0.03", "1234567", "True", "tell"]
-    assert [plural(1, "test"), plural(0, "test"), plural(2, "branch")] == ["1 test", "0 tests", "2 branches"]
 
 
 @given(st.integers(0, 5000), st.integers(1, 50))
@@ -69,9 +55,3 @@ def test_a_thinned_curve_keeps_its_ends_and_extremes(count: int, columns: int) -
 )
 def test_of_several_texts_the_fullest_that_fits_is_taken(columns: int, shown: str) -> None:
     assert fit_list(("12 statements, 3 branches", "15 open"), columns) == shown
-
-
-def test_wide_characters_count_twice_where_a_text_must_fit() -> None:
-    assert fit_list(("病院の支度", "病院"), 9) == "病院"
-    assert fit_list(("病院の支度",), 5) == "病院"
-    assert fit_list((), 5) == fit_list(("a",), 0) == ""

@@ -10,7 +10,6 @@ import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv.report import html
-from pytest_hricdv.report.code_formats import count_bits
 from pytest_hricdv.report.files import PAGE_NAME, write
 from pytest_hricdv.results.model import Report
 from tests.report import sample, sample_sections, sample_tests
@@ -149,15 +148,6 @@ def test_sources_say_how_many_tests_reach_each_line() -> None:
     assert "58 2 line(58) branch never taken: to line 69" in page.words
 
 
-@pytest.mark.parametrize("size", [1, 7, 64])
-def test_bits_are_counted_one_by_one(size: int) -> None:
-    sets = [(n * 2654435761) % (1 << size) for n in range(40)]
-    assert count_bits([f"{bits:x}" for bits in sets], size) == [
-        sum(bits >> bit & 1 for bits in sets) for bit in range(size)
-    ]
-    assert count_bits([], size) == [0] * size
-
-
 def test_nothing_is_fetched_from_anywhere() -> None:
     text = render(sample.data(tests=2))
     for _, attributes in Page(text).tags:
@@ -252,10 +242,6 @@ def test_every_text_is_escaped() -> None:
     text.encode("utf-8")
 
 
-def test_150_tests_stay_under_two_megabytes() -> None:
-    assert len(render(sample.data(tests=150)).encode()) < 2_000_000
-
-
 def test_a_large_campaign_keeps_details_beside_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
     write(sample.report(tests=120), tmp_path)
@@ -268,57 +254,6 @@ def test_a_large_campaign_keeps_details_beside_the_page(tmp_path: Path, monkeypa
     assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "report.json"]
 
 
-def test_long_learning_does_not_bloat_the_page() -> None:
-    report = sample.data(tests=1)
-    before = len(render(report))
-    report["suites"][0]["generation"]["q_delta"] = [1.0 / n for n in range(1, 50_001)]
-    assert len(render(report)) < before + 20_000
-
-
 def test_page_depends_on_the_content_only() -> None:
     report = sample.data(tests=3)
     assert render(report) == render(json.loads(json.dumps(report, sort_keys=True)))
-
-
-def test_unmeasured_code_is_called_so() -> None:
-    page = _page(sample.unmeasured("a debugger owns sys.settrace"))
-    assert "unmeasured: a debugger owns sys.settrace" in page.words
-    assert "The code under test is unmeasured: a debugger owns sys.settrace." in page.words
-    data = json.loads(page.scripts["data"])
-    assert data["curves"][0]["closure"].keys() == {"plans"}
-    assert {row[8] for row in data["rows"]} == {None}
-
-
-def test_all_unchecked_and_nothing_learned() -> None:
-    report = sample.data(("pseudorandom",), 2)
-    for test in report["tests"]:
-        test["requirements"] = {name: sample_tests.requirement_result("NC", 0) for name in test["requirements"]}
-        test["timeline"] = None
-    page = _page(report)
-    data = json.loads(page.scripts["data"])
-    assert data["curves"][0]["learning"] == []
-    assert data["triggers"] == [None] * 4
-    assert {row[4] for row in data["rows"]} == {"NNNN"}
-    assert "nearest at 41.2 s: only reading.pressure was missing" in page.words
-
-
-def test_tests_that_never_ran_are_pointed_out() -> None:
-    report = sample.data(tests=2)
-    lost = {"outcome": "not-run", "wall_s": None, "sim_s": 0.0, "skipped_s": 0.0}
-    report["tests"][0].update(
-        lost, requirements={}, code=None, outcomes=[], failure="worker gw1 crashed", timeline=None
-    )
-    report.update(reported=1, not_run=1)
-    page = _page(report)
-    assert "Expected 2 tests, reported 1: 1 test not run or lost" in page.words
-    assert "Not run" in page.words
-    assert details(page)[0]["failure"] == "worker gw1 crashed"
-
-
-def test_q_that_stops_changing_has_a_place_on_a_logarithmic_axis() -> None:
-    report = sample.data(tests=1)
-    for changes in ([1.0, 0.1, 0.0, 0.0], [0.0, 0.0], [0.5], [1.0, 5e-324], [1e308, 1e-12]):
-        report["suites"][0]["generation"]["q_delta"] = changes
-        learned = json.loads(_page(report).scripts["data"])["curves"][0]["learning"]
-        assert [n for n, _ in learned] == list(range(1, len(changes) + 1))
-        assert all(change > 0 for _, change in learned)

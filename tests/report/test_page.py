@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv.extra.traces.records import TraceResult
 from pytest_hricdv.report.files import write
-from tests.report import sample, sample_sections, sample_tests
+from tests.report import sample, sample_sections
 from tests.report.test_html import poisoned
 from tests.report.watched import Watched
 
@@ -101,33 +101,6 @@ def test_without_scripts_everything_but_plots_and_tests_can_be_read(browser: Any
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("view", ["summary", "suites"])
-def test_the_header_hides_nothing_of_the_view_that_a_link_leads_to(watched: Watched, tmp_path: Path, view: str) -> None:
-    page = watched.open(sample.data(("by-hand", "rl"), 40), tmp_path, view)
-    page.mouse.wheel(0, 700)
-    page.wait_for_function("() => scrollY > 300")
-    page.locator(f"nav a[href='#{view}']").last.click()
-    page.wait_for_function("() => scrollY < 100")
-    covered = "() => document.querySelector('header').getBoundingClientRect().bottom"
-    top = page.locator(f"#{view} h2").first.bounding_box()["y"]
-    assert top >= page.evaluate(covered)
-
-
-@pytest.mark.slow
-def test_the_theme_is_chosen_and_kept(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(sample.data(tests=2), tmp_path)
-    shade = "() => getComputedStyle(document.body).backgroundColor"
-    light = page.evaluate(shade)
-    page.get_by_label("Theme").select_option("dark")
-    dark = page.evaluate(shade)
-    assert dark != light
-    page.reload()
-    assert page.evaluate(shade) == dark
-    page.get_by_label("Theme").select_option("light")
-    assert page.evaluate(shade) == light
-
-
-@pytest.mark.slow
 def test_no_name_becomes_a_script(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(poisoned(), tmp_path)
     data = page.evaluate("() => JSON.parse(document.getElementById('data').textContent)")
@@ -141,40 +114,6 @@ def test_no_name_becomes_a_script(watched: Watched, tmp_path: Path) -> None:
     assert "<script>alert(1)</script>" in words
     assert "\u202e" not in words
     assert "\\u{202e}" in words
-    watched.assert_quiet()
-
-
-def _unchecked() -> dict[str, Any]:
-    report = sample.data(tests=2)
-    for test in report["tests"]:
-        test["requirements"] = {name: sample_tests.requirement_result("NC", 0) for name in test["requirements"]}
-        test["timeline"] = None
-    return report
-
-
-def _without_runs() -> dict[str, Any]:
-    report = sample.data(tests=2)
-    for test in report["tests"]:
-        del test["cross"], test["record_sha256"]
-        test |= {"timeline": None, "plans": {}, "outcomes": [], "code": None, "outcome": "error", "failure": "no world"}
-    return report
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "report",
-    [sample.data(tests=0), sample.data((), 0), sample.unmeasured("switched off"), _unchecked(), _without_runs()],
-    ids=["no tests", "no suites", "unmeasured", "all NC", "no run ended"],
-)
-def test_reports_with_little_in_them_have_quiet_pages(watched: Watched, tmp_path: Path, report: dict[str, Any]) -> None:
-    page = watched.open(report, tmp_path)
-    links = page.evaluate("() => [...document.querySelectorAll('nav a')].map((link) => link.hash.slice(1))")
-    for view in links:
-        watched.show(view)
-    if report["tests"]:
-        watched.show("tests")
-        page.locator("#tests td a").first.click()
-        page.wait_for_selector("#test .facts")
     watched.assert_quiet()
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.report import sample, sample_sections, sample_tests
-from tests.report.watched import Watched, listed
+from tests.report.watched import Watched
 
 FOCUSED = "() => document.activeElement.textContent.trim()"
 
@@ -76,21 +76,6 @@ def test_the_first_key_skips_the_navigation(watched: Watched, tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_what_is_listed_beside_a_view_is_shown_with_it(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(with_parts(), tmp_path, "plans")
-    current = "() => [...document.querySelectorAll('header nav a[aria-current]')].map((link) => link.textContent)"
-    assert page.evaluate(current) == ["Coverage", "Plans"]
-    assert page.locator("nav.within:visible a").all_inner_texts() == [
-        *("Closure", "Code", "Plans", "Cross products", "Growth")
-    ]
-    watched.show("requirement/R1")
-    assert page.evaluate(current) == ["Requirements", "Requirements"]
-    watched.show("mutants")
-    assert page.evaluate(current) == ["Mutants"]
-    assert page.locator("nav.within:visible").count() == 0
-
-
-@pytest.mark.slow
 def test_requirements_are_searched_and_the_address_keeps_it(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=30)
     for number in range(60):
@@ -117,58 +102,6 @@ def test_requirements_are_searched_and_the_address_keeps_it(watched: Watched, tm
     page.locator("#summary a.badge", has_text="1 not checked").click()
     page.wait_for_selector("#requirements:not([hidden])")
     assert rows.all_inner_texts() == ["S7"]
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_filters_of_tests_are_in_the_address(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(("by-hand", "rl"), 30)
-    page = watched.open(report, tmp_path, "tests")
-    page.get_by_label("Search tests").fill("leg4")
-    page.locator("#tests").get_by_label("Suite").select_option("rl")
-    wanted = [test["id"] for test in report["tests"] if test["id"].startswith("rl-leg4")]
-    listed(page).to_have_text(wanted)
-    address = page.url
-    page.goto("about:blank")
-    page.goto(address)
-    listed(page).to_have_text(wanted)
-    assert page.get_by_label("Search tests").input_value() == "leg4"
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_a_cause_leads_to_its_test_and_its_line(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(with_parts(), tmp_path)
-    cause = page.locator("#summary .cause").first
-    assert "<b>without</b> the disturbance it passes" in cause.inner_text()
-    cause.locator("a", has_text="Cause 1").click()
-    page.wait_for_selector("#causes:not([hidden])")
-    page.wait_for_function(
-        "() => Math.abs(document.getElementById('cause-3f2a91bc').getBoundingClientRect().top - 104) < 60"
-    )
-    page.go_back()
-    page.wait_for_selector("#summary:not([hidden])")
-    cause.locator("a", has_text="controller/states.py:42").click()
-    page.wait_for_selector("#code details[open]")
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_mutants_are_chosen_by_their_state_in_the_address_and_a_fault_is_told_in_full(
-    watched: Watched, tmp_path: Path
-) -> None:
-    page = watched.open(sample.data(tests=2) | {"mutation": sample_sections.MUTATION}, tmp_path, "mutants")
-    rows = page.locator("#mutants tr[data-state]:visible")
-    states = [mutant["status"] for mutant in sample_sections.MUTATION["mutants"] if mutant["status"] != "killed"]
-    assert sorted(rows.evaluate_all("rows => rows.map((row) => row.dataset.state)")) == sorted(states)
-    page.get_by_role("link", name="1 survived").click()
-    page.wait_for_function("() => document.querySelectorAll('#mutants tr[data-state]:not([hidden])').length === 1")
-    assert page.locator("#mutants select[name=state]").input_value() == "survived"
-    rows.locator("[data-full]").hover()
-    assert page.locator(".tip").inner_text().splitlines()[-2:] == ["becomes", "pass"]
-    page.get_by_role("searchbox", name="Search mutants").fill("no such text")
-    assert rows.count() == 0
-    assert "q=no+such+text" in page.url
     watched.assert_quiet()
 
 

@@ -58,30 +58,6 @@ def test_a_failing_test_opens_at_its_violation_with_the_lanes_of_what_failed(wat
     watched.assert_quiet()
 
 
-def test_the_cursor_goes_from_event_to_event_and_the_address_names_its_time(watched: Watched, tmp_path: Path) -> None:
-    report, (test, *_) = _failing()
-    page = watched.open_test(report, tmp_path, f"{_address(test)}@2.4")
-    assert _cursor(page) == 2.4
-    panel = page.get_by_role("region", name="At the cursor")
-    assert "state Offer" in " ".join(panel.inner_text().split())
-    page.keyboard.press("ArrowRight")
-    assert _cursor(page) == 3.0
-    assert "state Done" in panel.inner_text()
-    page.wait_for_function("address => location.hash === address", arg=f"#{_address(test)}@3")
-    page.keyboard.press("ArrowLeft")
-    page.keyboard.press("ArrowLeft")
-    assert _cursor(page) == 1.0
-    page.get_by_role("button", name="10 s around the violation").click()
-    assert _cursor(page) == 51.5
-    page.keyboard.press("End")
-    assert _cursor(page) == 60.0
-    page.wait_for_function("address => location.hash === address", arg=f"#{_address(test)}@60")
-    page.reload()
-    page.wait_for_selector("#test .timeline svg")
-    assert _cursor(page) == 60.0
-    watched.assert_quiet()
-
-
 def test_a_drag_along_the_axis_is_the_window_and_a_click_moves_the_cursor(watched: Watched, tmp_path: Path) -> None:
     report, (test, *_) = _failing()
     page = watched.open_test(report, tmp_path, f"{_address(test)}@2.4")
@@ -194,47 +170,3 @@ def test_the_film_follows_the_cursor(watched: Watched, tmp_path: Path) -> None:
     assert page.evaluate(frame) == 6
     page.keyboard.press("v")
     assert page.evaluate(frame) == 103
-
-
-def test_a_click_moves_the_cursor_and_the_window_is_zoomed(watched: Watched, tmp_path: Path) -> None:
-    report, (test, *_) = _failing()
-    page = watched.open_test(report, tmp_path, f"test/{test['id']}")
-    page.get_by_role("button", name="Whole run").click()
-    lanes = page.locator("#test .lanes")
-    box = lanes.bounding_box()
-    lanes.click(position={"x": box["width"] - 20, "y": 60})
-    assert _cursor(page) == pytest.approx(60, abs=0.1)
-    lanes.click(position={"x": box["width"] / 2, "y": 60})
-    assert 15 < _cursor(page) < 30
-    page.keyboard.press("+")
-    begin, end = (float(text.split()[0]) for text in page.locator("#test .tools output").inner_text().split(" to "))
-    assert end - begin == pytest.approx(30, abs=0.2)
-    watched.assert_quiet()
-
-
-def test_previous_and_next_go_through_failing_tests(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=60)
-    failing = [test for test in report["tests"] if any(_fails(verdict) for verdict in test["requirements"].values())]
-    assert len(failing) > 2
-    page = watched.open(report, tmp_path, _address(failing[0]))
-    shown = "id => document.querySelector('#test h2').textContent.includes(id)"
-    page.get_by_role("link", name="next failure").click()
-    page.wait_for_function(shown, arg=failing[1]["id"])
-    page.keyboard.press("n")
-    page.wait_for_function(shown, arg=failing[2]["id"])
-    page.keyboard.press("p")
-    page.wait_for_function(shown, arg=failing[1]["id"])
-    assert f"failing test 2 of {len(failing)}" in page.locator("#test").inner_text()
-    watched.assert_quiet()
-
-
-def test_a_run_stays_within_a_phone(watched: Watched, tmp_path: Path) -> None:
-    report, (test, *_) = _failing()
-    watched.page.set_viewport_size({"width": 390, "height": 844})
-    page = watched.open_test(report, tmp_path, _address(test))
-    assert page.evaluate("document.documentElement.scrollWidth") == 390
-    axis = page.get_by_role("slider")
-    page.get_by_role("button", name="more lanes").click()
-    page.evaluate("scrollBy(0, document.querySelector('#test .timeline').getBoundingClientRect().bottom - 200)")
-    assert axis.bounding_box()["y"] == pytest.approx(0, abs=1)
-    watched.assert_quiet()

@@ -43,18 +43,6 @@ def test_a_test_has_a_page_of_its_own(
 
 
 @pytest.mark.slow
-def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=1)
-    report["tests"][0]["action_times_s"] = [0.0, 6.25]
-    page = watched.open_test(report, tmp_path)
-    times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
-    assert times[:3] == ["0.00 s", "6.25 s", "not done"]
-    drawn = page.locator("#test .timeline svg").first.text_content() or ""
-    assert "the human" in drawn
-    assert report["tests"][0]["abstract"][1] in drawn  # its name stands beside the mark
-
-
-@pytest.mark.slow
 def test_each_actor_has_a_row_in_the_timeline(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=1)
     test = report["tests"][0]
@@ -88,49 +76,6 @@ def test_details_that_are_not_beside_the_page_are_missed_by_name(
     assert "details/0000.js is missing beside this page" in page.locator("#test").inner_text()
     watched.show("test/nosuchtest")
     assert "There is no such test in this report." in page.locator("#test").inner_text()
-
-
-@pytest.mark.slow
-def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=60)
-    failed = next(test for test in report["tests"] if test["requirements"]["R3"]["verdict"] == "Failed")
-    page = watched.open(report, tmp_path, "requirement/R3")
-    page.locator("[id='requirement/R3'] table a", has_text=failed["id"]).first.click()
-    page.wait_for_selector("#test .timeline svg")
-    assert "violated at 51.5 s: hand_distance = 0.03" in page.locator("#test").inner_text()
-    marks = page.locator("#test .timeline svg").first.locator("[aria-label=rule][stroke='var(--bad-mark)'] line")
-    assert marks.count() == sum(len(result["violations"]) for result in failed["requirements"].values())
-
-
-@pytest.mark.slow
-def test_a_signal_has_gaps_where_the_world_does_not_measure_it(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=2)
-    for test in report["tests"]:
-        test["timeline"]["signals"] |= {"gap": "0 0.8 7.5 0.2 20 0.3", "leg_held": "0 0 7.5 1 30 0 40 1 45 0"}
-    report["sampled_while"] = {"gap": "leg_held"}
-    page = watched.open(report, tmp_path, "tests")
-    page.locator("#tests td a").first.click()
-    page.wait_for_selector("#test .timeline svg[aria-label=gap]")
-    plot = page.locator("#test .timeline svg[aria-label=gap]")
-    lines = [path.get_attribute("d") for path in plot.locator("[aria-label=line] path").all()]
-    assert "".join(lines).count("M") == 2
-    ticks = plot.locator("[aria-label='y-axis tick label'] text").all_text_contents()
-    assert max(map(float, ticks)) < 0.5  # the value before anything was measured does not stretch the axis
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_states_have_names_in_narrow_spans_too(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=2)
-    for test in report["tests"]:
-        test["timeline"]["texts"] = {"place": [[0, "elsewhere"], [10, "handover_place"], [14, "resupply"], [15, "bin"]]}
-    page = watched.open_test(report, tmp_path)
-    written = page.locator("#test .timeline svg").first.locator("text").all_text_contents()
-    assert {"elsewhere", "bin"} <= set(written)
-    assert any(text.startswith("han") and text.endswith("…") for text in written)
-    named = page.locator("#test .run .legend", has_text="place:").locator("li").all_text_contents()
-    assert named == ["place:", "elsewhere", "handover_place", "resupply", "bin"]
-    watched.assert_quiet()
 
 
 @pytest.mark.slow

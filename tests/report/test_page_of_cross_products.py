@@ -62,18 +62,3 @@ def test_two_of_several_coordinates_are_chosen_and_the_others_counted_through(wa
     page.get_by_label("Across").select_option("leg")
     assert cells.all_text_contents() == ["2/2", "0/2", "0/1"]
     watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_a_cell_that_counts_others_through_leads_to_the_tests_of_all_of_them(watched: Watched, tmp_path: Path) -> None:
-    report = _of_three_coordinates()
-    page = watched.open(report, tmp_path, "cross")
-    page.get_by_label("Across").select_option("place")
-    page.get_by_label("Down").select_option("leg")
-    page.wait_for_selector("#cross svg [aria-label=cell] a")
-    page.locator("#cross svg [aria-label=cell] a").first.click()
-    hit = [test["id"] for test in report["tests"] if test["cross"]["handover"][0][1:] == ["a", "near"]]
-    listed(page).to_have_text(hit)
-    assert len(hit) == 2
-    assert "that hit place near, leg a of handover" in page.locator("#tests .notice").inner_text()
-    watched.assert_quiet()

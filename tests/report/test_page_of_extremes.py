@@ -14,14 +14,6 @@ from tests.report.test_page_navigation import with_parts
 from tests.report.watched import Watched
 
 
-def _named(report: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
-    """The report with other names of requirements."""
-    report["requirements"] = {names[name]: texts for name, texts in report["requirements"].items()}
-    for part in (*report["tests"], *report["suites"]):
-        part["requirements"] = {names[name]: result for name, result in part["requirements"].items()}
-    return report
-
-
 def test_a_report_of_no_test_has_no_smallest_suite_and_no_dangling_figures() -> None:
     words = " ".join(Page(html.page(sample.report(suites=(), tests=0))[0]).words.split())
     assert "0 of 0 Suites none" in words
@@ -60,50 +52,6 @@ def test_a_cause_says_how_many_of_its_tests_do_not_fail_the_run(outcomes: tuple[
     for test, outcome in zip(report["tests"], outcomes, strict=False):
         test["outcome"] = outcome
     assert said in " ".join(Page(html.page(sample.typed(report))[0]).words.split())
-
-
-@pytest.mark.slow
-def test_plots_and_columns_that_would_be_empty_are_not_there(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(sample.report(suites=(), tests=0), tmp_path / "none", "suites")
-    assert page.locator("#suites figure").count() == 0
-    watched.show("closure")
-    assert page.locator("#closure figure").count() == 0
-    report = sample.data(tests=1)
-    report["suites"][0]["generation"] |= {"iterations": 0, "q_delta": []}
-    for test in report["tests"]:
-        test["outcomes"] = []
-    watched.open(report, tmp_path / "one", "suites")
-    assert page.locator("#suites figure:visible").count() > 0
-    assert "Learning" not in page.locator("#suites").inner_text()
-    assert ".000000" not in page.locator("#suites").inner_text()
-    watched.show("tests")
-    assert report["outcome_label"].capitalize() not in page.locator("#tests thead").inner_text()
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("width", [390, 1440])
-def test_of_names_that_are_cut_there_is_what_tells_them_apart(browser: Any, tmp_path: Path, width: int) -> None:
-    names = {f"R{number}": f"stops-when-near-a-person-{number}" for number in range(1, 5)}
-    report = _named(sample.data(tests=6), names)
-    for number, test in enumerate(report["tests"]):
-        test["id"] = f"rl-{'a-person-who-looks-away-' * 3}{number:08x}"
-    watched = Watched(browser, viewport={"width": width, "height": 900})
-    page = watched.open(report, tmp_path, "tests")
-    heads = page.locator("#tests thead .strip button")
-    assert len(set(heads.all_inner_texts())) == heads.count() == 4
-    assert all(heads.evaluate_all("all => all.map((head) => head.scrollHeight <= head.clientHeight)"))
-    ends = page.evaluate(
-        """() => [...document.querySelectorAll("#tests td.id")].map((cell) => {
-          const end = cell.querySelector("a").lastChild, range = document.createRange();
-          range.selectNode(end);
-          const seen = range.getBoundingClientRect(), box = cell.getBoundingClientRect();
-          return [end.textContent, seen.width > 0 && seen.right <= box.right && seen.left >= box.left];
-        })"""
-    )
-    assert ends == [[f"-{number:08x}", True] for number in range(6)]
-    assert page.locator("#tests td.id a").all_inner_texts() == [test["id"] for test in report["tests"]]
-    page.context.close()
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.report import sample, sample_sections, sample_tests
+from tests.report import sample, sample_sections
 from tests.report.watched import Watched, listed
 
 
@@ -83,31 +83,6 @@ def test_a_table_of_very_many_tests_has_only_those_in_sight_and_scrolls(watched:
 
 
 @pytest.mark.slow
-def test_rows_have_one_line_and_say_what_each_mark_is(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(("by-hand", "rl"), 40)
-    for number in range(60):
-        report["requirements"][f"S{number}"] = {"title": f"Rule {number}", "source": "", "text": ""}
-        for test in report["tests"]:
-            test["requirements"][f"S{number}"] = sample_tests.requirement_result("Passed", 1.0)
-    page = watched.open(report, tmp_path, "tests")
-    rows = page.locator("#tests tbody tr:not([aria-hidden])")
-    heights = rows.evaluate_all("rows => rows.map((row) => row.offsetHeight)")
-    assert set(heights) <= {32, 33}
-    assert page.locator("#tests .rows").evaluate("box => box.clientWidth") > 1200
-    failing = next(n for n, test in enumerate(report["tests"]) if test["requirements"]["R3"]["verdict"] == "Failed")
-    marks = rows.nth(failing).locator(".marks")
-    marks.hover(
-        position={"x": 2.5 * marks.evaluate("marks => marks.clientWidth / marks.dataset.verdicts.length"), "y": 4}
-    )
-    assert page.locator(".tip").inner_text().startswith("R3 Failed, as is known\nThe robot shall not close")
-    page.keyboard.press("Escape")
-    assert not page.locator(".tip").is_visible()
-    label = marks.get_attribute("aria-label")
-    assert "failed R3;" in (label or "")
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
 def test_tests_are_found_by_what_people_do_by_requirements_and_by_causes(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=30)
     report["tests"][3]["id"], report["tests"][4]["id"] = "rl-one", "rl-two"
@@ -154,46 +129,4 @@ def test_figures_at_lines_plans_and_verdicts_lead_to_their_tests(watched: Watche
     listed(page).to_have_text(unchecked)
     page.get_by_role("link", name="show all").click()
     listed(page).to_have_count(30)
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=10)
-    page = watched.open(report, tmp_path, "closure")
-    page.wait_for_selector("#closure figure svg")
-    page.get_by_role("link", name="These tests").click()
-    listed(page).to_have_text([test["id"] for test in report["tests"][:5]])
-    page.get_by_role("button", name="Adds").click()
-    adds = page.locator("#tests tbody td:nth-child(6)")
-    assert adds.all_inner_texts() == ["4", "5", "6", "7", "8"]
-    watched.show("closure")
-    page.get_by_role("link", name="tests that add nothing").click()
-    listed(page).to_have_text([test["id"] for test in report["tests"][5:]])
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [0, 3])
-def test_a_mark_of_the_margins_leads_to_its_test(watched: Watched, tmp_path: Path, number: int) -> None:
-    page = watched.open(sample.data(tests=4), tmp_path, "requirement/R3")
-    mark = page.locator("[id='requirement/R3'] [data-plot=margins] svg [aria-label=dot] a").nth(number)
-    address = mark.get_attribute("href") or mark.get_attribute("xlink:href")
-    mark.click()
-    page.wait_for_selector("#test .timeline svg")
-    assert page.evaluate("location.hash") == address
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_a_table_of_a_suite_is_soon_drawn_whole_and_then_sorted(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=120)
-    page = watched.open(report, tmp_path, "tests")
-    count = "() => document.querySelectorAll('#tests tbody td.id a').length"
-    page.wait_for_function(f"{count} === 120")
-    page.get_by_role("button", name="Test", exact=True).click()
-    assert page.evaluate(count) < 120  # the rest follows when nobody waits for it
-    page.wait_for_selector("#tests tbody tr:nth-child(121)", state="attached")
-    ids = [test["id"] for test in report["tests"]]
-    assert sorted(page.locator("#tests tbody td.id a").all_text_contents()) == sorted(ids)
     watched.assert_quiet()

@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from pytest_hricdv._base.message import visible
-from pytest_hricdv.report.formatting import Line, fit, listing, pad, width, wrap_line
-from pytest_hricdv.report.terminal import findings, header, summary
+from pytest_hricdv.report.formatting import Line, width, wrap_line
+from pytest_hricdv.report.terminal import findings, summary
 from tests.report import sample, sample_sections
 
 WHERE = Path("hri-report")
@@ -27,12 +26,6 @@ def _text(data: dict[str, Any], columns: int = 80) -> str:
 
 def _line(data: dict[str, Any], start: str) -> Line:
     return next(line for line in _lines(data, 100) if line.text.strip().startswith(start))
-
-
-def test_header_says_what_will_run() -> None:
-    assert header(["rl"], 0, 134, "table-assembly") == "hri: table-assembly, suite rl, seed 0, 134 tests"
-    assert header(["by-hand", "rl"], 7, None, "table") == "hri: table, suites by-hand rl, seed 7"
-    assert header([], 0, 1, "table") == "hri: table, suites none, seed 0, 1 test"
 
 
 def test_summary_shows_verdicts_coverage_learning_and_time() -> None:
@@ -74,21 +67,6 @@ def test_requirements_of_a_group_stand_below_its_name_and_those_of_none_come_fir
         report["requirements"][name]["group"] = group
     shown = [line.text.split()[0] for line in _lines(report)[2:8]]
     assert shown == ["R3", "speed", "R1", "R4", "paper", "R2"]
-
-
-def test_unchecked_requirement_is_neither_good_nor_bad() -> None:
-    report = sample.data(tests=1)
-    report["suites"][0]["requirements"]["R1"] |= {"passed": 0, "failed": 0, "nc": 1, "triggers": 0}
-    assert _line(report, "R1").style == "dim"
-    assert _line(report, "NC: not checked").text.endswith("  R1: no test triggered it")
-
-
-def test_requirements_are_counted_as_people_count() -> None:
-    report = sample.data(tests=1)
-    counts = report["suites"][0]["requirements"]
-    counts["R10"] = counts["R1"]
-    names = [line.text.split()[0] for line in _lines(report) if line.text.strip().startswith("R")]
-    assert names == ["R1", "R2", "R3", "R4", "R10"]
 
 
 def test_unmeasured_code_is_called_so_with_the_reason() -> None:
@@ -158,19 +136,6 @@ def test_a_failed_session_is_about_what_failed() -> None:
     assert "R10" in _text(report)
 
 
-def test_more_results_than_tests_is_bad_too() -> None:
-    report = sample.data(tests=2)
-    report["selected"] = 1
-    assert next(line for line in _lines(report, 100) if "tests reported" in line.text).style == "bad"
-
-
-def test_a_test_far_slower_than_the_rest_is_named() -> None:
-    report = sample.data(tests=20)
-    assert "slowest" not in _text(report)
-    report["tests"][3]["wall_s"] = 60.0
-    assert _line(report, "slowest").text == f"slowest: 60.0 s {report['tests'][3]['id']}"
-
-
 def test_nothing_of_a_name_can_colour_the_terminal() -> None:
     report = sample.data(tests=1)
     report["suites"][0]["plans"] = {"\x1b[31mred\u202e": report["suites"][0]["plans"].popitem()[1]}
@@ -201,48 +166,6 @@ def test_every_line_fits(
     for line in (line for line in _lines(report, columns) if not line.text.endswith("index.html")):
         assert width(line.text) <= columns
         assert "\n" not in line.text
-
-
-@given(text=NAMES, columns=st.integers(0, 80))
-def test_padded_text_has_exactly_its_columns(text: str, columns: int) -> None:
-    shown = visible(text)
-    assert width(fit(shown, columns)) <= columns
-    assert width(pad(shown, columns)) == columns
-
-
-def test_a_listing_says_how_many_it_leaves_out() -> None:
-    items = [f"plan{n}" for n in range(1, 13)]
-    assert listing(items, 90) == ", ".join(items)
-    assert listing(items, 34) == "plan1, plan2, plan3, and 9 more"
-    assert listing(items, 12) == "12 of them"
-    assert listing([], 12) == ""
-
-
-def test_no_requirements_and_a_single_worker() -> None:
-    report = sample.data(tests=1)
-    report["suites"][0]["requirements"] = {}
-    report["workers"] = 1
-    report["suites"][0]["generation"].update(converged_at=None, cached=True)
-    assert "no requirements" in _text(report)
-    assert "worker" not in _line(report, "simulated").text
-    assert "not converged after 130 iterations" in _text(report, 120)
-    assert "cached" in _text(report, 120)
-
-
-def test_many_places_are_cut_with_their_number() -> None:
-    report = sample.data(tests=1)
-    report["code_under_test"]["files"] = [
-        {"file": f"controller/m{n}.py", "statements": 2, "covered": 1, "missing_lines": [1], "missing_branches": []}
-        for n in range(20)
-    ]
-    assert "... and 15 more places: see the report" in _text(report)
-
-
-@pytest.mark.parametrize("tests", [0, 1])
-def test_small_sessions_read_sensibly(tests: int) -> None:
-    report = sample.data(tests=tests)
-    assert f"{tests}/{tests} tests reported" in _text(report)
-    assert ("NO TEST PASSED  nothing run" in _text(report)) == (tests == 0)
 
 
 def test_how_the_world_was_simulated_is_said_with_the_suite() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from enum import StrEnum
 from pathlib import Path
@@ -46,12 +45,6 @@ def test_a_result_survives_its_encoding() -> None:
     assert decode(encode(result(failure="é\n"))) == result(failure="é\n")
 
 
-def test_a_result_is_written_under_the_keys_of_the_report() -> None:
-    written = json.loads(encode(result(skipped_s=2.5, outcomes=("released",))))
-    assert (written["skipped_s"], written["outcomes"]) == (2.5, ["released"])
-    assert not {"film", "shrunk", "repeats", "replayed", "action_times_s"} & written.keys()
-
-
 class Reading(float):
     """A subclass of float, as numpy's is."""
 
@@ -66,10 +59,6 @@ def test_values_of_subclasses_are_written_as_json() -> None:
     made = result(outcomes=(Word.RELEASED,), concrete=concrete)
     assert decode(encode(made)) == made
     assert '"outcomes": ["released"]' in canonical({"test": made})
-
-
-def test_text_that_has_no_utf8_is_kept_readable() -> None:
-    assert decode(encode(result(failure="file \udc80 é"))).failure == "file \\udc80 é"
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])

@@ -14,12 +14,10 @@ from hypothesis import strategies as st
 from pytest_hricdv.results.folder_lock import FolderLock
 from pytest_hricdv.results.journal import (
     NAME,
-    EndRecord,
     JournalWriter,
     NoResultRecord,
     ResultRecord,
     StartRecord,
-    is_ended,
     line,
     parse,
     read,
@@ -90,33 +88,12 @@ def test_what_a_full_disk_has_no_room_for_is_written_when_there_is_room(tmp_path
     assert [*read(path).results] == ["test[1]", "test[2]", "test[3]"]
 
 
-def test_a_journal_that_is_removed_is_written_anew(tmp_path: Path) -> None:
-    path = tmp_path / "report" / NAME
-    path.parent.mkdir()
-    writer = written(path, 1)
-    path.unlink()
-    path.parent.rmdir()
-    writer.append(finished(2))
-    assert [*read(path).results] == ["test[1]", "test[2]"]
-
-
 def test_a_test_with_an_error_after_its_result_is_not_done(tmp_path: Path) -> None:
     writer = written(tmp_path / NAME, 1, 2)
     writer.append(NoResultRecord("test[2]", 3.0, "the teardown failed"))
     journal = read(tmp_path / NAME)
     assert journal.complete_ids == {"test[1]"}
     assert journal.reasons == {"test[2]": "the teardown failed"}
-
-
-def test_the_end_is_found(tmp_path: Path) -> None:
-    path = tmp_path / NAME
-    writer = written(path, *range(100))
-    assert not is_ended(path)
-    writer.append(EndRecord(100.0))
-    assert is_ended(path)
-    assert read(path).is_ended
-    writer.append(StartRecord("2026-01-02T00:00:00", {}))
-    assert not is_ended(path)
 
 
 def test_a_lock_is_released_when_its_process_dies(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingResult
 from pytest_hricdv.results.codec import canonical
-from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.merging import MergeError, count_expected, list_missing_shards, merge
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 from tests import json_schema
@@ -21,11 +20,6 @@ from tests.results import reports as made
 
 def merged(*several: Report) -> Report:
     return merge([(f"report {n}", report) for n, report in enumerate(several)])
-
-
-@given(made.reports(), made.reports())
-def test_the_order_makes_no_difference(a: Report, b: Report) -> None:
-    assert canonical(merged(a, b)) == canonical(merged(b, a))
 
 
 @given(made.reports(), made.reports(), made.reports())
@@ -149,17 +143,7 @@ def test_what_a_closing_loop_has_shown_stays_where_all_sessions_have_the_same() 
     assert CLOSING.of(merged(shards[0], replace(shards[1], closing=None))) is None
 
 
-def test_nothing_to_merge_is_refused() -> None:
-    with pytest.raises(MergeError, match="nothing to merge"):
-        merge([])
-
-
 def test_a_waived_line_that_ran_in_one_of_them_is_reported() -> None:
     ran = replace(run(1, 0), code=CodeShare(statements=1, percent=20.0, bits=("0x10", "0x0")))
     with pytest.raises(MergeError, match=r"robot/b\.py:2: ran, though it is waived"):
         merge([("mine", replace(MINE, tests=(ran,)))])
-
-
-@given(made.reports())
-def test_deriving_again_changes_nothing(a: Report) -> None:
-    assert derive(a) == a

@@ -16,7 +16,6 @@ from collections.abc import Callable
 
 import pytest
 
-from pytest_hricdv._base.descriptors import keep_open
 from pytest_hricdv.runtime import Kernel, KernelError, NodeError
 from pytest_hricdv.runtime.virtual.outside import guard_run
 
@@ -149,18 +148,6 @@ def test_a_slow_world_is_no_wait() -> None:
     assert kernel.run(0.004) in ("idle", "limit")
 
 
-def test_it_is_ended_where_somebody_else_has_a_use_for_the_alarm() -> None:
-    def mine(number: int, frame: object) -> None:
-        raise AssertionError
-
-    before = signal.signal(signal.SIGALRM, mine)
-    try:
-        assert "waits in real time" in waiting(lambda: time.sleep(30))
-        assert signal.getsignal(signal.SIGALRM) is mine
-    finally:
-        signal.signal(signal.SIGALRM, before)
-
-
 def test_who_catches_what_is_raised_is_left_where_it_is_and_the_other_nodes_end() -> None:
     ended: list[object] = []
 
@@ -182,20 +169,6 @@ def test_who_catches_what_is_raised_is_left_where_it_is_and_the_other_nodes_end(
         kernel.run(10.0)
     kernel.close()
     assert ended == ["other"]
-
-
-def test_a_loop_that_catches_what_is_raised_is_left_where_it_is() -> None:
-    def stubborn() -> None:
-        while True:
-            with contextlib.suppress(BaseException):
-                while True:  # here is where most of its time goes
-                    pass
-
-    kernel = Kernel(stuck_after_s=0.1)
-    kernel.spawn("stubborn", stubborn)
-    with pytest.raises(NodeError, match=r"stubborn goes on whatever is raised in it: no time has passed for 0.1 s of"):
-        kernel.run(10.0)
-    kernel.close()
 
 
 def test_a_node_that_does_not_end_is_said_and_the_others_end() -> None:
@@ -220,22 +193,6 @@ def test_a_node_that_does_not_end_is_said_and_the_others_end() -> None:
     with pytest.raises(KernelError, match=stuck):
         kernel.close()
     assert ended == ["second"]
-
-
-def test_little_waits_between_steps_add_up() -> None:
-    lock = threading.Lock()
-    lock.acquire()
-
-    def waits() -> None:
-        while True:
-            lock.acquire(timeout=0.02)
-            kernel.sleep(0.01)
-
-    kernel = Kernel(stuck_after_s=0.4)
-    kernel.spawn("waiter", waits)
-    with pytest.raises(NodeError, match="node waiter waits in real time"):
-        kernel.run(1000.0)
-    kernel.close()
 
 
 def test_threads_that_compute_for_a_node_are_no_wait() -> None:
@@ -290,47 +247,6 @@ def test_a_second_of_simulated_time_may_not_take_for_ever() -> None:
     with pytest.raises(KernelError, match=r"a second of simulated time takes more than 1 s of work, now at .*"):
         kernel.run(10.0)
     kernel.close()
-
-
-def test_a_number_that_the_session_had_before_is_the_codes_to_close() -> None:
-    stale = os.dup(1)
-    keep_open()
-    os.close(stale)
-    closed = []
-
-    def work() -> None:
-        number = os.dup(1)
-        closed.append(number)
-        os.close(number)
-
-    kernel = Kernel()
-    with guard_run(kernel):
-        kernel.spawn("node", work)
-        assert kernel.run(1.0) == "idle"
-    assert closed == [stale]
-
-
-def test_what_a_run_has_left_open_is_the_codes_to_close_in_a_later_one() -> None:
-    left: list[int] = []
-    for work in (lambda: left.append(os.dup(1)), lambda: os.close(left[0])):
-        kernel = Kernel()
-        with guard_run(kernel):
-            kernel.spawn("node", work)
-            assert kernel.run(1.0) == "idle"
-    with pytest.raises(OSError, match="Bad file descriptor"):
-        os.fstat(left[0])
-
-
-def test_who_keeps_a_refusal_beyond_its_run_may_do_what_it_refuses() -> None:
-    kept: list[Callable[[int], None]] = []
-    kernel = Kernel()
-    own = os.dup(1)
-    with guard_run(kernel):
-        kernel.spawn("node", lambda: kept.append(os.close))  # as a default of a function of a module that it imports
-        kernel.run(1.0)
-    kept[0](own)
-    with pytest.raises(OSError, match="Bad file descriptor"):
-        os.fstat(own)
 
 
 def test_what_was_open_before_the_run_is_the_sessions() -> None:

@@ -6,7 +6,6 @@ import math
 from functools import partial
 
 import pytest
-from greenlet import GreenletExit
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -30,18 +29,6 @@ def test_nodes_resume_in_the_order_of_their_due_times(naps_ms: list[list[int]]) 
     for number, naps in enumerate(naps_ms):
         expected = [sum(naps[: count + 1]) / 1000 for count in range(len(naps))]
         assert [time for time, who, _ in log if who == number] == expected
-
-
-def test_many_short_sleeps_add_up_exactly() -> None:
-    kernel = Kernel()
-
-    def node() -> None:
-        for _ in range(6000):
-            kernel.sleep(0.05)
-
-    kernel.spawn("node", node)
-    kernel.run(limit_s=1000.0)
-    assert kernel.now_us == 300_000_000
 
 
 def test_a_node_woken_before_its_timeout_is_not_resumed_again_by_it() -> None:
@@ -81,67 +68,6 @@ def test_the_limit_ends_a_run_and_a_later_run_continues_from_there() -> None:
     assert kernel.now_s == 2.5
     assert kernel.run(limit_s=3.0) == "limit"
     assert ticks == [0.0, 1.0, 2.0, 3.0]
-
-
-def test_stop_ends_the_run_with_its_reason() -> None:
-    kernel = Kernel()
-
-    def node() -> None:
-        kernel.sleep(1.0)
-        kernel.stop("done")
-        kernel.sleep(1.0)
-
-    kernel.spawn("node", node)
-    assert kernel.run(limit_s=10.0) == "done"
-    assert kernel.now_s == 1.0
-
-
-def test_a_stop_before_the_run_is_an_error() -> None:
-    with pytest.raises(KernelError, match=r"kernel.stop\('done'\) before the run"):
-        Kernel().stop("done")
-
-
-def test_closing_runs_the_finally_clauses_of_blocked_nodes() -> None:
-    kernel = Kernel()
-    log: list[str] = []
-
-    def node() -> None:
-        try:
-            kernel.block()
-        finally:
-            log.append("cleaned up")
-
-    kernel.spawn("node", node)
-    kernel.run(limit_s=1.0)
-    kernel.close()
-    assert log == ["cleaned up"]
-
-
-def test_a_failing_node_is_named_with_the_simulated_time() -> None:
-    kernel = Kernel()
-
-    def node() -> None:
-        kernel.sleep(1.25)
-        raise ZeroDivisionError("oops")
-
-    kernel.spawn("robot", node)
-    with pytest.raises(NodeError, match=r"robot failed at 1\.250 s: ZeroDivisionError: oops") as caught:
-        kernel.run(limit_s=10.0)
-    assert (caught.value.node, caught.value.time_s) == ("robot", 1.25)
-    assert isinstance(caught.value.__cause__, ZeroDivisionError)
-
-
-@pytest.mark.parametrize("raised", [GreenletExit, SystemExit])
-def test_a_node_does_not_end_silently_by_an_exit(raised: type[BaseException]) -> None:
-    kernel = Kernel()
-
-    def node() -> None:
-        kernel.sleep(1.0)
-        raise raised
-
-    kernel.spawn("robot", node)
-    with pytest.raises(NodeError, match=rf"robot failed at 1\.000 s: {raised.__name__}"):
-        kernel.run(limit_s=10.0)
 
 
 @pytest.mark.parametrize("duration", [-1.0, float("nan"), float("inf")])
@@ -263,22 +189,6 @@ def test_a_world_that_returns_no_time_is_named_with_its_line(reached: object, sh
     assert str(raised.value).startswith(
         f"{__file__}:{line}: Lift.advance returned {shown}; expected the time that the "
     )
-
-
-@pytest.mark.parametrize("kind", [int, float])
-def test_a_world_may_return_any_whole_number(kind: type[int] | type[float]) -> None:
-    class Lift:
-        def advance(self, target_us: int) -> int:
-            return kind(target_us)  # type: ignore[return-value]
-
-        def observe(self) -> None:
-            pass
-
-    kernel = Kernel()
-    kernel.world = Lift()
-    kernel.spawn("robot", lambda: kernel.sleep(1.0))
-    kernel.run(2.0)
-    assert type(kernel.now_us) is int
 
 
 def test_what_has_ended_is_not_kept() -> None:

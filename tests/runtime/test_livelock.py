@@ -119,16 +119,6 @@ def test_a_run_that_goes_round_is_ended_and_named(begin: Callable[[Robot], None]
     assert ending.cycle.times >= 5
 
 
-def test_a_cycle_is_named_with_its_messages_and_how_long_it_takes() -> None:
-    robot = Robot()
-    announcing(robot)
-    robot.run.go(LIMIT_S)
-    assert robot.run.ending is not None
-    assert str(robot.run.ending.cycle) == (
-        "nothing new since 30.000 s, and 6 times, every 30 s: robot: state name=Receive, robot: state name=Send"
-    )
-
-
 def waiting(robot: Robot) -> None:
     """It says so all the time, and nobody says anything to it: who knows who will come."""
     robot.says("Waiting", each_s=0.1)
@@ -138,18 +128,6 @@ def with_a_person(robot: Robot) -> None:
     announcing(robot)
     actions = robot.run.actions()
     robot.every(150.0, lambda: next(actions, None))
-
-
-def who_waits_long(robot: Robot) -> None:
-    sensing(robot)
-
-    def body() -> None:
-        robot.kernel.sleep(300.0)
-        robot.run.bus.publish("person", State("here"))
-        robot.kernel.sleep(300.0)
-        robot.kernel.stop("done")
-
-    robot.other(body)
 
 
 def that_moves(robot: Robot) -> None:
@@ -178,13 +156,6 @@ def test_a_run_in_which_something_is_new_or_may_come_goes_on(begin: Callable[[Ro
     assert robot.run.go(1200.0) == "limit"
 
 
-@pytest.mark.slow
-def test_what_is_about_to_come_is_waited_for() -> None:
-    robot = Robot()
-    who_waits_long(robot)
-    assert robot.run.go(LIMIT_S) == "done"
-
-
 def test_a_run_that_may_go_round_does() -> None:
     robot = Robot()
     announcing(robot)
@@ -192,14 +163,6 @@ def test_a_run_that_may_go_round_does() -> None:
     assert robot.run.go(1200.0) == "limit"
     assert robot.run.ending is not None
     assert robot.run.ending.cycle is None
-
-
-def test_at_the_limit_the_cycle_is_named_too() -> None:
-    robot = Robot()
-    sensing(robot)
-    assert robot.run.go(60.0) == "limit"
-    assert robot.run.ending is not None
-    assert robot.run.ending.cycle is not None
 
 
 def test_time_passes_in_a_loop_that_only_polls_where_polls_take_some() -> None:
@@ -233,18 +196,6 @@ def test_time_passes_in_a_loop_that_waits_for_a_clock_and_others_go_on_meanwhile
     kernel.run(10.0)
     assert kernel.now_s == pytest.approx(1.0, abs=0.002)
     assert ticks == [0.25, 0.5, 0.75]
-
-
-def test_no_time_passes_for_what_reads_the_clock_a_few_hundred_times() -> None:
-    kernel = Kernel()
-
-    def stamps() -> None:
-        for _ in range(900):
-            kernel.count_clock_read()
-        assert kernel.now_s == 0.0
-
-    kernel.spawn("stamps", stamps)
-    kernel.run(1.0)
 
 
 def test_a_loop_that_looks_for_work_until_a_time_looks_a_few_thousand_times_a_second() -> None:

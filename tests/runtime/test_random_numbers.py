@@ -11,10 +11,8 @@ import sys
 import tempfile
 import threading
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from importlib.abc import MetaPathFinder
-from importlib.machinery import ModuleSpec
 from os import urandom as alias
 from pathlib import Path
 from random import seed as seed_alias
@@ -25,7 +23,7 @@ import pytest
 from numpy.random import mtrand
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.random_numbers import find_names, in_runs, seed_run
+from pytest_hricdv.runtime.random_numbers import find_names, seed_run
 from pytest_hricdv.runtime.virtual import clocks
 
 ROOT = Path(__file__).parents[2]
@@ -155,13 +153,6 @@ def test_another_bit_generator_of_numpy_is_seeded_and_restored() -> None:
         mtrand.set_bit_generator(before)
 
 
-def test_a_bit_generator_that_a_run_chose_is_gone_after_it() -> None:
-    before = mtrand.get_bit_generator()
-    with seed_run(1):
-        mtrand.set_bit_generator(np.random.PCG64(3))
-    assert mtrand.get_bit_generator() is before
-
-
 def test_threads_that_were_there_before_have_real_randomness() -> None:
     go_on, drawn = threading.Event(), []
 
@@ -240,79 +231,6 @@ def test_identifiers_with_a_time_have_that_of_the_run() -> None:
     assert made() == first == sorted(first)
     assert {(number.version, number.variant) for number in first} == {(7, uuid.RFC_4122)}
     assert (first[-1].int >> 80) - (first[0].int >> 80) == 490, "milliseconds"
-
-
-class AskingOthers(MetaPathFinder):
-    """As import hooks that wrap what the others find."""
-
-    def find_spec(
-        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None, /
-    ) -> ModuleSpec | None:
-        others = [finder for finder in sys.meta_path if finder is not self]
-        return next(filter(None, (finder.find_spec(fullname, path, target) for finder in others)), None)
-
-
-def test_finders_that_ask_all_others_still_find(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "hri_leg.py").write_text("import random\nID = random.random()\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(sys, "meta_path", [AskingOthers(), *sys.meta_path])
-    drawn = []
-    for _ in range(2):
-        monkeypatch.delitem(sys.modules, "hri_leg", raising=False)
-        with seed_run(1):
-            drawn.append(importlib.import_module("hri_leg").ID)
-    assert drawn[0] == drawn[1]
-    monkeypatch.delitem(sys.modules, "hri_leg")
-
-
-def test_who_replaces_a_source_too_and_calls_what_stands_for_it_gets_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    inner = in_runs(os.urandom)
-    monkeypatch.setattr(os, "urandom", lambda size: inner(size))
-    drawn = []
-    for _ in range(2):
-        with seed_run(1):
-            drawn.append((os.urandom(8), uuid.uuid4()))
-    assert drawn[0] == drawn[1]
-    assert os.urandom(8) != os.urandom(8), "outside of a run it is real"
-    assert in_runs(os.getcwd) is os.getcwd
-
-
-def test_a_source_that_was_replaced_in_the_first_run_of_a_process_is_the_runs_in_later_ones() -> None:
-    code = (
-        "import os, random, secrets\n"
-        "from pytest_hricdv.runtime.random_numbers import seed_run\n"
-        "real = os.urandom, random._urandom\n"
-        "os.urandom = random._urandom = bytes\n"
-        "with seed_run(1):\n"
-        "    assert os.urandom(2) == bytes(2)\n"
-        "os.urandom, random._urandom = real\n"
-        "drawn = []\n"
-        "for _ in range(2):\n"
-        "    with seed_run(1):\n"
-        "        drawn.append((os.urandom(4), secrets.token_hex(), random.SystemRandom().random()))\n"
-        "assert drawn[0] == drawn[1], drawn\n"
-    )
-    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
-
-
-class _Library:
-    """As libraries of cffi are, of which cryptography loads one: said to be a module, but without names."""
-
-    __slots__ = ()
-
-    @property  # type: ignore[misc]
-    def __class__(self) -> type:
-        return ModuleType
-
-
-def test_what_only_says_that_it_is_a_module_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
-    library = _Library()
-    assert isinstance(library, ModuleType)
-    monkeypatch.setitem(sys.modules, "_openssl.lib", library)
-    with seed_run(1):
-        first = os.urandom(4)
-    with seed_run(1):
-        assert os.urandom(4) == first
 
 
 @pytest.mark.parametrize("is_within", [False, True])

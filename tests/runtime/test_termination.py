@@ -8,7 +8,6 @@ import unittest
 import pytest
 
 from pytest_hricdv.runtime import Kernel, NodeError
-from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.termination import refusal, word_of
 from pytest_hricdv.runtime.virtual.outside import guard_run
 
@@ -55,13 +54,6 @@ def test_a_node_that_does_so_while_the_run_closes_has_failed(word: str) -> None:
         kernel.close()
 
 
-@pytest.mark.parametrize(
-    "error", [ValueError("x"), SystemExit(0), pytest.fail.Exception("x"), KeyboardInterrupt(), None]
-)
-def test_other_errors_are_none_of_them(error: BaseException | None) -> None:
-    assert word_of(error) == ""
-
-
 def test_the_refusal_says_where_and_what_to_do() -> None:
     try:
         pytest.skip("no sensor")
@@ -79,11 +71,6 @@ def test_a_run_does_not_end_the_process() -> None:
         pytest.raises(NodeError, match=r"os\._exit\(0\) at .*test_termination\.py:\d+: it would end"),
     ):
         kernel.run(1.0)
-
-
-def test_nor_does_its_world() -> None:
-    with guard_run(Kernel()), pytest.raises(KernelError, match=r"os\._exit\(3\)"):
-        os._exit(3)
 
 
 def test_a_process_that_a_node_has_forked_ends_as_it_likes() -> None:

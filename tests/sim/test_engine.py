@@ -11,8 +11,7 @@ import pytest
 
 from controller.waypoints import HOME
 from pytest_hricdv.runtime import Recorder
-from sim.engine import PhysicsTime, SimulationError, steps_until, time_of
-from sim.engines import new_engine
+from sim.engine import SimulationError
 from sim.geometry import UPRIGHT
 from sim.world import World
 
@@ -26,15 +25,6 @@ NAN = math.nan
 def world() -> Iterator[World]:
     with World(Recorder()) as world:
         yield world
-
-
-def test_a_wrong_body_or_link_is_an_error(world: World) -> None:
-    engine, hand = world.engine, world.person.hand.body
-    for body, link in ((99, -1), (-1, -1), (world.torso.body, 9), (world.torso.body, -2)):
-        with pytest.raises(SimulationError, match="no link"):
-            engine.distance(hand, body, link)
-    with pytest.raises(SimulationError, match="no link"):
-        engine.pose(1234)
 
 
 @pytest.mark.parametrize("bad", [NAN, math.inf])
@@ -87,12 +77,6 @@ def test_one_world_at_a_time(world: World) -> None:
         pass
 
 
-def test_says_nothing_on_the_process_streams(capfd: pytest.CaptureFixture[str]) -> None:
-    with World(Recorder()) as world:
-        world.advance(100_000)
-    assert capfd.readouterr() == ("", "")
-
-
 def test_importing_and_building_is_silent_in_a_process_of_its_own() -> None:
     code = "from sim.world import World; from pytest_hricdv.runtime import Recorder; World(Recorder()).close()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -105,27 +89,6 @@ def test_a_missing_engine_names_the_extra(library: str, module: str) -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert 'pip install "pytest-hricdv[sim]"' in done.stderr
-
-
-def test_steps_are_at_whole_multiples_without_drift() -> None:
-    hour_us = 3_600_000_000
-    assert steps_until(hour_us) == 3600 * 120
-    assert time_of(steps_until(hour_us)) == hour_us
-    for step in (1, 2, 3, 7, 100_001):
-        assert steps_until(time_of(step)) == step
-        assert steps_until(time_of(step) - 1) == step - 1
-
-
-def test_a_duration_ends_at_the_first_step_that_is_long_enough() -> None:
-    time = PhysicsTime(step=10)
-    assert time.step_in(1.0) == 130
-    assert time.step_in(0.0) == 11
-    assert time.step_in(1.001) == 131
-
-
-def test_a_description_that_is_none_is_refused() -> None:
-    with new_engine() as engine, pytest.raises(SimulationError, match="refused the robot description '<robot/>'"):
-        engine.load("<robot/>")
 
 
 @pytest.mark.slow

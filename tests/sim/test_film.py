@@ -18,9 +18,7 @@ from pytest_hricdv.extra.film.recorder import ALARM
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult
 from pytest_hricdv.extra.film.video import FRAMES_PER_S
 from pytest_hricdv.runtime import Recorder
-from sim.film import GAP_PX, GAP_SHOWN_M, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, bodies, visible
-from sim.person import HAND_HALF_M, HEAD_RADIUS_M
-from sim.shapes import Box, Cylinder, Sphere
+from sim.film import GAP_PX, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, visible
 from sim.world import World
 from tests.extra.film.decoded import decoded
 from tests.hri import bench
@@ -129,51 +127,3 @@ def test_a_camera_reads_the_world_only_and_says_when_nothing_moved() -> None:
         assert camera.picture() is not first
         camera.close()
         assert visible(world).keys() == before.keys()
-
-
-def test_the_gap_between_the_hands_is_drawn_where_it_is_small() -> None:
-    with World(Recorder()) as world:
-        x, y, z = world.grasp_point()
-        world.person.hand.move((x + 0.16, y, z))
-        world.advance(5_000_000)
-        distance_m = world.gripper.human_distance()
-        assert 0.0 < distance_m < GAP_SHOWN_M
-        depth_m, robot, away = world.gripper.nearest_to_human()
-        assert -depth_m == pytest.approx(distance_m, abs=1e-5)
-        seen = world.person.hand.pose()[0]
-        middle = [at + depth_m * part - a for at, part, a in zip(robot, away, seen, strict=True)]
-        assert all(
-            abs(part) < half + 1e-4 for part, half in zip(middle, HAND_HALF_M, strict=True)
-        )  # it ends on the hand
-        camera = Camera(world)
-        drawn = np.asarray(camera.picture(), dtype=np.int16)
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("sim.film.GAP_SHOWN_M", distance_m / 2.0)
-            plain = np.asarray(Camera(world).picture(), dtype=np.int16)
-        changed = np.flatnonzero(np.abs(drawn - plain).max(axis=(0, 2)))
-        assert changed.size > 20
-        assert changed.min() > SCENE_PX  # in the near view only
-
-
-def test_every_body_of_the_world_is_on_the_picture() -> None:
-    with World(Recorder()) as world:
-        shown = {visual.body for visual in visible(world)}
-        everything = {visual.body for visual in world.engine.visuals({})}
-        assert len(everything - shown) == 1  # the floor, which is painted
-        assert {world.torso.body, world.fingers.body, world.person.hand.body, world.legs.current.body} < shown
-        assert {type(visual.shape) for visual in visible(world)} == {Box, Sphere, Cylinder}
-
-
-def test_a_viewer_is_given_every_body_where_it_is() -> None:
-    with World(Recorder()) as world:
-        given = {body.name: body for body in bodies(world)}
-        everything = world.engine.visuals({world.torso.body: world.torso.description})
-        assert len(given) == len(everything)
-        assert {body.shape for body in given.values()} == {"box", "sphere", "cylinder"}
-        head = [body for body in given.values() if body.shape == "sphere" and body.size_m[0] == 2 * HEAD_RADIUS_M]
-        assert [body.position_m for body in head] == [pytest.approx(world.person.head.pose()[0], abs=1e-4)]
-        world.person.hand.move((0.6, 0.0, 0.6))
-        world.advance(1_000_000)
-        moved = [body.name for body in bodies(world) if body != given[body.name]]
-        assert moved
-        assert len(moved) < len(given) / 2

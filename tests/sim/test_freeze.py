@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -21,23 +20,6 @@ SCRIPTS = {
     "not reached for": one_leg(at_leg=False),
     "bored": [*one_leg()[:2], ("bored", {}), *one_leg()],
 }
-
-
-SIGNALS = (
-    "arm_home",
-    "arm_moving",
-    "arm_speed",
-    "hand_closing",
-    "hand_contact_force",
-    "hand_distance",
-    "hand_gripped",
-    "leg_held",
-    "leg_height",
-    "leg_in_bin",
-    "leg_offset",
-    "leg_taken",
-    "leg_torn",
-)
 
 
 def value_at(record: Record, name: str, time_s: float) -> float:
@@ -101,24 +83,3 @@ def test_time_passes_while_frozen_and_people_still_move() -> None:
             assert stage.world.frozen_s > frozen_s
 
         assert stage.run(wait) == "over"
-
-
-def test_initial_values_are_recorded_at_time_0() -> None:
-    with Stage() as stage:
-        signals = stage.recorder.finish().signals
-    assert {name: times[0] for name, (times, _) in signals.items()} == dict.fromkeys(SIGNALS, 0.0)
-    assert signals["arm_speed"][1][0] == 0.0
-    assert 0.3 < signals["leg_offset"][1][0] < 0.6
-
-
-def test_signals_and_messages_never_go_back_in_time() -> None:
-    record, _ = handover(one_leg(), turns=1)
-    for times, _ in record.signals.values():
-        assert all(a <= b for a, b in pairwise(times))
-    assert all(a.time_s <= b.time_s for a, b in pairwise(record.messages))
-
-
-def test_a_resting_robot_is_recorded_as_standing_still() -> None:
-    with Stage(freeze=False) as stage:
-        stage.run(lambda: stage.kernel.sleep(3.0))
-        assert list(stage.recorder.finish().signals["arm_speed"][1]) == [0.0]

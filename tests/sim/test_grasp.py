@@ -8,11 +8,8 @@ from collections.abc import Callable
 import pytest
 
 from controller import waypoints
-from sim.engine import SimulationError
 from sim.fingers import CLOSED
 from sim.gripper import RELEASE_RAD
-from sim.layout import TABLE_TOP_M
-from sim.leg import Held
 from sim.world import World
 
 from .stage import Stage
@@ -69,14 +66,6 @@ def test_the_palm_feels_the_pull(pull_n: float) -> None:
     play(body)
 
 
-def test_nothing_is_felt_without_a_leg() -> None:
-    with Stage() as stage:
-        assert stage.world.pressure.change_n() == 0.0
-        leg = stage.world.legs.current
-        with pytest.raises(SimulationError, match="pinned"):
-            leg.reaction()
-
-
 def test_closing_takes_its_time_and_is_signalled_while_fingers_move() -> None:
     stage = play(lambda stage: None if stage.fetch() else pytest.fail("no leg"))
     signals = stage.recorder.finish().signals
@@ -103,16 +92,6 @@ def test_the_persons_hand_is_measured_at_each_step_of_closing() -> None:
     assert began_s <= min(times[1:]) <= max(times) <= ended_s
 
 
-def test_a_hand_that_closes_around_nothing_holds_nothing() -> None:
-    def body(stage: Stage) -> None:
-        assert not stage.robot.hand.close()
-        assert not stage.robot.hand.holds()
-        assert stage.robot.hand.open()
-
-    stage = play(body)
-    assert list(stage.recorder.finish().signals["leg_held"][1]) == [False]
-
-
 def test_a_released_leg_goes_with_the_hand_that_is_at_it() -> None:
     def body(stage: Stage) -> None:
         assert stage.fetch()
@@ -124,20 +103,6 @@ def test_a_released_leg_goes_with_the_hand_that_is_at_it() -> None:
         stage.kernel.sleep(stage.world.person.hand.move((0.9, 0.3, 0.7)))
         stage.kernel.sleep(0.5)
         assert math.dist(leg.pose()[0], (0.87, 0.3, 0.73)) < 0.01
-
-    play(body)
-
-
-def test_a_leg_released_without_a_hand_falls_on_the_table() -> None:
-    def body(stage: Stage) -> None:
-        assert stage.fetch()
-        leg = stage.world.legs.current
-        assert stage.robot.hand.open()
-        assert stage.world.legs.in_hand is None
-        assert stage.world.legs.carried is None
-        stage.kernel.sleep(5.0)
-        assert leg.held is Held.DONE
-        assert 0.0 < leg.pose()[0][2] < TABLE_TOP_M + 0.13
 
     play(body)
 
@@ -184,21 +149,3 @@ def test_a_grip_keeps_the_fingers_from_opening_while_it_lasts(grip_s: float) -> 
         assert stage.world.legs.carried is not None
 
     play(body)
-
-
-def test_a_grip_from_afar_does_nothing() -> None:
-    def body(stage: Stage) -> None:
-        assert stage.fetch()
-        stage.world.person.grip(30.0)
-        assert stage.robot.hand.open()
-
-    play(body)
-
-
-@pytest.mark.parametrize("force", [-1.0, math.nan])
-def test_an_invalid_force_or_duration_is_refused(force: float) -> None:
-    with Stage() as stage:
-        with pytest.raises(SimulationError):
-            stage.world.person.pull(force)
-        with pytest.raises(SimulationError):
-            stage.world.person.grip(force)

@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from controller.ports import LegReady, Request, TurnDone
+from controller.ports import LegReady, TurnDone
 from pytest_hricdv.runtime import NodeError
-from sim.engine import STEP_S, SimulationError
-from sim.engines import new_engine
-from sim.geometry import UPRIGHT
+from sim.engine import SimulationError
 from sim.human import TURN_PATIENCE_S, Human
 from sim.layout import AWAY_HAND_M, REST_HAND_M, SEAT_HEAD_M
-from sim.person import HAND_SPEED_M_S, PEAK_OVER_MEAN, SHORTEST_MOVE_S, Movement
 from sim.script import PARAMETERS, check_script
 
-from .stage import AT_LEG, LOOKING, Stage, Step, handover, one_leg
+from .stage import AT_LEG, LOOKING, Stage, Step
 
 TELL: Step = ("tell leg", {"voice_s": 2.0, "rest_x_m": 0.6, "rest_y_m": -0.2, "rest_z_m": 0.5})
 
@@ -35,13 +29,6 @@ def test_the_request_is_heard_at_the_end_of_the_voice_and_then_the_hand_rests_ov
         stage.run(lambda: stage.kernel.sleep(5.0))
         assert times_of(stage, "request") == [2.0]
         assert stage.world.person.hand.pose()[0] == pytest.approx((0.6, -0.2, 0.5))
-
-
-def test_human_ready_is_heard_at_the_end_of_the_voice() -> None:
-    with Stage() as stage:
-        stage.human([("tell humanReady", {"voice_s": 2.5})])
-        stage.run(lambda: stage.kernel.sleep(5.0))
-        assert times_of(stage, "human_ready") == [2.5]
 
 
 def test_waits_for_the_signal_no_longer_than_its_patience() -> None:
@@ -63,19 +50,6 @@ def test_goes_on_as_soon_as_the_signal_comes() -> None:
 
         stage.run(announce)
         assert times_of(stage, "human_ready") == [pytest.approx(21.0)]
-
-
-def test_an_announcement_from_before_the_request_is_no_answer() -> None:
-    with Stage() as stage:
-        stage.human([TELL, ("receivesignal", {}), ("tell humanReady", {"voice_s": 1.0})], patience_s=10.0)
-
-        def announce_too_early() -> None:
-            stage.kernel.sleep(1.0)
-            stage.bus.port("robot").publish(LegReady(1))
-            stage.kernel.sleep(30.0)
-
-        stage.run(announce_too_early)
-        assert times_of(stage, "human_ready")[0] > 12.0
 
 
 @pytest.mark.parametrize(("answered", "expected_s"), [(True, 32.0), (False, None)])
@@ -100,14 +74,6 @@ def test_asks_for_the_next_leg_when_the_turn_of_an_announced_leg_is_done(
             assert 2.0 < second_s - 10.0 - 150.0 < 4.0  # out of patience, and sits back before asking
         else:
             assert expected_s <= second_s < expected_s + 2.0  # back to rest, then the voice
-
-
-def test_asks_at_once_when_no_leg_was_announced() -> None:
-    with Stage() as stage:
-        stage.human([TELL, TELL])
-        stage.run(lambda: stage.kernel.sleep(10.0))
-        first_s, second_s = times_of(stage, "request")
-        assert second_s - first_s < 4.0
 
 
 def test_stops_pulling_when_the_turn_is_done() -> None:
@@ -145,44 +111,6 @@ def test_a_person_who_does_not_hear_the_end_of_a_turn_sits_back_before_the_next_
         assert stage.run(turn) == "over"
 
 
-def test_a_person_whose_script_is_over_still_sets_a_leg_down() -> None:
-    unannounced = [step for step in one_leg() if step[0] != "receivesignal"]
-    with Stage() as stage:
-        human = stage.human([("tell humanReady", {"voice_s": 25.0}), *unannounced[1:]])
-
-        def hand_over() -> None:
-            assert stage.fetch()
-            stage.kernel.sleep(35.0 - stage.kernel.now_s)
-            assert human.done
-            assert stage.robot.hand.open()
-            assert stage.world.legs.carried is not None
-            stage.bus.port("robot").publish(TurnDone(1, "released"))
-            stage.kernel.sleep(6.0)
-            assert stage.world.legs.carried is None
-            assert stage.world.legs.received == 1
-
-        assert stage.run(hand_over) == "over"
-
-
-def test_pressure_0_lets_the_leg_be() -> None:
-    with Stage() as stage:
-        pulls: list[Step] = [
-            ("set_param pressure = 1", {"pull_n": 8.0, "grip_s": 5.0}),
-            ("tell humanReady", {"voice_s": 2.0}),
-            ("set_param pressure = 0", {}),
-        ]
-
-        def hold() -> None:
-            assert stage.fetch()
-            stage.human(pulls)
-            stage.kernel.sleep(1.5)
-            assert stage.world.pressure.change_n() > 3.0
-            stage.kernel.sleep(2.0)
-            assert stage.world.pressure.change_n() < 1.0
-
-        assert stage.run(hold) == "over"
-
-
 def test_a_bored_person_walks_off_and_answers_nothing_until_the_next_leg() -> None:
     script: list[Step] = [
         TELL,
@@ -217,28 +145,6 @@ def test_gaze_and_location_are_where_the_script_says_relative_to_the_leg() -> No
         assert math.dist(stage.world.person.head.pose()[0], (x, y, z)) == pytest.approx(0.55, abs=1e-4)
 
 
-def test_a_whole_run_is_done_at_its_end() -> None:
-    _, stage = handover(one_leg(), turns=1)
-    assert stage.world.legs.received == 1
-
-
-places = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
-
-
-@given(places, places)
-def test_a_hand_moves_smoothly_and_slower_than_1_m_s(
-    start: tuple[float, float, float], goal: tuple[float, float, float]
-) -> None:
-    duration_s = max(SHORTEST_MOVE_S, PEAK_OVER_MEAN * math.dist(start, goal) / HAND_SPEED_M_S)
-    steps = math.ceil(duration_s / STEP_S)
-    movement = Movement((start, UPRIGHT), (goal, UPRIGHT), 0, steps)
-    with new_engine() as engine:
-        track = [movement.pose(engine, step)[0] for step in range(steps + 2)]
-    assert track[0] == start
-    assert track[-1] == goal
-    assert max(math.dist(a, b) for a, b in pairwise(track)) / STEP_S < 1.0
-
-
 @pytest.mark.parametrize("command", [c for c, names in PARAMETERS.items() if names])
 def test_a_missing_or_bad_parameter_is_named(command: str) -> None:
     full = dict.fromkeys(PARAMETERS[command], 0.5)
@@ -269,12 +175,3 @@ def test_of_a_script_that_is_produced_each_step_is_taken_and_checked_when_it_beg
             stage.run(lambda: stage.kernel.sleep(60.0))
         assert taken_s[0] == 0.0
         assert 2.0 < taken_s[1] < taken_s[2]
-
-
-def test_the_robot_hears_each_request_once() -> None:
-    with Stage() as stage:
-        requests = stage.bus.port("robot").subscribe(Request)
-        stage.human([TELL])
-        stage.run(lambda: stage.kernel.sleep(10.0))
-        assert requests.poll() == Request()
-        assert requests.poll() is None

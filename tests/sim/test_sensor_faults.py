@@ -11,27 +11,10 @@ READY = Reading(gaze=True, pressure=True, location=True)
 AWAY = Reading(gaze=False, pressure=False, location=False)
 
 
-def test_without_faults_readings_are_as_measured() -> None:
-    faults = SensorFaults()
-    assert [faults.applied(each, 1.0) for each in (READY, AWAY)] == [READY, AWAY]
-    assert faults.delay_s() == 0.0
-
-
 def test_stuck_sensors_say_what_they_said_last_until_their_time_is_over() -> None:
     faults = SensorFaults(stuck_until_s=5.0)
     assert [faults.applied(each, 4.0) for each in (READY, AWAY)] == [READY, READY]
     assert faults.applied(AWAY, 5.0) == AWAY
-
-
-def test_a_flipped_sensor_says_the_opposite() -> None:
-    faults = SensorFaults(flipped={"gaze"})
-    assert faults.applied(READY, 4.0) == Reading(gaze=False, pressure=True, location=True)
-    assert faults.applied(AWAY, 4.0) == Reading(gaze=True, pressure=False, location=False)
-
-
-def test_only_the_next_reading_is_late() -> None:
-    faults = SensorFaults(late_s=3.0)
-    assert (faults.delay_s(), faults.delay_s()) == (3.0, 0.0)
 
 
 def test_a_late_reading_is_heard_with_what_was_measured_and_not_by_those_who_have_gone() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from controller.ports import LegReady, Reading, TurnDone
+from controller.ports import Reading
 from sim.engine import SimulationError
 from sim.gaze import Gaze, head_pose
 from sim.sensors import Sensors, Truth, classify
@@ -81,14 +81,6 @@ def test_pressure_is_read_from_the_palm(stage: Stage, pull_n: float, ready: bool
     assert stage.run(hold) == "over"
 
 
-def test_a_pull_at_a_leg_that_nobody_holds_is_not_felt(stage: Stage) -> None:
-    def pull() -> None:
-        make_ready(stage)
-        assert classify(stage.world) == Truth(gaze=True, pressure=False, location=True)
-
-    assert stage.run(pull) == "over"
-
-
 def test_errors_come_at_their_rate_and_only_in_their_direction(stage: Stage) -> None:
     def read_many() -> None:
         idle = Sensors(stage.world, stage.bus.port("s"), stage.kernel, seed=1, error_probability=0.05)
@@ -103,23 +95,6 @@ def test_errors_come_at_their_rate_and_only_in_their_direction(stage: Stage) -> 
         assert 0.04 < sum(not reading.location for reading in ready) / 4000 < 0.06
 
     assert stage.run(read_many) == "over"
-
-
-def test_no_false_pressure_without_a_leg_in_the_hand(stage: Stage) -> None:
-    idle = Sensors(stage.world, stage.bus.port("s"), stage.kernel, seed=1, error_probability=1.0)
-    assert not any(idle.read().pressure for _ in range(100))
-
-
-def test_equal_seeds_err_alike(stage: Stage) -> None:
-    def errors(seed: int) -> list[Reading]:
-        sensors = Sensors(stage.world, stage.bus.port("s"), stage.kernel, seed, error_probability=0.5)
-        return [sensors.read() for _ in range(50)]
-
-    def read() -> None:
-        assert stage.fetch()
-        assert errors(1) == errors(1) != errors(2)
-
-    assert stage.run(read) == "over"
 
 
 def test_publishes_at_50_hz_and_only_while_someone_listens(stage: Stage) -> None:
@@ -138,47 +113,6 @@ def test_publishes_at_50_hz_and_only_while_someone_listens(stage: Stage) -> None
     assert len(times) == 100
     assert times[:3] == pytest.approx([2.0, 2.02, 2.04])
     assert times[50] == pytest.approx(5.995)
-
-
-def test_silent_in_the_turn_of_an_outage(stage: Stage) -> None:
-    stage.sensors(outage_turn=2)
-    heard: dict[int, bool] = {}
-
-    def three_turns() -> None:
-        port = stage.bus.port("robot")
-        for turn in (1, 2, 3):
-            port.publish(LegReady(turn))
-            readings = port.subscribe(Reading)
-            heard[turn] = readings.wait(10.0) is not None
-            readings.close()
-            port.publish(TurnDone(turn, "discarded"))
-            stage.kernel.sleep(1.0)
-
-    assert stage.run(three_turns) == "over"
-    assert heard == {1: True, 2: False, 3: True}
-
-
-def test_a_sensor_that_flips_does_so_until_the_end_of_the_turn(stage: Stage) -> None:
-    """Of the turn in which it began to: one that is over then, and of which no sensor has heard, does not count."""
-    sensors = stage.sensors()
-    gazes: dict[int, bool] = {}
-
-    def three_turns() -> None:
-        port = stage.bus.port("robot")
-        for turn in (1, 2, 3):
-            if turn == 2:
-                sensors.flip("gaze")
-            port.publish(LegReady(turn))
-            readings = port.subscribe(Reading)
-            for _ in range(2):  # not only the next one
-                reading = readings.wait(10.0)
-                gazes[turn] = reading is not None and reading.gaze
-            readings.close()
-            port.publish(TurnDone(turn, "discarded"))
-            stage.kernel.sleep(1.0)
-
-    assert stage.run(three_turns) == "over"
-    assert gazes == {1: gazes[1], 2: not gazes[1], 3: gazes[1]}
 
 
 @pytest.mark.parametrize(("probability", "outage"), [(-0.1, 0), (1.1, 0), (float("nan"), 0), (0.05, -1)])

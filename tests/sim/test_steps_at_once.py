@@ -2,46 +2,20 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from itertools import pairwise
 
-import numpy as np
 import pytest
 
 from controller.ports import ARM_JOINTS
 from pytest_hricdv.runtime import Record, Recorder
-from sim.engine import STEP_HZ, STEP_S, TICK_STEPS, Engine, SimulationError
-from sim.engines import new_engine
-from sim.torso import Torso
+from sim.engine import STEP_S, SimulationError
 from sim.world import World
 from tests.sampling import mostly_slow
 
 from .stage import Stage, one_leg
 
 pytestmark = pytest.mark.engine("mujoco")
-
-
-def counted(world: World, monkeypatch: pytest.MonkeyPatch) -> Counter[int]:
-    """How many advances of the engine make how many steps, from now on."""
-    made: Counter[int] = Counter()
-    advance = world.engine.advance
-
-    def counting(steps: int) -> int:
-        steps = advance(steps)
-        made[steps] += 1
-        return steps
-
-    monkeypatch.setattr(world.engine, "advance", counting)
-    return made
-
-
-def test_an_arm_that_moves_takes_one_advance_for_each_tick(monkeypatch: pytest.MonkeyPatch) -> None:
-    with World(Recorder(), freeze=False) as world:
-        made = counted(world, monkeypatch)
-        world.torso.move_arm((0.1,) * len(ARM_JOINTS), 2.0, 0.2)
-        world.advance(2_000_000)
-    assert made == {TICK_STEPS: 2 * STEP_HZ // TICK_STEPS}
 
 
 def handed_over(stage: Stage) -> None:
@@ -140,29 +114,6 @@ def test_speeds_are_recorded_at_every_step(monkeypatch: pytest.MonkeyPatch) -> N
         world.advance(400_000)
     times_s = [time_s for time_s in recorder.finish().signals["arm_speed"][0] if 0.1 < time_s < 0.4]
     assert max(later - earlier for earlier, later in pairwise(times_s)) < 1.5 * STEP_S
-
-
-def held_back() -> tuple[Engine, Torso]:
-    """An arm whose motors are far too weak for its moves."""
-    engine = new_engine("mujoco")
-    torso = Torso(engine, lambda engine, body, joints, torques_nm: engine.drive(body, joints, [0.5] * len(joints)))
-    torso.move_arm((0.15,) * len(ARM_JOINTS), 0.1)
-    return engine, torso
-
-
-def test_joints_that_are_held_back_are_told_the_same_at_once_and_step_by_step() -> None:
-    (engine, torso), (other, single) = held_back(), held_back()
-    with engine, other:
-        for _ in range(20):
-            assert engine.advance(TICK_STEPS) == TICK_STEPS
-            speeds = []
-            for _ in range(TICK_STEPS):
-                assert other.advance(1) == 1
-                speeds.append(single.arm_speed())
-            assert torso.arm_angles() == single.arm_angles()
-            assert list(torso.arm_speeds()) == speeds
-        # The plan was over after 0.1 s, and they are a long way behind it: what they are told was bounded.
-        assert max(np.abs(np.array(torso.arm_angles()) - 0.15)) > 0.05
 
 
 def test_a_state_that_became_nan_within_an_advance_is_said_at_its_step() -> None:

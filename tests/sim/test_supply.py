@@ -6,12 +6,11 @@ import math
 
 import pytest
 
-from controller import waypoints
 from sim.layout import PICKUP_M, STORE_M, TABLE_TOP_M, in_bin
 from sim.leg import Held
 from sim.leg_supply import RESUPPLY_S
 
-from .stage import Stage, handover, one_leg
+from .stage import Stage, one_leg
 
 
 def test_four_legs_are_fetched_and_discarded_into_the_bin() -> None:
@@ -45,24 +44,6 @@ def test_four_legs_are_handed_over_and_set_down_on_the_persons_side() -> None:
         assert min(math.dist(a, b) for a in places for b in places if a is not b) > 0.09
 
 
-def test_the_next_leg_waits_only_some_seconds_after_the_last_one_left_the_hand() -> None:
-    with Stage() as stage:
-
-        def empty_for_a_while() -> None:
-            assert stage.fetch()
-            assert stage.robot.hand.open()
-            released_s = stage.recorder.finish().signals["leg_held"][0][2]
-            first = stage.world.legs.current
-            stage.kernel.sleep(released_s + RESUPPLY_S - 0.01 - stage.kernel.now_s)
-            assert stage.world.legs.current is first
-            stage.kernel.sleep(0.1)
-            second = stage.world.legs.current
-            assert second is not first
-            assert math.dist(second.pose()[0], PICKUP_M) < 1e-3
-
-        assert stage.run(empty_for_a_while) == "over"
-
-
 def test_a_leg_that_rolls_on_the_floor_rests_however_long_the_next_one_takes() -> None:
     """With the next leg two minutes late it had rolled off the floor, and fell thousands of metres."""
     with Stage() as stage:
@@ -87,22 +68,6 @@ def test_a_leg_that_rolls_on_the_floor_rests_however_long_the_next_one_takes() -
         assert stage.run(drop_one) == "over"
 
 
-def test_a_leg_left_at_the_pickup_place_is_cleared_away() -> None:
-    with Stage() as stage:
-
-        def grasp_and_let_go() -> None:
-            arm, hand = stage.robot.arm, stage.robot.hand
-            assert arm.follow(arm.plan(waypoints.TO_PICKUP, 0.25))
-            assert hand.close()
-            assert hand.open()
-            stage.kernel.sleep(4.0)
-            first, second = stage.world.legs.legs
-            assert math.dist(first.pose()[0], STORE_M) < 1e-3  # in the bin it would keep others from falling in
-            assert math.dist(second.pose()[0], PICKUP_M) < 1e-3
-
-        assert stage.run(grasp_and_let_go) == "over"
-
-
 def test_a_leg_that_fell_where_legs_are_held_out_is_cleared_away_before_the_next_one_comes() -> None:
     """The next leg in the hand hit it, and the blow moved the arm faster than R4 allows."""
     with Stage() as stage:
@@ -117,13 +82,6 @@ def test_a_leg_that_fell_where_legs_are_held_out_is_cleared_away_before_the_next
             assert stage.world.legs.in_hand is stage.world.legs.legs[1]
 
         assert stage.run(let_two_fall) == "over"
-
-
-def test_a_mixed_run_ends_with_each_leg_where_its_turn_sent_it() -> None:
-    record, stage = handover(one_leg() + one_leg(at_leg=False) + one_leg(pull_n=0.0) + one_leg(), turns=4, seed=3)
-    outcomes = [m.fields["outcome"] for m in record.messages if m.topic == "turn_done"]
-    assert outcomes == ["released", "discarded", "discarded", "released"]
-    assert stage.world.legs.received == 2
 
 
 def test_a_leg_that_is_withheld_comes_later_to_its_place_or_beside_it() -> None:

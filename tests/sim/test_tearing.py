@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from controller.ports import Reading
 from sim.layout import TABLE_TOP_M
 from sim.leg import Held
 from tests.hri import bench
@@ -64,22 +63,6 @@ def test_a_leg_that_is_torn_out_by_nobodys_hand_falls() -> None:
     assert signals["leg_offset"][1][-1] > 0.705 - TABLE_TOP_M - 0.25 / 2 - 0.03
 
 
-def test_the_sensors_feel_no_pull_at_a_leg_that_is_gone() -> None:
-    with Stage() as stage:
-        readings: list[Reading] = []
-        sensors = stage.sensors()
-
-        def body() -> None:
-            assert stage.fetch()
-            stage.world.unfreeze()
-            stage.world.person.pull(20.0)
-            stage.kernel.sleep(2.0)
-            readings.append(sensors.read())
-
-        stage.run(body)
-    assert not readings[0].pressure
-
-
 @pytest.mark.parametrize("fidelity", ["dynamic", "kinematic"])
 def test_the_robot_discards_what_was_torn_away_and_that_is_no_release(
     fidelity: str, monkeypatch: pytest.MonkeyPatch
@@ -90,14 +73,3 @@ def test_the_robot_discards_what_was_torn_away_and_that_is_no_release(
     assert bench.times(result, "reading", pressure=False)
     assert result.outcome.outcomes == ("discarded",)
     assert (result.verdict("R1").verdict, result.verdict("R2").verdict) == ("NC", "Passed")
-
-
-def test_a_leg_torn_away_after_a_refusal_is_no_release_either() -> None:
-    pull = "set_param pressure = 1"
-    lines = [line for line in bench.leg("011") if line != pull]
-    result = bench.run(bench.concrete([*lines, "tell humanReady", pull], pull_n=25.0, voice_s=2.2))
-    signals = result.record.signals
-    (torn_s,) = [at for at, torn in zip(*signals["leg_torn"], strict=True) if torn]
-    assert torn_s > bench.times(result, "reading", gaze=False)[0]
-    assert 0.0 < [offset for at, offset in zip(*signals["leg_offset"], strict=True) if at <= torn_s][-1] < 0.15
-    assert result.verdict("R2").verdict == "Passed"

@@ -13,7 +13,7 @@ import pytest
 from controller.ports import ARM_JOINTS
 from sim.engine import Engine, SimulationError
 from sim.engines import new_engine
-from sim.fingers import CLOSED, FINGER_JOINTS, OPEN, Fingers
+from sim.fingers import FINGER_JOINTS, Fingers
 from sim.torso import PALM, Torso
 from sim.urdf import URDF, arm_description
 
@@ -60,20 +60,6 @@ def test_the_arm_carries_the_mass_of_everything_but_the_stand(bodies: tuple[Tors
     assert arm_kg == pytest.approx(whole_kg)
 
 
-def test_the_fingers_are_where_the_whole_robot_has_them() -> None:
-    with new_engine() as whole, new_engine() as engine:
-        body, joints, _ = whole.load(URDF.read_text(encoding="utf-8"))
-        torso, fingers = robot(engine)
-        pose = dict(zip(ARM_JOINTS, (0.3, -0.2, -0.5, 0.2, 1.0, 0.1, -0.1, -0.3, 0.2), strict=True))
-        torso.set_arm(tuple(pose.values()))
-        fingers.follow(torso.palm_pose())
-        angles = pose | dict(zip(FINGER_JOINTS, OPEN, strict=True))
-        whole.set_joints(body, [joints[name] for name in angles], [*angles.values()])
-        for name, link in fingers.joints.items():
-            place = whole.link_frame(body, joints[name])[0]
-            assert engine.link_frame(fingers.body, link)[0] == pytest.approx(place, abs=1e-6)
-
-
 def test_a_description_without_a_joint_is_refused_by_name(tmp_path: Path) -> None:
     lame = tmp_path / "lame.urdf"
     lame.write_text(URDF.read_text(encoding="utf-8").replace('"left_elbow_flex_joint"', '"stiff_joint"'))
@@ -99,21 +85,3 @@ def test_every_joint_is_as_in_the_table(row: dict[str, Any]) -> None:
     assert [float(x) for x in origin.get("rpy", "").split()] == row["rpy"]
     axis = joint.find("axis")
     assert (None if axis is None else axis.get("xyz")) == row["axis"]
-
-
-@pytest.mark.engine("pybullet")
-def test_every_moving_link_has_a_mass_a_shape_and_a_believable_inertia(bodies: tuple[Torso, Fingers]) -> None:
-    bullet = pytest.importorskip("pybullet")
-    for body in bodies:
-        for name, index in body.joints.items():
-            mass_kg, _, inertia = bullet.getDynamicsInfo(body.body, index)[:3]
-            assert 0.02 <= mass_kg <= 25.0, name
-            assert all(1e-5 <= part <= 3.0 for part in inertia), name
-            assert bullet.getCollisionShapeData(body.body, index), name
-
-
-def test_finger_poses_are_within_their_limits(bodies: tuple[Torso, Fingers]) -> None:
-    for name, stretched, closed in zip(FINGER_JOINTS, OPEN, CLOSED, strict=True):
-        lower, upper = bodies[1].limits_rad[name]
-        assert lower < stretched < upper
-        assert lower < closed < upper

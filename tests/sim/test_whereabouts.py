@@ -2,37 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from itertools import groupby
 
-from hypothesis import given
-from hypothesis import strategies as st
-
 from controller import waypoints
-from sim.gripper import GRASP_HEIGHT_M
 from sim.layout import BIN_M, HANDOVER_M, PICKUP_M
-from sim.whereabouts import HAND_PLACES, NEAR_M, hand_place
+from sim.whereabouts import HAND_PLACES
 from tests.sim.stage import Stage
-
-GRASPS = {
-    "pickup": (PICKUP_M[0], PICKUP_M[1], PICKUP_M[2] + GRASP_HEIGHT_M),
-    "handover": (HANDOVER_M[0], HANDOVER_M[1], HANDOVER_M[2] + GRASP_HEIGHT_M),
-}
-DIRECTIONS = st.tuples(st.floats(0.0, math.pi), st.floats(0.0, 2 * math.pi))
-
-
-@given(st.sampled_from(sorted(GRASPS)), DIRECTIONS, st.floats(0.0, 2.0))
-def test_a_hand_is_at_a_place_within_five_centimetres(name: str, direction: tuple[float, float], share: float) -> None:
-    polar, around = direction
-    away = (math.sin(polar) * math.cos(around), math.sin(polar) * math.sin(around), math.cos(polar))
-    x, y, z = (at + share * NEAR_M * part for at, part in zip(GRASPS[name], away, strict=True))
-    if abs(share - 1.0) > 1e-9:
-        assert (hand_place((x, y, z)) == name) == (share < 1.0)
-
-
-@given(st.floats(0.4, 1.5))
-def test_a_hand_over_the_bin_is_at_the_resupply_place_at_any_height(height_m: float) -> None:
-    assert hand_place((BIN_M[0], BIN_M[1], height_m)) == "resupply"
 
 
 def test_a_leg_that_is_fetched_offered_and_discarded_is_followed() -> None:

@@ -44,13 +44,6 @@ def test_it_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert suite["code"]["statements"]["percent"] == 100.0
 
 
-def test_other_names(tmp_path: Path) -> None:
-    assert main(["init", str(tmp_path), "--robot=arm7", "--person=nurse"]) == 0
-    assert (tmp_path / "arm7.py").is_file()
-    assert "MAS arm7 { agents: meta; nurse; }" in (tmp_path / "models" / "arm7.mas2j").read_text(encoding="utf-8")
-    assert not [path for path in tmp_path.rglob("*") if path.is_file() and "my_" in path.read_text(encoding="utf-8")]
-
-
 def test_several_people_have_a_model_each(tmp_path: Path) -> None:
     assert main(["init", str(tmp_path), "--robot=arm7", "--people=nurse,child,cook"]) == 0
     models = {path.name: path.read_text(encoding="utf-8") for path in (tmp_path / "models").iterdir()}
@@ -80,13 +73,6 @@ def test_ruff_finds_nothing(tmp_path: Path, configured: list[str]) -> None:
     for check in (["check"], ["format", "--check"]):
         done = run(tmp_path, "ruff", *check, *configured, ".")
         assert done.returncode == 0, done.stdout
-
-
-@pytest.mark.slow
-def test_mypy_finds_nothing(tmp_path: Path) -> None:
-    main(["init", str(tmp_path), "--robot=arm"])
-    done = run(tmp_path, "mypy", "--strict", "arm.py", "world.py", "conftest.py", "test_arm.py")
-    assert done.returncode == 0, done.stdout
 
 
 def test_it_overwrites_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,7 +12,7 @@ from pytest_hricdv.report.files import write
 from pytest_hricdv.results.model import Report
 from studies import session
 from studies.adequacy import __main__ as adequacy
-from studies.adequacy.tables import Done, never_killed, scores, together
+from studies.adequacy.tables import Done, never_killed, together
 from studies.grid import cells
 from tests.report import sample, sample_sections
 
@@ -61,23 +61,6 @@ def test_the_page_is_of_what_there_is_and_the_command_says_what_is_not(
     assert "by-hand" not in page
 
 
-def test_a_session_whose_mutants_were_not_all_tried_is_run_again(tmp_path: Path, ran: list[list[str]]) -> None:
-    adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=False)
-    write(replace(_report("rl", 3), mutation=None), tmp_path / "reports" / "rl-3")
-    with pytest.raises(session.SessionError, match="no session is complete and of the present code"):
-        adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=True)
-    adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=False)
-    assert len(ran) == 2
-
-
-def test_a_mutant_counts_once_with_the_share_of_seeds_at_which_it_was_killed() -> None:
-    done = [Done("rl", 0, _report("rl", 0)), Done("rl", 1, _report("rl", 1, killed="00000001"))]
-    row = scores({"rl": done}).splitlines()[-1]
-    # Two mutants are killed at one seed each, two others never; one was not tried.
-    assert row.startswith("| rl | 2 | 4 | 25.0 (")
-    assert row.endswith("| 50.0 (9.5 to 90.5) |")
-
-
 def test_what_any_suite_kills_and_what_only_one_kills_is_told_apart() -> None:
     done = [Done("rl", 0, _report("rl", 0)), Done("by-hand", 0, _report("by-hand", 0, killed="00000001"))]
     assert together(done).splitlines()[-1] == "| 0 | 40.0 % | 2 | rl 1, by-hand 1 |"
@@ -87,11 +70,3 @@ def test_what_any_suite_kills_and_what_only_one_kills_is_told_apart() -> None:
         (15, "no coverage"),
         (16, "not run"),
     ]
-
-
-def test_a_mutant_that_changed_a_record_anywhere_is_listed_as_such() -> None:
-    first, second = (MUTATION.of(_report("rl", seed, killed="none")) for seed in (0, 1))
-    assert first is not None
-    assert second is not None
-    changed = replace(second, mutants=tuple(replace(each, status="survived") for each in second.mutants))
-    assert {each.status for each in never_killed([first, changed])} == {"survived"}

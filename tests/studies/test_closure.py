@@ -9,11 +9,10 @@ import pytest
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.report.files import write
-from pytest_hricdv.results.model import Report
 from studies import session
 from studies.closure import __main__ as closure
-from studies.closure.growth import Growth, Step, of_loop, of_suite, wanted_points
-from studies.closure.tables import context, curves, horizon_s, reached, without
+from studies.closure.growth import Growth, Step, of_loop, of_suite
+from studies.closure.tables import curves, horizon_s, reached
 from tests.report import sample, sample_sections
 
 STATES = "controller/states.py"
@@ -45,22 +44,6 @@ def _suite(seed: int = 0, *steps: Step, sim_s: float = 40.0) -> Growth:
 WANTED = {*LINES, BIN}
 
 
-def test_a_loop_has_its_points_at_the_runs_that_hit_them_first() -> None:
-    loop = _loop()
-    assert [(step.run, step.sim_s, set(step.points)) for step in loop.steps] == [
-        (1, 10.0, set(LINES[:2])),
-        (3, 30.0, {LINES[2], BIN}),
-    ]
-    assert wanted_points([loop]) == WANTED
-    assert loop.reached(WANTED, sim_s=29.9) == loop.reached(WANTED, runs=2) == {"statement": 2}
-    assert loop.reached(WANTED) == {"statement": 3, "bin": 1}
-
-
-def test_what_was_thought_impossible_is_not_wanted_though_a_run_hit_it() -> None:
-    surprised = _loop(impossible=[{"point": [*BIN], "reason": "the model", "by": "model"}])
-    assert BIN not in wanted_points([_loop(), surprised])
-
-
 def test_a_suite_has_every_point_once_and_its_order_depends_on_its_seed_only() -> None:
     report = sample.report(("rl",), 6)
     growth = of_suite("rl", 0, report)
@@ -89,17 +72,6 @@ def test_suites_are_compared_over_the_simulated_time_that_all_have() -> None:
     assert "| 1.0 (one seed) |" in reached(by_series, WANTED, runs=3).splitlines()[-1]
     ends = {name: points[-1] for name, points in curves(sessions).items()}
     assert ends == {"closure": (30.0, 80.0), "rl": (30.0, 20.0)}
-
-
-def test_a_loop_without_a_way_is_compared_with_the_whole_one_of_its_seed() -> None:
-    weaker = _loop("without online", hit=_closing()["hit"][:3], runs=9, end_reason="runs")
-    loops = {"closure": [_loop(end_reason="closed"), _loop(seed=1, end_reason="runs")], "without online": [weaker]}
-    head, _, whole, other = without(loops, WANTED).splitlines()
-    assert head == "| loop | closed | bins | points of 5 | runs | points, difference | runs, difference |"
-    assert whole.startswith("| closure | 1 of 2 | 1.0 (1.0 to 1.0) | 4.0 (4.0 to 4.0) | 3.0 (3.0 to 3.0) |")
-    assert whole.endswith("| - | - |")
-    assert other.startswith("| without online | 0 of 1 | 0.0 (one seed) | 3.0 (one seed) | 9.0 (one seed) |")
-    assert other.endswith("| -1.0 (one seed) | +6.0 (one seed) |")
 
 
 @pytest.fixture
@@ -141,17 +113,3 @@ def test_without_a_whole_loop_there_is_no_page(tmp_path: Path, ran: list[list[st
     cells = closure.sessions(("rl",), (), (3,), 48)
     with pytest.raises(session.SessionError, match="no session of closure is complete"):
         closure.run(cells[1:], tmp_path / "reports", tmp_path, again=False)
-
-
-def test_a_loop_that_ended_for_want_of_time_is_run_again(tmp_path: Path, ran: list[list[str]]) -> None:
-    cells = closure.sessions(("closure",), (), (3,), 48)
-    closure.run(cells, tmp_path / "reports", tmp_path, again=False)
-    stopped: Report = sample.typed(sample.data(("closure",), 2) | {"closing": _closing(end_reason="seconds")})
-    write(stopped, tmp_path / "reports" / "closure-3")
-    closure.run(cells, tmp_path / "reports", tmp_path, again=False)
-    assert len(ran) == 2
-
-
-def test_the_context_has_all_points_and_counts_seeds() -> None:
-    filled = context([_loop(), _loop(seed=1, runs=5)], sample.report())
-    assert (filled["seeds"], filled["points"]) == (2, 5)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import sys
 from pathlib import Path
 
 import pytest
 
-from studies.fair_fight import CODE_BASES, FOLDER, faults, meter, tables
+from studies.fair_fight import CODE_BASES, faults, tables
 from studies.fair_fight.__main__ import PAGE, read
-from studies.fair_fight.replaying import ordered
 from studies.fair_fight.running import summary
 from studies.localization.faults import FaultError
 
@@ -39,15 +37,6 @@ def test_each_code_base_has_ten_sealed_faults() -> None:
     assert {name: len(kept) for name, kept in sealed.items()} == {base.name: faults.MOST for base in CODE_BASES}
 
 
-@pytest.mark.parametrize("base", CODE_BASES, ids=lambda base: base.name)
-def test_a_machine_is_short_and_each_of_its_phases_is_there(base: object) -> None:
-    name = getattr(base, "name", "")
-    module = importlib.import_module(f"studies.fair_fight.machines.{name}")
-    assert {after for commands in module.FOLLOWS.values() for after in commands.values()} <= {*module.FOLLOWS}
-    assert module.START in module.FOLLOWS
-    assert len((FOLDER / "machines" / f"{name}.py").read_text(encoding="utf-8").splitlines()) <= 30
-
-
 def run(second: float, actions: int, *kinds: str, statements: int = 0, test: str = "") -> dict[str, object]:
     return {
         "s": second,
@@ -69,15 +58,6 @@ def test_a_summary_has_the_first_and_the_shortest_violation() -> None:
         "first_s": 2.0,
         "shortest": 2,
     }
-
-
-def test_inputs_that_cover_something_new_are_replayed_first_and_each_once() -> None:
-    runs = [run(1.0, 1, statements=1), run(2.0, 1, statements=1), run(3.0, 1, statements=2), run(4.0, 1, test="1.0")]
-    assert [each["s"] for each in ordered(runs)] == [1.0, 3.0, 2.0]
-
-
-def test_a_fault_is_named_without_numbers_and_folders() -> None:
-    assert meter.plain("at 3.5 s in /home/me/code.py:12: it ended\nlater") == "at N s in code.py:N: it ended"
 
 
 def test_each_violation_that_was_found_is_judged() -> None:

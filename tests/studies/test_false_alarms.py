@@ -14,8 +14,6 @@ from pytest_hricdv.results.model import GateResult, Report, TestResult
 from studies import session
 from studies.false_alarms import __main__ as false_alarms
 from studies.false_alarms.alarms import RUN, SESSION, found_in
-from studies.false_alarms.tables import context
-from studies.grid import cells
 from tests.report import sample
 
 
@@ -44,14 +42,6 @@ def alarms(report: Report) -> list[tuple[str, str]]:
     return [(alarm.oracle, alarm.where) for alarm in found_in("rl", 0, report).alarms]
 
 
-def test_runs_that_pass_and_violations_that_are_known_are_no_alarms() -> None:
-    assert alarms(_report()) == []
-    known = _report(outcome="known-violation", **_violating("R3"))
-    assert alarms(known) == []
-    judged = found_in("rl", 0, known).requirements["R3"]
-    assert (judged.known_violations, judged.margin, judged.test) == (1, -7.0, known.tests[0].id)
-
-
 def test_other_violations_faults_of_a_run_and_gates_are_alarms() -> None:
     name = _report().tests[0].id
     assert alarms(_report(outcome="failed", **_violating("R2"))) == [("R2", name)]
@@ -61,16 +51,6 @@ def test_other_violations_faults_of_a_run_and_gates_are_alarms() -> None:
     assert alarms(_report(outcome="not-run")) == [(RUN, name)]
     gates = GateResult(failed=("R5 was not checked",), improved=())
     assert alarms(replace(_report(), gates=gates)) == [(SESSION, "rl")]
-
-
-def test_the_page_counts_runs_with_an_alarm_once_and_lists_alarms() -> None:
-    bad = found_in("rl", 1, _report(outcome="failed", errors=("a | b", "c"), **_violating("R2")))
-    made = context([found_in("rl", 0, _report()), bad])
-    assert (made["runs"], made["alarmed"], made["seeds"]) == (6, 1, [0, 1])
-    assert made["suites"].splitlines()[-1] == "| rl | 2 | 6 | 3 |"
-    assert f"| the run | {bad.alarms[0].where} | 1 | a \\| b |" in made["alarms"].splitlines()
-    (row,) = [line for line in made["requirements"].splitlines() if line.startswith("| R2 |")]
-    assert row.endswith(f"| 0 | 1 | -7 in {bad.alarms[0].where} |")
 
 
 def test_the_command_prints_figures_and_writes_only_when_asked(
@@ -88,8 +68,3 @@ def test_the_command_prints_figures_and_writes_only_when_asked(
     monkeypatch.setattr("sys.argv", [*command, "--again", "--write"])
     false_alarms.main()
     assert (tmp_path / "studies" / "false-alarms.md").read_text(encoding="utf-8").startswith("# Study: false alarms\n")
-
-
-def test_without_a_report_of_the_present_code_there_are_no_figures(tmp_path: Path) -> None:
-    with pytest.raises(session.SessionError, match="no session is of the present code"):
-        false_alarms.run(cells(("rl",), (0,)), tmp_path, again=True)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pygments.token import Error, Keyword, Name, Token
+from pygments.token import Error, Token
 
 from studies.site.agentspeak import AgentSpeakLexer, ProjectLexer
 from studies.site.docstrings import field_lists
-from studies.site.pages import ROOT, ROOT_FILES, page_of, root_file, sphinx_source
-from studies.site.public_names import docstring, home
+from studies.site.pages import ROOT, root_file, sphinx_source
 
 REPOSITORY = "https://example.org/repository"
 MODELS = sorted([*(ROOT / "models_bdi").glob("*.asl"), *(ROOT / "pytest_hricdv" / "skeleton").rglob("*.asl")])
@@ -44,11 +43,6 @@ def test_where_links_lead(page: str, target: str, expected: str) -> None:
     assert read(f"[`a`]({target})", page) == f"[`a`]({expected})"
 
 
-def test_links_in_code_stay() -> None:
-    for text in ("`[a](../CHANGELOG.md)`", "```text\n[a](../CHANGELOG.md)\n```"):
-        assert read(text) == text
-
-
 def test_a_file_above_the_documentation_becomes_a_page() -> None:
     assert root_file("project/readme") == "README.md"
     text = sphinx_source("project/readme", "whatever the page itself says", REPOSITORY)
@@ -56,12 +50,6 @@ def test_a_file_above_the_documentation_becomes_a_page() -> None:
     assert "](../tutorial.md)" in text
     assert "](../pictures/run.gif)" in text
     assert root_file("tutorial") == ""
-
-
-@pytest.mark.parametrize("name", ROOT_FILES)
-def test_the_page_of_a_file_links_to_it_on_github(name: str) -> None:
-    page = ROOT / "docs" / f"{page_of(name)}.md"
-    assert f"](../../{name})" in page.read_text(encoding="utf-8")
 
 
 def trees_of(page: str, text: str) -> list[list[str]]:
@@ -86,19 +74,8 @@ def test_the_navigation_has_the_first_page_of_each_line_of_the_index() -> None:
     ]
 
 
-def test_other_pages_of_a_line_and_those_of_a_folder_are_below_its_first_page() -> None:
-    assert trees_of("requirements", "# Requirements\n") == [[":hidden:", "", "Patterns </patterns>"]]
-    assert trees_of("patterns", "# Patterns\n") == []
-    assert trees_of("public-api", "| [a](api/run.md) | [b](tutorial.md) |\n") == [[":hidden:", "", "/api/run"]]
-    assert trees_of("studies/index", "[a](speed.md), [b](../tutorial.md)\n") == [[":hidden:", "", "/studies/speed"]]
-
-
 def test_words_that_readers_search_for_are_main_entries_of_the_index() -> None:
     assert read("# T\n\n<!-- search: flaky, random seed -->\n") == ("# T\n\n```{index} ! flaky, ! random seed\n```\n")
-
-
-def test_studies_are_not_searched() -> None:
-    assert read("# Study\n", "studies/speed").startswith("---\nnosearch: true\n---\n\n# Study\n")
 
 
 def test_sections_of_a_docstring_become_fields() -> None:
@@ -126,27 +103,9 @@ def test_sections_of_a_docstring_become_fields() -> None:
     ]
 
 
-def test_a_plan_has_its_colours() -> None:
-    shown = {
-        text: kind for kind, text in AgentSpeakLexer().get_tokens("@wait +!go(X) : not ready <- .print(X); !go(1).")
-    }
-    assert shown["@wait"] is Name.Label
-    assert shown["+!"] is Keyword
-    assert shown[".print"] is Name.Builtin
-    assert shown["X"] is Name.Variable
-
-
 @pytest.mark.parametrize("path", [*MODELS, *PROJECTS], ids=lambda path: path.name)
 def test_the_lexers_know_all_that_our_models_have(path: Path) -> None:
     lexer = AgentSpeakLexer() if path.suffix == ".asl" else ProjectLexer()
     tokens = [*lexer.get_tokens(path.read_text(encoding="utf-8"))]
     assert len(tokens) > 10
     assert [text for kind, text in tokens if kind in (Error, Token.Other)] == []
-
-
-def test_a_name_is_followed_home() -> None:
-    assert home("pytest_hricdv.testbench", "Run")[0] == "pytest_hricdv.run"
-    assert docstring("pytest_hricdv.monitor", "Value").startswith("A value of a signal")
-    assert docstring("pytest_hricdv.testbench", "FIELD_PURPOSES") == ""
-    with pytest.raises(LookupError, match="nor imports Runn"):
-        home("pytest_hricdv.run", "Runn")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.bdi import BdiError
-from tests.bdi.models import prints_of, system_of
+from tests.bdi.models import prints_of
 
 REST = '-!go[error(E)] <- .print("failed ", E). +!h(S) <- .set.add(S, x).'
 
@@ -120,20 +120,6 @@ REST = '-!go[error(E)] <- .print("failed ", E). +!h(S) <- .set.add(S, x).'
 )
 def test_collections_are_as_in_jason(tmp_path: Path, body: str, prints: list[str]) -> None:
     assert prints_of(tmp_path, f"!go. +!go <- {body}. {REST}") == prints
-
-
-def test_a_wait_for_a_condition_sees_what_is_put_into_a_set(tmp_path: Path) -> None:
-    source = """
-    !go. +!go <- .set.create(S); +keep(S); !!later; .wait(keep(T) & .member(x, T)); .print(on).
-    +!later <- .wait(20); ?keep(S); .set.add(S, x).
-    """
-    assert prints_of(tmp_path, source) == ["on"]
-
-
-def test_a_set_that_is_told_is_the_same_set(tmp_path: Path) -> None:
-    first = "!go. +!go <- .set.create(S); .set.add(S, a); .send(b, tell, s(S)); .wait(20); .print(S)."
-    second = "+s(S) <- .set.add(S, b)."
-    assert system_of(tmp_path, a=first, b=second).run().prints == ["[a] {a,b}"]
 
 
 def test_a_set_that_is_endless_to_print_ends_the_run_with_its_plan(tmp_path: Path) -> None:

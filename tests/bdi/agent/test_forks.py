@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.bdi.lint import lint
 from tests.bdi.models import prints_of, system_of
 
 PLANS = """
@@ -65,9 +64,3 @@ def test_atomic_plan_has_no_branches(tmp_path: Path) -> None:
     result = system_of(tmp_path, a="!go. @l[atomic] +!go <- !a |&| !a. +!a <- .print(a).").run()
     assert result.prints == []
     assert "an atomic plan has no statements side by side" in result.warnings[0]
-
-
-def test_lint_sees_what_branches_do(tmp_path: Path) -> None:
-    system_of(tmp_path, a="!go. +!go <- !a |&| !nope; +p(1) |&| ?p(X); .print(X + 1). +!a.")
-    (finding,) = lint([tmp_path / "mas.mas2j"])
-    assert "no plan for +!nope" in finding.message

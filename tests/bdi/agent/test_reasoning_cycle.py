@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
+from pytest_hricdv.bdi import BdiError, Environment, Structure
 from tests.bdi.models import prints_of, system_of
 
 
@@ -21,9 +21,6 @@ class Switch(Environment):
         elif action.functor == "explode":
             raise ValueError("boom")
         return action.functor != "refuse"
-
-
-REPORT = "+light(X)[source(S)] <- .print(on, X, S). -light(X)[source(S)] <- .print(off, X, S)."
 
 
 PROGRAMS = {
@@ -100,11 +97,6 @@ def test_one_agent_prints(tmp_path: Path, source: str, prints: list[str]) -> Non
     assert prints_of(tmp_path, source) == prints
 
 
-def test_percept_is_believed_until_it_is_no_longer_listed(tmp_path: Path) -> None:
-    system = system_of(tmp_path, Switch(), a="!go. +!go <- show(light(1)); .wait(1); hide(light(1)). " + REPORT)
-    assert system.run().prints == ["[a] on1percept", "[a] off1percept"]
-
-
 def test_percepts_present_at_the_start_are_perceived_before_the_first_goal(tmp_path: Path) -> None:
     environment = Environment()
     environment.add_percept("a", "light(7)")
@@ -120,45 +112,6 @@ def test_percept_the_agent_deleted_stays_deleted_until_its_percepts_change(tmp_p
     """
     system = system_of(tmp_path, Switch(), a=source)
     assert system.run(percepts={"a": ["light(1)"]}).prints == ["[a] []", "[a] [1,2]"]
-
-
-def test_removing_a_percept_leaves_what_the_agent_believes_from_another_source(tmp_path: Path) -> None:
-    source = "!go. +!go <- +light(1); hide(light(1)); .wait(5); ?light(1)[source(S)]; .print(S)."
-    assert system_of(tmp_path, Switch(), a=source).run(percepts={"a": ["light(1)"]}).prints == ["[a] self"]
-
-
-def test_false_action_fails_the_goal_and_the_failure_plan_sees_what_failed(tmp_path: Path) -> None:
-    source = """
-    !go.
-    +!go <- !try; .print(after).
-    +!try <- refuse(me); .print(no).
-    -!try[error(E), code(C)] <- .print(E, C).
-    """
-    result = system_of(tmp_path, Switch(), a=source).run()
-    assert result.prints == ["[a] action_failedrefuse(me)", "[a] after"]
-    assert result.actions == [("a", "refuse(me)")]
-
-
-def test_unhandled_failure_drops_only_its_intention_and_warns(tmp_path: Path) -> None:
-    result = system_of(tmp_path, a="!bad. !good. +!bad <- .fail; .print(no). +!good <- .print(yes).").run()
-    assert result.prints == ["[a] yes"]
-    assert len(result.warnings) == 1
-    assert "a.asl:1:23" in result.warnings[0]
-
-
-def test_goal_without_any_plan_is_a_warning(tmp_path: Path) -> None:
-    result = system_of(tmp_path, a="!nobody.").run()
-    assert result.ended == "idle"
-    assert "no relevant plan for +!nobody" in result.warnings[0]
-
-
-def test_failure_plan_learns_where_the_goal_without_a_plan_was_asked_for(tmp_path: Path) -> None:
-    source = """!go. !other.
-+!go <-
-   !none(1).
--!none(X)[error(E), code(C), code_line(L)] <- .print(E, " ", C, " ", L).
--!other[code_line(L)] <- .print(L)."""
-    assert sorted(prints_of(tmp_path, source)) == ["no_code", "no_relevant none(1)[source(self)] 3"]
 
 
 def test_action_that_raises_names_agent_plan_and_line(tmp_path: Path) -> None:
@@ -221,38 +174,6 @@ def test_run_ends_at_the_goal_asked_for(tmp_path: Path) -> None:
     assert (result.prints, result.ended) == (["[a] half"], "goal")
 
 
-def test_agent_can_stop_the_run(tmp_path: Path) -> None:
-    result = system_of(tmp_path, a="!go. +!go <- .print(1); .stopMAS; .print(2).").run()
-    assert (result.prints, result.ended) == (["[a] 1"], "stopped")
-
-
-def test_agent_waits_in_virtual_time(tmp_path: Path) -> None:
-    result = system_of(tmp_path, a="!x. !y. +!x <- .wait(3600000); .print(x). +!y <- .wait(1000); .print(y).").run()
-    assert result.prints == ["[a] y", "[a] x"]
-    assert result.rounds < 20
-    assert result.time_ms == pytest.approx(3_600_000, abs=10)
-
-
-def test_random_numbers_depend_on_the_seed_alone(tmp_path: Path) -> None:
-    system = system_of(tmp_path, a="!go. +!go <- .random(X); .print(X); Y = math.random(5); .print(Y).")
-    assert system.run(seed=1) == system.run(seed=1)
-    assert system.run(seed=1).prints != system.run(seed=2).prints
-
-
-def test_executed_plans_are_recorded_in_order_with_automatic_labels_for_the_rest(tmp_path: Path) -> None:
-    system = system_of(tmp_path, a="!go. @one +!go <- !two; !two; !three. @two +!two. +!three. @unused +!four.", b="p.")
-    assert system.agents == ("a", "b")
-    assert system.plan_labels("a") == ("one", "two", "unused")
-    assert system.run().plans == {"a": ["one", "two", "two", "_plan3"], "b": []}
-
-
-def test_percepts_of_a_run_replace_those_of_the_run_before(tmp_path: Path) -> None:
-    system = system_of(tmp_path, a="+see(X) <- .print(X).")
-    assert system.run(percepts={"a": ["see(1)", "see(2)"]}).prints == ["[a] 1", "[a] 2"]
-    assert system.run(percepts={"a": ["see(3)"]}).prints == ["[a] 3"]
-    assert system.run(percepts={"a": []}).prints == []
-
-
 def test_unknown_agent_and_bad_round_limit_are_refused(tmp_path: Path) -> None:
     system = system_of(tmp_path, a="p.")
     with pytest.raises(ValueError, match="no agent 'b'"):
@@ -263,33 +184,9 @@ def test_unknown_agent_and_bad_round_limit_are_refused(tmp_path: Path) -> None:
         system.plan_labels("b")
 
 
-def test_subclass_that_does_not_call_the_base_constructor_still_perceives(tmp_path: Path) -> None:
-    class Own(Environment):
-        def __init__(self) -> None:
-            self.log: list[tuple[str, str]] = []
-
-        def execute(self, agent: str, action: Structure) -> bool:
-            self.log.append((agent, str(action)))
-            return True
-
-    environment = Own()
-    environment.add_percept("a", "go")
-    system_of(tmp_path, environment, a="+go <- walk(3, X, [a|T]).").run()
-    assert environment.log == [("a", "walk(3,X,[a|T])")]
-
-
 def test_percept_with_a_variable_is_refused() -> None:
     with pytest.raises(BdiError, match=r"a percept has no variables: p\(X\)"):
         Environment().add_percept("a", "p(X)")
-
-
-def test_own_plans_for_messages_come_before_the_standard_ones(tmp_path: Path) -> None:
-    system = system_of(
-        tmp_path,
-        a="!go. +!go <- .send(b, tell, p).",
-        b='+!kqml_received(S, tell, C, _) <- .print(S, " says ", C).',
-    )
-    assert system.run().prints == ["[b] a says p"]
 
 
 def test_importing_the_package_does_not_import_lark() -> None:
@@ -298,17 +195,6 @@ def test_importing_the_package_does_not_import_lark() -> None:
 
     code = "import sys, pytest_hricdv.bdi; sys.exit('lark' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0
-
-
-def test_system_can_be_loaded_from_text_paths(tmp_path: Path) -> None:
-    system_of(tmp_path, a="!go. +!go <- .print(hi).")
-    system = MultiAgentSystem.load(str(tmp_path / "mas.mas2j"), Environment())
-    assert system.run(max_rounds=10, seed=0).prints == ["[a] hi"]
-
-
-def test_belief_event_without_an_applicable_plan_costs_no_cycle(tmp_path: Path) -> None:
-    source = "p(1). p(2). p(3). !go. +p(X) : X > 5 <- .print(X). +!go <- .print(go)."
-    assert system_of(tmp_path, a=source).run().rounds == 1
 
 
 def test_failure_in_what_a_failure_plan_calls_is_not_handled(tmp_path: Path) -> None:
@@ -327,12 +213,6 @@ def test_atomic_plan_that_waits_for_its_own_agent_is_said_at_the_end(tmp_path: P
     assert warning.startswith(
         f"a: {tmp_path / 'a.asl'}:1:27: the run ended while the atomic intention waited here, in "
     )
-
-
-def test_atomic_plan_that_waits_for_others_or_time_is_not_warned_of(tmp_path: Path) -> None:
-    source = "!x. !y. @l[atomic] +!x <- .wait(0); .wait({+q}); .wait({+never}, 5). -!x <- .print(x). +!y <- .print(y)."
-    result = system_of(tmp_path, a=source, b="!s. +!s <- .wait(20); .send(a, tell, q).").run()
-    assert (result.prints, result.warnings) == (["[a] x", "[a] y"], [])
 
 
 @pytest.mark.parametrize(

@@ -17,43 +17,9 @@ def _prints(tmp_path: Path, **sources: str) -> list[str]:
     return system_of(tmp_path, **sources).run(max_rounds=1_000).prints
 
 
-def test_plan_may_have_annotations_and_no_name() -> None:
-    first, second = parse_program("@[atomic] +!x <- a. @[test, k(1)] +!y <- b.").plans
-    assert first.atomic
-    assert not second.atomic
-    assert not first.has_label
-    assert (first.label, second.label) == ("_plan1", "_plan2")
-    assert {str(annot) for annot in second.annots} == {"k(1)", "test"}
-
-
 def test_empty_braces_are_an_empty_body(tmp_path: Path) -> None:
     assert parse_term("{}") == PlanTerm(())
     assert _prints(tmp_path, a="!go. +!go <- !do({}); .print(done). +!do(B) <- B.") == ["[a] done"]
-
-
-def test_belief_added_at_the_beginning_is_found_first(tmp_path: Path) -> None:
-    assert _prints(tmp_path, a="b(1). !go. +!go <- +<b(2); ?b(X); .print(X).") == ["[a] 2"]
-
-
-def test_name_in_single_quotes_is_a_name(tmp_path: Path) -> None:
-    assert _prints(tmp_path, a="'my pos'(1). !go. +!go : 'my pos'(X) <- .print('a b', X).") == ["[a] 'a b'1"]
-    assert str(parse_term("p('it is; (so)')")) == "p('it is; (so)')"
-
-
-def test_literals_of_two_name_spaces_are_two_predicates(tmp_path: Path) -> None:
-    source = (
-        "p(1). ns::p(2). !go. !ns::go. +!go <- ?p(X); ?ns::p(Y); ?default::p(Z); .print(X,Y,Z). +!ns::go <- .print(ns)."
-    )
-    assert sorted(_prints(tmp_path, a=source)) == ["[a] 121", "[a] ns"]
-
-
-def test_registered_function_is_the_value_of_a_rule(tmp_path: Path) -> None:
-    source = (
-        '{ register_function("m.twice", 1, "twice") } { register_function("my.size", 0, "size") } '
-        "size(4). twice(X, Y) :- Y = X * 2. !go. "
-        "+!go : m.twice(my.size) > 7 <- .print(m.twice(m.twice(1)) + my.size)."
-    )
-    assert _prints(tmp_path, a=source) == ["[a] 8"]
 
 
 def test_registered_function_without_an_answer_fails_its_goal(tmp_path: Path) -> None:
@@ -85,11 +51,6 @@ def test_pattern_pursues_its_goal_as_long_as_it_is_committed(tmp_path: Path, pat
         "+!g : k(0) <- -+k(1); .print(one). +!g : k(1) <- .print(two); +g; .print(never). { end }"
     )
     assert _prints(tmp_path, a=source) == expected
-
-
-def test_exclusive_pattern_tries_each_plan_once(tmp_path: Path) -> None:
-    source = "!go. +!go <- !g; .print(end). { begin ebdg(g) } +!g <- .print(one). +!g <- .print(two). { end }"
-    assert _prints(tmp_path, a=source) == ["[a] one", "[a] two"]
 
 
 def test_single_minded_goal_is_given_up_and_an_unmotivated_one_ends(tmp_path: Path) -> None:

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.bdi import BdiError, MultiAgentSystem
-from pytest_hricdv.bdi.language.parser import parse_program, parse_term
-from pytest_hricdv.bdi.lint import lint
+from pytest_hricdv.bdi import BdiError
+from pytest_hricdv.bdi.language.parser import parse_program
 from tests.bdi.models import system_of
 
 MODULE = """
@@ -133,23 +132,3 @@ def test_mistakes_with_name_spaces_say_where_they_are(tmp_path: Path, text: str,
         return
     with pytest.raises(BdiError, match=message):
         parse_program(text, "a.asl")
-
-
-def test_sources_with_name_spaces_can_be_linted(tmp_path: Path) -> None:
-    (tmp_path / "mod.asl").write_text(MODULE, encoding="utf-8")
-    system_of(tmp_path, a='{ include("mod.asl", hall) } !go. +!go : N = hall & N::price(X) <- !N::g(X).')
-    assert not [finding for finding in lint([tmp_path / "mas.mas2j"]) if finding.check == "goal-without-plan"]
-
-
-def test_text_of_a_literal_in_a_name_space_is_read_back() -> None:
-    for text in ("x::p(1)", "x::~p(y::q)[source(self)]", "N::p(A)", "x::'a b'(1)"):
-        assert str(parse_term(text)) == text
-        assert parse_term(str(parse_term(text))) == parse_term(text)
-
-
-def test_included_sources_find_each_other_by_the_name_space_of_the_including_one(tmp_path: Path) -> None:
-    (tmp_path / "inner.asl").write_text("v(7).", encoding="utf-8")
-    (tmp_path / "outer.asl").write_text('{ include("inner.asl") } +!g <- ?v(X); .print(X).', encoding="utf-8")
-    (tmp_path / "a.asl").write_text('{ include("outer.asl", o) } !o::g.', encoding="utf-8")
-    (tmp_path / "mas.mas2j").write_text("MAS m { agents: a; }", encoding="utf-8")
-    assert MultiAgentSystem.load(tmp_path / "mas.mas2j").run().prints == ["[a] 7"]

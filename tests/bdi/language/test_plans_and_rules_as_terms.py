@@ -63,15 +63,6 @@ def test_plans_rules_and_conditions_as_terms(tmp_path: Path, source: str, prints
     assert _prints(tmp_path, a=f"!go. {source}{FAILED}") == [f"[a] {line}" for line in prints]
 
 
-def test_rules_are_told_to_an_agent_that_has_a_plan_for_them(tmp_path: Path) -> None:
-    sender = "!go. +!go <- .send(b, tellRule, [{a(X) :- b(X)}]); .wait(300); .send(b, achieve, show)."
-    receiver = (
-        "b(7). +!kqml_received(A, tellRule, Rules, _) <- for (.member(R, Rules)) { +R; .print(R) }. "
-        "+!show : a(X) <- .print(a(X)). +!show <- .print(norule)."
-    )
-    assert _prints(tmp_path, a=sender, b=receiver) == ["[b] { a(X) :- b(X) }", "[b] a(7)"]
-
-
 def test_plan_for_a_state_that_never_comes_is_read_with_a_warning(tmp_path: Path) -> None:
     system = system_of(tmp_path, a="!go.\n^!go[state(executing)] <- .print(never).\n+!go <- .print(done).")
     (warning,) = system.warnings

@@ -24,10 +24,6 @@ def test_message_shows_place_line_and_a_caret_under_the_column() -> None:
     )
 
 
-def test_caret_stays_under_its_column_behind_tabs() -> None:
-    assert _error("+!g\n\t<- a b.").splitlines()[1:] == ["    \t<- a b.", "    \t     ^"]
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -92,11 +88,6 @@ def test_unknown_or_misused_internal_action_is_named_with_its_place(tmp_path: Pa
         system_of(tmp_path, a=f"+!g <- {body}.")
 
 
-def test_missing_project_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(BdiError, match=r"nothing\.mas2j: no such file"):
-        MultiAgentSystem.load(tmp_path / "nothing.mas2j")
-
-
 def test_folder_instead_of_a_project_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(BdiError, match=": a folder; expected a file"):
         MultiAgentSystem.load(tmp_path)
@@ -128,14 +119,6 @@ def test_a_mistake_in_latin_1_is_shown_where_it_is_with_the_encoding(tmp_path: P
     assert (shown.line, shown.column, shown.source_line) == (expected.line, expected.column, expected.source_line)
     encoding = f"{tmp_path / 'ann.asl'}:1:4: not UTF-8 text: byte 0xfc"
     assert shown.message == f"{expected.message}; the file is read as Latin-1: {encoding}"
-
-
-def test_a_mistake_in_a_project_in_latin_1_is_shown_with_the_encoding(tmp_path: Path) -> None:
-    (tmp_path / "mas.mas2j").write_bytes("MAS m { /* ü */\n agents: ann }".encode("latin-1"))
-    with pytest.raises(
-        BdiSyntaxError, match=r"mas2j:2:14: expected ';', found '}'; the file is .*:1:12: not UTF-8 text"
-    ):
-        MultiAgentSystem.load(tmp_path / "mas.mas2j")
 
 
 def test_text_in_latin_1_is_read_with_a_warning(tmp_path: Path) -> None:
@@ -171,11 +154,3 @@ def test_project_that_cannot_be_read_is_a_located_error(tmp_path: Path, text: st
     (tmp_path / "mas.mas2j").write_text(text)
     with pytest.raises(BdiSyntaxError, match=rf"mas\.mas2j:{message}"):
         MultiAgentSystem.load(tmp_path / "mas.mas2j")
-
-
-def test_included_source_is_read_and_its_errors_are_its_own(tmp_path: Path) -> None:
-    (tmp_path / "base.asl").write_text("+!g <- .print(included).")
-    assert system_of(tmp_path, a='{ include("base.asl") }\n!g.').run().prints == ["[a] included"]
-    (tmp_path / "base.asl").write_text("+!g <- <-.")
-    with pytest.raises(BdiSyntaxError, match=r"base\.asl:1:8: "):
-        system_of(tmp_path, a='{ include("base.asl") }\n!g.')

@@ -200,31 +200,3 @@ def test_annotated_queries_have_the_answers_of_a_slow_solver(
     decided = condition_of(asked)(agent, bindings)
     holds = ask(agent, asked, bindings) if decided is None else decided
     assert (_as_text(bindings) if holds else None) == expected_first
-
-
-@example(_C, [("", "m")], "")
-@example([Literal("q", ("1",), (("source", "a"), ("source", "b")))], [("source", "S")], "")
-@given(
-    st.lists(_belief(), max_size=6),
-    st.lists(_ASKED_ANNOTATIONS, min_size=1, max_size=2, unique=True),
-    st.sampled_from(("", "", "T")),
-)
-def test_variable_with_annotations_asks_for_every_belief_and_stands_for_it_without_them(
-    beliefs: list[Literal], annots: list[tuple[str, str]], tail: str
-) -> None:
-    asked = tuple(sorted(annots, key=_annotation_order))
-    believed = _believed(beliefs)
-    predicates = dict.fromkeys((belief.functor, len(belief.args)) for belief in believed)
-    expected = [
-        {"B": str(replace(belief, annots=())), **way}
-        for predicate in predicates
-        for belief in reversed(believed)
-        if (belief.functor, len(belief.args)) == predicate
-        for way in _ways(replace(belief, annots=asked, tail=tail), belief, {})
-    ]
-    event(f"{min(len(expected), 5)} answers")
-    agent = believer([], [])
-    for belief in beliefs:
-        agent.beliefs.add(parse_literal(str(replace(belief, annots=(*belief.annots, ("source", "self"))))))
-    query = formula(str(Literal("B", (), asked, tail)))
-    assert [_as_text(answer) for answer in solve(agent, query, {})] == expected

@@ -13,8 +13,6 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import MultiAgentSystem
 from pytest_hricdv.bdi.memo import Memo
-from pytest_hricdv.bdi.memo.decision_diagram import Segment
-from pytest_hricdv.bdi.memo.recording import RecordingRun
 from tests.bdi.generated import PROPOSITIONS, systems
 from tests.bdi.models import BELIEFS, LEG_STARTS, TABLE, system_of
 from tests.bdi.run.test_runs import BRIEF
@@ -71,22 +69,6 @@ def test_memo_agrees_on_random_beliefs_of_the_table_models(model: Path) -> None:
 @pytest.mark.parametrize("model", [TABLE, SPINNING], ids=lambda model: model.stem)
 def test_memo_agrees_on_many_random_beliefs_of_the_table_models(model: Path) -> None:
     assert_memo_agrees_on_model(model, 3000, seed=2)
-
-
-def test_memo_executes_few_of_the_rounds_of_the_table_model(monkeypatch: pytest.MonkeyPatch) -> None:
-    executed: list[int] = []
-    segment = RecordingRun._segment
-
-    def recorded(run: RecordingRun, since: int, ended: str) -> Segment:
-        executed.append(run.rounds)
-        return segment(run, since, ended)
-
-    monkeypatch.setattr(RecordingRun, "_segment", recorded)
-    memo = Memo(MultiAgentSystem.load(TABLE))
-    rounds = 0
-    for beliefs in random_sets(400, seed=3):
-        rounds += memo.run(percepts={"meta": [f"chosen({belief})" for belief in beliefs]}).rounds
-    assert 0 < 4 * sum(executed) < rounds
 
 
 @pytest.mark.parametrize("max_rounds", [10_000, 31, 7])
@@ -149,21 +131,6 @@ def test_memo_notes_every_way_to_query_what_is_forwarded(plans: str) -> None:
     choices: list[set[str]] = [set(), {"p0"}, {"p1"}, {"p0", "p1"}, {"p9"}, {"p0", "p9"}]
     for order in (choices, choices[::-1]):
         assert_memo_agrees_on({"a": plans, "b": "b."}, STEER, order)
-
-
-def test_memo_agrees_on_an_agent_that_waits_busily_through_segments_of_a_run() -> None:
-    sources = {"a": "+!g0 : p0 <- +x; +y; .print(a). +!g0.", "b": "!w. +!w : not x <- !w. +!w."}
-    assert_memo_agrees_on(sources, STEER, [set(), {"p0"}, {"p1"}, {"p0", "p1"}])
-
-
-def test_memo_gives_every_caller_its_own_lists() -> None:
-    memo = Memo(MultiAgentSystem.load(TABLE))
-    first = memo.run(percepts={"meta": ["chosen(leg4)"]})
-    first.actions.clear()
-    first.plans["human"].clear()
-    again = memo.run(percepts={"meta": ["chosen(leg4)"]})
-    assert again.actions
-    assert again.plans["human"]
 
 
 UNREPEATABLE = {

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.bdi import Environment, Structure
 from tests.bdi.models import system_of
 
 WAITS = "!w. @look +!w : not x <- !w. @seen +!w <- .print(seen)."
@@ -17,29 +16,6 @@ def test_run_ends_as_soon_as_all_agents_only_wait_busily(tmp_path: Path) -> None
     assert result.ended == "spin"
     assert result.plans["a"] == ["look"] * result.rounds
     assert result.rounds < 6
-
-
-def test_every_cycle_of_an_agent_that_waits_busily_counts(tmp_path: Path) -> None:
-    result = system_of(tmp_path, a=WAITS, b="!go. +!go <- .wait(2); .send(a, tell, x).").run()
-    assert result.prints == ["[a] seen"]
-    assert result.ended == "idle"
-    looked = result.plans["a"].count("look")
-    assert result.plans["a"] == ["look"] * looked + ["seen"]
-    # Two milliseconds are twenty ticks, in which no other agent has anything to do.
-    assert looked == 21
-
-
-class Bell(Environment):
-    """Rings for agent a when b does."""
-
-    def execute(self, agent: str, action: Structure) -> bool:
-        self.add_percept("a", "x")
-        return True
-
-
-def test_agent_that_waits_busily_perceives_what_it_waits_for(tmp_path: Path) -> None:
-    system = system_of(tmp_path, Bell(), a=WAITS, b="!go. +!go <- +p; +q; ring; +r.")
-    assert system.run().prints == ["[a] seen"]
 
 
 @pytest.mark.parametrize(

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from unittest import mock
 
 import pytest
 
-from pytest_hricdv.bdi import BdiError, MultiAgentSystem
+from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.bdi.language import limits, syntax_tree, terms
-from pytest_hricdv.bdi.language.terms import Structure, Term, Variable
-from pytest_hricdv.bdi.logic.substitution import free_variables
-from pytest_hricdv.bdi.memo import Memo
 from pytest_hricdv.bdi.run import system_run
-from pytest_hricdv.bdi.run.livelock import LivelockDetector
-from tests.bdi.models import prints_of, system_of
+from tests.bdi.models import system_of
 
 WORK = r"does not come to an end within 100,000 steps"
 SIZE = r"makes a term of more than 20,000 parts"
@@ -144,66 +139,8 @@ def test_model_without_end_ends_with_its_place_and_the_limit(tmp_path: Path, sou
         system_of(tmp_path, a=source).run()
 
 
-@pytest.mark.usefixtures("low")
-def test_messages_that_double_between_agents_end(tmp_path: Path) -> None:
-    echo = "+!g[source(A)] <- .broadcast(achieve,g); .broadcast(achieve,g)."
-    system = system_of(tmp_path, a=f"!g. {echo}", b=echo, c=echo)
-    with pytest.raises(BdiError, match=r"more than 4,000 messages, events and intentions, most of them [abc]: "):
-        system.run()
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("low")
-def test_what_comes_after_an_overworked_run_has_no_limit_of_it(tmp_path: Path) -> None:
-    with pytest.raises(BdiError, match=WORK):
-        system_of(tmp_path, a="p(X) :- p(f(X)). !g. +!g <- ?p(1).").run()
-    assert prints_of(tmp_path, f"!g. +!g <- L = [{','.join('x' * 5000)}]; .length(L,N); .print(N).") == ["5000"]
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("low")
-def test_each_run_with_the_memo_has_the_whole_limit(tmp_path: Path) -> None:
-    source = "!g. +!g <- .findall(I,.range(I,1,15000),L); .print(done)."
-    memo = Memo(system_of(tmp_path, a=source))
-    assert [memo.run(seed=seed).prints for seed in range(20)] == [["[a] done"]] * 20
-
-
-def test_an_ordinary_cycle_takes_nothing_from_the_limit(tmp_path: Path) -> None:
-    source = "n(0). !g. +!g : n(X) & X < 2000 <- -+n(X + 1); .print(X); .send(a,tell,m(X)); act(X); !g. +!g."
-    result = system_of(tmp_path, a=source).run()
-    assert (result.ended, len(result.prints)) == ("idle", 2000)
-
-
-def test_goals_in_each_other_are_no_work_for_those_that_wait(tmp_path: Path) -> None:
-    """Ten thousand plans wait at last: each is looked at once, not in each round."""
-    source = "!c(0). +!c(10000) <- .print(end). +!c(N) <- !c(N + 1); .print(up)."
-    result = system_of(tmp_path, a=source).run()
-    assert (result.ended, result.prints[:2], len(result.prints)) == ("idle", ["[a] end", "[a] up"], 10_001)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["a rule with an ever larger term", "a text concatenated with itself"])
 def test_the_limits_themselves_are_reached(tmp_path: Path, name: str) -> None:
     with pytest.raises(BdiError, match=r"within 10,000,000 steps|more than 16,000,000 characters"):
         system_of(tmp_path, a=ENDLESS[name][0]).run()
-
-
-def test_looking_for_the_variables_of_a_large_term_is_work() -> None:
-    """A term that doubles with each call of a rule is looked through as often as the rule is renamed."""
-    before = limits.WORK.left
-    term: Term = Variable("X")
-    for _ in range(10):
-        term = Structure("f", (term, term))
-    free_variables(term)
-    assert before - limits.WORK.left >= 2**10
-
-
-def test_intentions_that_double_cost_no_more_than_others(tmp_path: Path) -> None:
-    (tmp_path / "m.mas2j").write_text("MAS m { agents: a; }", encoding="utf-8")
-    (tmp_path / "a.asl").write_text("!g.\n@g +!g <- !!g; !!g.", encoding="utf-8")
-    with mock.patch.object(LivelockDetector, "_fingerprint", side_effect=range(5_000)) as compare:
-        result = MultiAgentSystem.load(tmp_path / "m.mas2j").run(max_rounds=5_000)
-    assert result.ended == "round limit"
-    assert compare.call_count < 200
-    (plan,) = result.endless
-    assert "a.asl:2:1: plan @g of a" in plan

@@ -210,18 +210,6 @@ def test_what_a_plan_waits_for_may_come_between_its_selection_and_its_statement(
     assert result.ended == "idle"
 
 
-def test_percepts_of_an_unknown_agent_in_the_environment_are_ignored(tmp_path: Path) -> None:
-    environment = Environment()
-    environment.show("nobody", ["p(x)"])
-    assert system_of(tmp_path, environment, a="!g. +!g <- .print(x).").run().prints == ["[a] x"]
-
-
-def test_more_than_two_thousand_messages_arrive_each_once(tmp_path: Path) -> None:
-    sender = "n(0). !g. +!g : n(N) & N < 2500 <- .send(b, tell, m(N)); -+n(N + 1); !g. +!g <- .send(b, achieve, show)."
-    receiver = "s(0). +m(N) : s(S) <- -+s(S + N). +!show <- .wait(1000); ?s(S); .print(S)."
-    assert system_of(tmp_path, a=sender, b=receiver).run().prints == [f"[b] {sum(range(2500))}"]
-
-
 @pytest.mark.parametrize("content", ["deep(T)", "T"])
 def test_a_deeply_nested_term_can_be_sent(tmp_path: Path, content: str) -> None:
     sender = f"!g(0, z). +!g(N, T) : N < 3000 <- !g(N + 1, s(T)). +!g(_, T) <- .send(b, tell, {content}); do(sent)."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import FrozenInstanceError
 from itertools import pairwise
 from pathlib import Path
 
@@ -27,24 +26,6 @@ def _texts(steps: tuple[Step, ...]) -> list[str]:
     return [str(step) for step in steps]
 
 
-def test_plain_run_has_no_trace(tmp_path: Path) -> None:
-    assert system_of(tmp_path, a="!g. +!g <- .print(1).").run().trace is None
-
-
-def test_steps_tell_round_agent_plan_and_cause(tmp_path: Path) -> None:
-    trace = _trace(tmp_path, ann="sunny.\n!go.\n@out +!go : sunny <- walk; +home.\n+home <- .print(back).")
-    assert trace.steps == (
-        Step(1, 0, "ann", "goal", "+!go[source(self)]"),
-        Step(2, 1, "ann", "plan", "@out +!go", 1, "out", "ann.asl:3", ("sunny[source(self)]",)),
-        Step(3, 1, "ann", "action", "walk", 2, "out"),
-        Step(4, 2, "ann", "belief", "+home[source(self)]", 2, "out"),
-        Step(5, 3, "ann", "plan", "+home", 4, "_plan2", "ann.asl:4"),
-        Step(6, 3, "ann", "print", "back", 5, "_plan2"),
-    )
-    with pytest.raises(FrozenInstanceError):
-        trace.steps[0].round = 7  # type: ignore[misc]
-
-
 def test_causes_cross_from_agent_to_agent(tmp_path: Path) -> None:
     trace = _trace(
         tmp_path,
@@ -64,29 +45,6 @@ def test_causes_cross_from_agent_to_agent(tmp_path: Path) -> None:
     assert [step.agent for step in trace.why(greeted)] == ["ann", "ann", "ann", "bob", "bob", "bob", "ann"]
 
 
-def test_failures_and_their_handling_are_steps(tmp_path: Path) -> None:
-    trace = _trace(tmp_path, ann="!go. +!go <- !try. +!try <- .fail. @mend -!try[error(E)] <- .print(E). ")
-    (printed,) = trace.of("ann", "print")
-    kinds = [step.kind for step in trace.why(printed)]
-    assert kinds == ["goal", "plan", "goal", "plan", "failure", "plan", "print"]
-    assert trace.why(printed)[-2].plan == "mend"
-
-
-def test_percepts_are_told_from_beliefs(tmp_path: Path) -> None:
-    system = system_of(tmp_path, ann="+light(X) <- +seen(X).")
-    trace = system.run(percepts={"ann": ["light(on)"]}, trace=True).trace
-    assert trace is not None
-    assert [step.kind for step in trace] == ["percept", "plan", "belief"]
-
-
-@pytest.mark.parametrize("jitter", [0, 4])
-def test_tracing_changes_nothing(jitter: int) -> None:
-    percepts = {"meta": [f"chosen({belief})" for belief in BELIEFS]}
-    plain = table().run(percepts=percepts, seed=5, jitter=jitter)
-    traced = table().run(percepts=percepts, seed=5, jitter=jitter, trace=True)
-    assert (traced.actions, traced.plans, traced.rounds) == (plain.actions, plain.plans, plain.rounds)
-
-
 def test_every_line_of_an_abstract_test_is_followed_back_to_meta() -> None:
     percepts = {"meta": [f"chosen({belief})" for belief in BELIEFS]}
     trace = table().run(percepts=percepts, trace=True).trace
@@ -102,13 +60,6 @@ def test_every_line_of_an_abstract_test_is_followed_back_to_meta() -> None:
         assert all(earlier.round <= later.round for earlier, later in pairwise(chain))
     (pose,) = [step for step in trace.of("human", "plan") if step.plan == "plan27"]
     assert pose.beliefs == ("leg3[source(meta)]", "m010l3[source(meta)]")
-
-
-def test_executed_plans_are_the_plan_steps() -> None:
-    result = table().run(percepts={"meta": ["chosen(leg4)"]}, trace=True)
-    assert result.trace is not None
-    for agent, plans in result.plans.items():
-        assert [step.plan for step in result.trace.of(agent, "plan")] == plans
 
 
 def test_trace_is_json(tmp_path: Path) -> None:

@@ -252,28 +252,7 @@ def test_a_file_that_is_cut_off_is_said_to_be(tmp_path: Path, suffix: str) -> No
 
 
 @pytest.mark.usefixtures("ros_messages")
-def test_messages_that_are_not_in_the_database_yet_are_not_passed_over(tmp_path: Path) -> None:
-    bag = _write(tmp_path / "walk", "db3", _walk())
-    (bag / "walk_0.db3-wal").write_bytes(b"not merged")
-    with pytest.raises(BagError, match=r"walk_0\.db3-wal has messages that are not in the database yet.*sqlite3"):
-        read_bag(bag)
-
-
-@pytest.mark.parametrize("text", ["", "rosbag2_bagfile_information: 3", "{", "rosbag2_bagfile_information: {}"])
-def test_metadata_that_is_none_is_said_to_be(tmp_path: Path, text: str) -> None:
-    (tmp_path / "metadata.yaml").write_text(text)
-    with pytest.raises(BagError, match=r"cannot be read, .*`ros2 bag reindex`"):
-        read_bag(tmp_path)
-
-
-@pytest.mark.usefixtures("ros_messages")
 def test_files_that_are_missing_are_named(tmp_path: Path) -> None:
     _write_metadata(tmp_path, "walk_0.mcap", _walk())
     with pytest.raises(BagError, match=r"files are missing: .*walk_0\.mcap"):
         read_bag(tmp_path)
-
-
-def test_bytes_of_another_type_end_the_run_with_their_place(world: World, tmp_path: Path) -> None:
-    BagPlayer(world.ros, _write(tmp_path / "walk", "mcap", [(0.0, "/said", _text("a")), (1.0, "/scan", _text("b"))]))
-    with pytest.raises(Exception, match=r"message 1 of those that are played, /scan at 1\.000 s: .* too few"):
-        _heard(world)

@@ -8,8 +8,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from pytest_hricdv.extra.ros2.messages import CdrError, deserialize, import_type, serialize
 
@@ -40,47 +38,6 @@ def test_bytes_are_those_of_the_standard(cell_io: Any) -> None:
     assert serialize(Empty(), Empty) == b"\x00\x01\x00\x00\x00"
 
 
-_POINTS = st.fixed_dictionaries({"kind": st.integers(0, 255), "x": st.floats(allow_nan=False)})
-_TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"))
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    fields=st.fixed_dictionaries(
-        {
-            "on": st.booleans(),
-            "text": _TEXTS,
-            "wide": _TEXTS,
-            "ranges": st.lists(st.integers(-(2**63), 2**63 - 1)),
-            "three": st.lists(st.integers(0, 65535), min_size=3, max_size=3),
-            "point": _POINTS,
-            "points": st.lists(_POINTS),
-            "texts": st.lists(st.text("ab")),
-        }
-    )
-)
-def test_what_is_written_is_read_back(cell_io: Any, fields: dict[str, Any]) -> None:
-    point, points = cell_io.Point(**fields["point"]), [cell_io.Point(**each) for each in fields["points"]]
-    scan = cell_io.Scan(**{**fields, "point": point, "points": points})
-    data = serialize(scan, cell_io.Scan)
-    assert deserialize(data, cell_io.Scan) == scan
-    with pytest.raises(CdrError, match=r"Scan: \d+ bytes are too few"):
-        deserialize(data[:-1] if scan.texts else data[:-4], cell_io.Scan)
-
-
 def test_bytes_of_another_order_are_refused(cell_io: Any) -> None:
     with pytest.raises(CdrError, match="Point: expected little-endian CDR"):
         deserialize(b"\x00\x00\x00\x00\x07", cell_io.Point)
-
-
-def test_a_type_without_representation_is_named() -> None:
-    class Long:
-        SLOT_TYPES = (SimpleNamespace(typename="long double"),)
-        x = 0.0
-
-        @classmethod
-        def get_fields_and_field_types(cls) -> dict[str, str]:
-            return {"x": "long double"}
-
-    with pytest.raises(CdrError, match="a field of type long double has no representation"):
-        serialize(Long(), Long)

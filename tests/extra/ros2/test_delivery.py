@@ -11,7 +11,6 @@ import pytest
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2 import qos
 from pytest_hricdv.extra.ros2.bridge import Bridge, vocabulary
-from pytest_hricdv.extra.ros2.delivery import Delivery
 from pytest_hricdv.extra.ros2.events import EventHandle, SubscriptionEventType
 from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
@@ -103,11 +102,6 @@ def test_what_is_carried_reliably_is_neither_lost_nor_reordered(timing: dict[str
         arrivals(timed(**timing), is_reliable=True)
 
 
-def test_a_pattern_does_not_mean_what_is_carried_reliably() -> None:
-    came = arrivals(timed(drop={"*": 1.0}), is_reliable=True)
-    assert len(came) == 20
-
-
 def test_services_and_actions_take_time_in_both_directions() -> None:
     run = timed(delay_s={"/grasp": 0.5, "/fetch": 1.0})
     run.node("gripper").serve("/grasp", "cell_msgs/srv/Grasp", lambda request, response: response)
@@ -126,14 +120,6 @@ def test_services_and_actions_take_time_in_both_directions() -> None:
     assert ended_s == [1.0]
 
 
-def test_a_service_that_is_to_lose_requests_is_refused() -> None:
-    run = timed(drop={"/grasp": 0.1})
-    run.node("gripper").serve("/grasp", "cell_msgs/srv/Grasp", lambda request, response: response)
-    client = run.node("person").client("/grasp", "cell_msgs/srv/Grasp")
-    with pytest.raises(NodeError, match="drop of /grasp: a service or an action is carried reliably"):
-        run.run(lambda: client.call(5.0))
-
-
 def test_the_code_under_test_is_judged_by_when_it_speaks() -> None:
     run = timed(delay_s={SCAN: 0.5})
     run.bus._by_code = lambda: True
@@ -145,15 +131,6 @@ def test_a_disturbance_comes_in_the_place_of_the_timing() -> None:
     run = timed(delay_s={SCAN: 0.5})
     run.bus.disturb("cell_scan", MessageFault("late", (2.0,)))
     assert arrivals(run, count=2) == [(1, 0.51), (0, 2.0)]
-
-
-def test_when_a_message_arrives_does_not_depend_on_others() -> None:
-    """So a test is shrunk without its other messages coming at other times."""
-    declared = Ros2(delay_s={"*": Uniform(0.0, 1.0)}, reorder=("*",))
-    both, single = (Delivery(declared, 3, lambda: 0.0) for _ in range(2))
-    for number in range(10):
-        both.arrival("other", f"/topic_{number}", "", lambda: "")
-        assert both.arrival("lidar", SCAN, "", lambda: "") == single.arrival("lidar", SCAN, "", lambda: "")
 
 
 @pytest.mark.parametrize(
@@ -171,19 +148,6 @@ def test_when_a_message_arrives_does_not_depend_on_others() -> None:
 def test_a_mistake_is_said_before_anything_runs(timing: dict[str, Any], problem: str) -> None:
     with pytest.raises(Ros2Error, match=problem):
         vocabulary(Ros2(**timing))
-
-
-def test_a_name_that_nobody_has_is_said() -> None:
-    delivery = Delivery(Ros2(delay_s={"/scna": 0.1, "/camera/*": 0.1, "/fetch": 0.1}), 1, lambda: 0.0)
-    assert delivery.find_unused_names(["/scan", "/fetch/_action/send_goal"]) == [
-        "Ros2 has a timing for '/scna', but no topic, service or action has this name; nearest: /scan"
-    ]
-
-
-def test_without_a_timing_nothing_is_drawn_or_recorded() -> None:
-    run = Cell()
-    assert arrivals(run, count=3) == [(0, 0.0), (1, 0.01), (2, 0.02)]
-    assert [message.topic for message in run.recorder.messages] == ["cell_scan"] * 3
 
 
 def test_a_subscription_hears_by_the_next_message_of_how_many_were_lost() -> None:

@@ -96,30 +96,6 @@ def test_a_process_waits_for_its_threads_except_daemons(daemon: bool, left: list
     assert ended == ([] if daemon else [2.0])
 
 
-@pytest.mark.usefixtures("virtual")
-def test_a_thread_of_a_thread_is_waited_for() -> None:
-    def main(kernel: Kernel) -> None:
-        def thread() -> None:
-            threading.Thread(target=kernel.sleep, args=(3.0,)).start()
-
-        threading.Thread(target=thread).start()
-        _works(kernel)
-
-    assert _observed(main, 2.5) == [1, 1, 1, 1, 2]
-    assert _observed(main, 3.5) == [0, 0, 0, 0, 1]
-
-
-@pytest.mark.usefixtures("virtual")
-def test_a_daemon_that_had_not_begun_does_not() -> None:
-    begun = []
-
-    def main(kernel: Kernel) -> None:
-        threading.Thread(target=lambda: begun.append(kernel.now_s), daemon=True).start()
-
-    assert _observed(main, 0.5) == [0, 0, 0, 0, 1]
-    assert begun == []
-
-
 def test_a_process_that_fails_ends_too() -> None:
     kernel = Kernel()
     left = []

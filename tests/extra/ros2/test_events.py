@@ -7,15 +7,11 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.ros2.events import (
-    EventHandle,
-    SubscriptionEventType,
-)
 from pytest_hricdv.extra.ros2.graph import notes_of
 from pytest_hricdv.extra.ros2.qos import BEST_EFFORT, KEEP_ALL, MANUAL_BY_TOPIC, TRANSIENT_LOCAL, Profile
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.runtime import Kernel
-from tests.extra.ros2.system import Reading, node, reading, run, wait
+from tests.extra.ros2.system import Reading, node, run
 
 _MS = 1_000_000
 
@@ -105,16 +101,3 @@ def test_what_matches_is_not_noted(offered: dict[str, Any], requested: dict[str,
         assert publisher.get_subscription_count() == 1
 
     assert notes_of(run(robot)[0]) == ()
-
-
-def test_who_comes_later_and_takes_nothing_has_lost_nothing() -> None:
-    def robot(kernel: Kernel) -> None:
-        publisher = Publisher(node("lidar"), Reading, "scan", Profile())
-        publisher.publish(reading(1.0))
-        subscription = TopicSubscription(node("robot"), Reading, "scan", Profile(depth=1))
-        lost = EventHandle(subscription, SubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST)
-        for value in (2.0, 3.0, 4.0):  # the queue has one place: what it pushes out had arrived
-            publisher.publish(reading(value))
-        assert wait("event", [lost], timeout_s=1.0) == []
-
-    run(robot)

@@ -100,20 +100,6 @@ def test_a_name_that_the_extension_lacks_is_said() -> None:
         _ours().rclpy_rewind  # noqa: B018
 
 
-def test_a_failing_test_shows_no_frame_of_what_stands_for_the_extension() -> None:
-    behind = {getattr(value, "__module__", None) or "" for value in vars(_ours()).values()}
-    behind = {name for name in behind if name.startswith("pytest_hricdv.")}
-    assert len(behind) > 10
-    assert [name for name in behind if not vars(sys.modules[name]).get("__tracebackhide__")] == []
-
-
-def test_an_error_of_the_extension_is_caught_as_there() -> None:
-    ours = _ours()
-    below = ("NodeNameNonExistentError", "UnsupportedEventTypeError", "RCLInvalidROSArgsError", "TimerCancelledError")
-    assert all(issubclass(getattr(ours, name), ours.RCLError) for name in below)
-    assert not issubclass(ours.UnknownROSArgsError, ours.RCLError)
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy")
 def test_the_installed_extension_has_no_name_that_is_not_pinned() -> None:

@@ -10,7 +10,6 @@ import pytest
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.bridge import vocabulary
-from pytest_hricdv.extra.ros2.interface_text import parts_of
 from pytest_hricdv.extra.ros2.messages import copy_message, deserialize, import_type, kinds_of, serialize, type_name
 
 MESSAGE = r"""
@@ -133,11 +132,6 @@ def test_a_mistake_in_a_file_is_said_with_its_line(made: None, name: str, folder
         import_type(f"cell_io/{folder}/{name}", folder)
 
 
-def test_a_message_of_a_package_that_is_missing_names_it(made: None) -> None:
-    with pytest.raises(Ros2Error, match="there is no Python package 'absent_msgs': install it, or add the folder"):
-        import_type("cell_io/msg/Lacking", "msg")()
-
-
 @pytest.mark.parametrize("is_installed", [False, True])
 def test_an_installed_package_wins_and_a_folder_on_the_path_is_none(
     interfaces: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_installed: bool
@@ -148,13 +142,3 @@ def test_an_installed_package_wins_and_a_folder_on_the_path_is_none(
         (tmp_path / "elsewhere" / folder / "__init__.py").write_text("Point = 'installed'\n")
     monkeypatch.syspath_prepend(tmp_path / "elsewhere")
     assert (import_type("bay_io/msg/Point", "msg") == "installed") is is_installed
-
-
-def test_a_folder_that_is_no_package_of_interfaces_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(Ros2Error, match="has no folder msg, srv or action; expected the folder of a package"):
-        vocabulary(Ros2(interfaces=(tmp_path,)))
-
-
-def test_lines_of_later_parts_are_counted_in_the_file() -> None:
-    with pytest.raises(Ros2Error, match=r"^a.srv:4: "):
-        parts_of("int8 a\n---\n\nint8\n", "cell", "a.srv")

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import random
-import sys
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
-from pytest_hricdv.extra.ros2 import interface_packages
+from pytest_hricdv.declarations.ros2 import Ros2
 from pytest_hricdv.extra.ros2.kit.base import distance_m
 from pytest_hricdv.extra.ros2.messages import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
@@ -165,22 +163,6 @@ def test_navigation_drives_a_base_to_a_pose(world: World) -> None:
     ]
 
 
-def test_a_new_goal_of_navigation_takes_the_place_of_the_former_one(world: World) -> None:
-    navigation = Navigation(world.ros).navigate_to_pose()
-    client = world.ros.node("commander").action("/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
-    seen: list[Any] = []
-
-    def commander() -> None:
-        first = client.send(1.0, pose=pose(5.0, 0.0))
-        world.kernel.sleep(1.0)
-        second = client.send(1.0, pose=pose(0.0, 0.0))
-        seen.extend([first.result(1.0).status, second.result(60.0).status])
-
-    world.play(commander)
-    assert seen == [6, 4]
-    assert navigation.pose == PlanarPose()
-
-
 def test_navigation_follows_waypoints_and_says_which_it_missed(world: World) -> None:
     Navigation(world.ros, speed_m_s=1.0, reaches=lambda pose: pose.x_m < 2.0).follow_waypoints()
     client = world.ros.node("commander").action("/follow_waypoints", "nav2_msgs/action/FollowWaypoints")
@@ -276,16 +258,6 @@ def test_a_managed_node_goes_through_its_transitions(world: World) -> None:
     ]
     assert seen[5:] == [0, 11, ["configure", "transition_success", "activate", "transition_failure"]]
     assert asked == ["configure", "activate", "activate", "shutdown"]
-
-
-def test_a_stand_in_names_the_package_that_is_missing(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
-    interface_packages._FINDER.folders.pop("nav2_msgs")
-    for name in [module for module in sys.modules if module.partition(".")[0] == "nav2_msgs"]:
-        monkeypatch.delitem(sys.modules, name)
-    with pytest.raises(
-        Ros2Error, match="type 'nav2_msgs/action/NavigateToPose': there is no Python package 'nav2_msgs'"
-    ):
-        Navigation(world.ros).navigate_to_pose()
 
 
 def test_the_example_of_the_page_stands_in_for_a_robot(world: World) -> None:

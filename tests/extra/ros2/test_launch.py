@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import importlib
-import os
 import sys
-import termios
 from functools import partial
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -20,18 +17,16 @@ from hypothesis import strategies as st
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError, Ros2, Ros2Error, RosNode
 from pytest_hricdv.extra.ros2 import executables, system
 from pytest_hricdv.extra.ros2.arguments import command_line, parse
-from pytest_hricdv.extra.ros2.executables import load, require_virtual_package
+from pytest_hricdv.extra.ros2.executables import load
 from pytest_hricdv.extra.ros2.execution import list_nodes
 from pytest_hricdv.extra.ros2.launch_files import find
-from pytest_hricdv.extra.ros2.overlay import OrderedSet, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.system import prepare
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.run import Run, TestbenchError
-from pytest_hricdv.runtime import Bus, Kernel, KernelError, Recorder
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from pytest_hricdv.runtime.virtual import VirtualModules
-from pytest_hricdv.runtime.virtual.terminal_keys import default_attributes
 
 ARM = RosNode(
     entry="cell.arm:main",
@@ -97,11 +92,6 @@ def test_a_main_function_gets_its_arguments_by_its_default(
     assert load(RosNode(entry="with_default:main", name="left"))() == expected
 
 
-def test_a_parameter_that_ros_has_no_type_for_is_an_error() -> None:
-    with pytest.raises(LaunchError, match="parameter 'at' is None; expected a bool, a number, a text, or a list"):
-        command_line(RosNode(entry="cell.arm:main", parameters=[{"at": None}]))
-
-
 def _installed(folder: Path) -> None:
     """A package `cell_robot` with a console script, as colcon installs it."""
     info = folder / "cell_robot-1.0.dist-info"
@@ -136,15 +126,6 @@ def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, mon
         load(RosNode(entry="cell_robot.graspr:main"))
     with pytest.raises(LaunchError, match="package 'no_robot' is neither installed nor below"):
         load(RosNode(package="no_robot", executable="arm"))
-
-
-def test_a_module_may_keep_the_settings_of_its_terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kept = "import sys, termios\nsettings = termios.tcgetattr(sys.stdin)\n\ndef main():\n    return settings\n"
-    (tmp_path / "keeps_settings.py").write_text(kept)
-    monkeypatch.syspath_prepend(tmp_path)
-    before = termios.tcgetattr
-    assert load(RosNode(entry="keeps_settings:main"))() == default_attributes()
-    assert termios.tcgetattr is before
 
 
 def _write_source(folder: Path, executable: str = "grasper") -> None:
@@ -192,19 +173,6 @@ def test_nodes_that_each_test_starts_are_known_before_the_first_one() -> None:
         RosNode(package="arm", executable="sure", workspace=["src"]),
     ]
     assert list(list_nodes(partial(_run_certain))) == list(list_nodes(len)) == []
-
-
-def test_who_has_loaded_the_real_rclpy_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real, plugin, node = (ModuleType(name) for name in ("rclpy._rclpy_pybind11", "launch_tests", "node_of_rclpy"))
-    vars(real)["__file__"], vars(plugin)["__file__"] = "/opt/_rclpy_pybind11.so", "/opt/launch_tests.py"
-    vars(node)["__name__"] = "rclpy.node"
-    vars(plugin)["node"] = node
-    for name in [name for name in sys.modules if name.startswith("tests.extra.ros2.differential")]:
-        monkeypatch.delitem(sys.modules, name)  # only the first three are named
-    monkeypatch.setitem(sys.modules, "rclpy._rclpy_pybind11", real)
-    monkeypatch.setitem(sys.modules, "launch_tests", plugin)
-    with pytest.raises(KernelError, match=r"real middleware, /opt/.*\.so, for .*/opt/launch_tests\.py.*-p no:PLUGIN"):
-        replace_extension()
 
 
 def test_another_launch_than_that_of_ros_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -298,30 +266,6 @@ def _log_of_two(module: Any, variables: ModuleVariables) -> list[Any]:
     return log
 
 
-def test_a_process_that_the_run_ends_in_the_middle_leaves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    module, variables = _processes(tmp_path, monkeypatch)
-    kernel = Kernel()
-    kernel.spawn("left", Process(kernel, variables, ["left"]).wrap(lambda: module.init([], kernel.sleep)))
-    assert kernel.run(0.5) == "limit"
-    assert module.context is None
-    kernel.close()
-    assert (module.context, module.made) == (None, 0)
-
-
-@given(st.lists(st.tuples(st.sampled_from(["add", "discard"]), st.integers(0, 5))))
-def test_an_ordered_set_has_what_a_set_has_in_the_order_of_insertion(steps: list[tuple[str, int]]) -> None:
-    ordered, plain, order = OrderedSet[int](), set[int](), list[int]()
-    for step, value in steps:
-        getattr(ordered, step)(value)
-        getattr(plain, step)(value)
-        order = [each for each in [*order, *({value} - set(order))] if each in plain]
-    assert set(ordered) == plain
-    assert list(ordered) == order
-    assert list(ordered.copy()) == order
-
-
 @pytest.fixture
 def _any_rclpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A module in the place of `rclpy`, and a process that is left as it was."""
@@ -329,23 +273,6 @@ def _any_rclpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(system, "replace_extension", lambda: None)
     monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", "")
-
-
-@pytest.mark.parametrize(("of_user", "expected"), [(None, "1"), ("0", "0")])
-@pytest.mark.usefixtures("_any_rclpy")
-def test_messages_check_their_fields_unless_the_user_says_otherwise(
-    of_user: str | None, expected: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    message = ModuleType("cell_msgs.msg._early")  # imported before the testbench was loaded
-    vars(message)["ros_python_check_fields"] = ""
-    monkeypatch.setitem(sys.modules, message.__name__, message)
-    if of_user is None:
-        monkeypatch.delenv("ROS_PYTHON_CHECK_FIELDS")
-    else:
-        monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", of_user)
-    prepare()
-    assert os.environ["ROS_PYTHON_CHECK_FIELDS"] == expected
-    assert vars(message)["ros_python_check_fields"] == expected
 
 
 @pytest.mark.skipif(find_spec("rclpy") is not None, reason="there is rclpy")
@@ -397,12 +324,6 @@ def test_what_cannot_be_started_is_said_before_anything_runs(
     run.middleware = system.Ros2Overlay(Ros2(), ("other",))
     with pytest.raises(TestbenchError, match=message):
         run.ros2(node)
-
-
-def test_a_node_may_be_in_a_module_that_alone_is_under_test() -> None:
-    require_virtual_package("node", "cell.arm.node:main", ("rclpy", "cell.arm"))
-    with pytest.raises(Ros2Error, match="its package 'cell' is neither"):
-        require_virtual_package("node", "cell.armchair:main", ("rclpy", "cell.arm"))
 
 
 def test_a_testbench_without_a_declaration_cannot_start_nodes() -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.declarations.ros2 import IGNORED, Launch, LaunchError
+from pytest_hricdv.declarations.ros2 import IGNORED, Launch
 from pytest_hricdv.extra.ros2.launch_processes import LaunchedProcess
 from tests.extra.ros2.launch_workspace import ran, write_package
 
@@ -105,12 +105,6 @@ def test_a_launch_file_in_python_runs_in_simulated_time(tmp_path: Path) -> None:
     assert _said(messages, "rosout") == [(0.0, "once --fast 3"), *[(5.2, "ended by KeyboardInterrupt")] * 4]
     assert run.ending is not None
     assert (run.ending.how, run.ending.time_s) == ("idle", 5.2)
-
-
-def test_two_runs_of_a_launch_file_are_the_same(tmp_path: Path) -> None:
-    package = write_package(tmp_path, all__launch__py=_ALL_KINDS)
-    launch = Launch("all.launch.py", package="cell", workspace=[package], arguments={"robot": "r2", "extra": True})
-    assert ran(launch)[0] == ran(launch)[0]
 
 
 _XML = """<launch>
@@ -292,8 +286,3 @@ def test_what_is_wrong_in_a_launch_file_is_said(text: str, message: str, tmp_pat
     with pytest.raises(Exception, match=message) as raised:
         ran(Launch(package / "launch" / "bad.launch.py"))
     assert str(raised.value).count("\n") == 0
-
-
-def test_what_stands_for_an_executable_is_a_function_or_an_entry() -> None:
-    with pytest.raises(LaunchError, match=r"executables\['a/b'\] is 'ignore'; expected a function, an entry"):
-        Launch("x.launch.py", executables={"a/b": "ignore"})

@@ -38,11 +38,6 @@ def test_a_wrong_name_is_refused_with_the_place(name: str, what: str, index: int
         names.expand(name, "arm", "/")
 
 
-def test_an_unknown_substitution_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"unknown substitution '\{robot\}'"):
-        names.expand("{robot}/scan", "arm", "/")
-
-
 @dataclass
 class _Parameter:
     name: str
@@ -113,12 +108,6 @@ def test_a_file_of_another_form_is_refused_in_one_line(content: bytes, message: 
     assert "\n" not in str(caught.value)
 
 
-def test_other_arguments_are_left_alone() -> None:
-    given = ["arm.py", "--fast", "--ros-args", "-p", "a:=1", "--", "--slow"]
-    assert arguments.without_ros(given) == ["arm.py", "--fast", "--slow"]
-    assert arguments.parse(given).parameters == [("/**", "a", 1)]
-
-
 def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
     def robot(kernel: Kernel) -> None:
         logging.set_logger_level("cell", logging.level_from_string("warn"))
@@ -134,17 +123,6 @@ def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
     kernel, _ = run(robot)
     (entry,) = logging.log_of(kernel).entries
     assert (entry.time_s, entry.severity.text, entry.text, entry.line) == (0.5, "ERROR", "slipped", 8)
-
-
-def test_a_logger_takes_what_is_a_text_in_c() -> None:
-    def robot(kernel: Kernel) -> None:
-        for text in ("plain", b"b\xffytes", None):
-            logging.write(40, "arm", text, "grasp", "arm.py", 7)
-        with pytest.raises(TypeError, match="a message of a log is a str, not int"):
-            logging.write(10, "arm", 5, "grasp", "arm.py", 7)
-
-    kernel, _ = run(robot)
-    assert [entry.text for entry in logging.log_of(kernel).entries] == ["plain", "b\ufffdytes", "(null)"]
 
 
 @pytest.mark.parametrize(

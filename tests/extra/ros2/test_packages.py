@@ -52,14 +52,6 @@ def test_neighbours_in_a_workspace_are_found_and_what_colcon_leaves_out_is_not(t
     }
 
 
-def test_a_command_is_a_node_whatever_stands_before_it() -> None:
-    words = ["xterm", "-e", "/opt/ros/kilted/lib/cell/arm", "--fast"]
-    assert command(words).name == "cell/arm"
-    assert command(words).argv == ("/opt/ros/kilted/lib/cell/arm", "--fast")
-    assert command(["ros2", "run", "cell", "arm", "--fast"]).argv == ("arm", "--fast")
-    assert command(["/usr/bin/gz", "sim"]).name == "gz"
-
-
 def test_what_cmake_builds_is_refused_and_says_how_to_replace_it(tmp_path: Path) -> None:
     folder = write_manifest(tmp_path / "driver", "driver")
     (folder / "CMakeLists.txt").touch()

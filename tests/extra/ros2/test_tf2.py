@@ -81,15 +81,6 @@ def test_frames_are_connected_up_and_down_the_tree() -> None:
     assert _looked_up(buffer, "hand", "hand", 7.0) == Transform()
 
 
-def test_time_0_is_the_latest_that_all_have() -> None:
-    buffer = _buffer(
-        *[_moved("map", "odom", time_s, time_s) for time_s in (1.0, 2.0, 3.0)],
-        *[_moved("odom", "base", time_s, 10.0) for time_s in (1.0, 2.0)],
-    )
-    assert buffer._tree.lookup("map", "base", 0) == (Transform((12.0, 0.0, 0.0)), 2 * 10**9)
-    assert _looked_up(_buffer(static=(_moved("a", "b", 9.0, 1.0),)), "a", "b", 0.0).translation == (1.0, 0.0, 0.0)
-
-
 def test_a_lookup_between_two_times_goes_by_a_frame_that_stays() -> None:
     buffer = _buffer(*[_moved("map", "base", time_s, time_s) for time_s in (1.0, 2.0, 3.0)])
     assert buffer.can_transform_full_core("base", _time(3.0), "base", _time(1.0), "map") == (1, "")
@@ -155,23 +146,6 @@ def test_what_is_older_than_the_buffer_is_left_out_and_forgotten(logged: list[st
     assert logged[0].startswith("TF_OLD_DATA ignoring data from the past for frame base at time 5.000000")
     with pytest.raises(ExtrapolationException, match=r"the earliest data is at time 20\.000000"):
         _looked_up(buffer, "map", "base", 1.0)
-
-
-def test_names_of_frames_stay_when_the_buffer_is_cleared() -> None:
-    buffer = _buffer(_moved("map", "base", 1.0, 0.0), static=(_moved("base", "hand", 0.0, 1.0),))
-    buffer.clear()
-    assert buffer._getFrameStrings() == ["base", "map", "hand"]
-    assert buffer.can_transform_core("map", "base", _time(0.0))[0] == 0
-    assert buffer.can_transform_core("base", "hand", _time(0.0)) == (1, "")
-    assert buffer.all_frames_as_string() == (
-        "Frame base exists with parent NO_PARENT.\nFrame hand exists with parent base.\n"
-    )
-
-
-def test_a_loop_of_frames_is_an_error_and_no_endless_one() -> None:
-    buffer = _buffer(_moved("a", "b", 1.0, 0.0), _moved("b", "a", 1.0, 0.0), _moved("c", "d", 1.0, 0.0))
-    with pytest.raises(LookupException, match="The tf tree is invalid because it contains a loop"):
-        _looked_up(buffer, "c", "a", 1.0)
 
 
 _UNIT = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1)

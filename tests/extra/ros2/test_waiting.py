@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from pytest_hricdv.extra.ros2.clocks import (
     Clock,
@@ -15,14 +13,12 @@ from pytest_hricdv.extra.ros2.clocks import (
     RosTimer,
     TimePoint,
     need_no_clock_topic,
-    whole_ns,
 )
 from pytest_hricdv.extra.ros2.executor import _in_order
 from pytest_hricdv.extra.ros2.handles import InvalidHandle
-from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
-from pytest_hricdv.extra.ros2.world import WorldNode
+from pytest_hricdv.extra.ros2.wait_set import GuardCondition
 from pytest_hricdv.runtime import Kernel, KernelError
-from tests.extra.ros2.system import Reading, node, run, wait
+from tests.extra.ros2.system import node, run, wait
 
 _MS = 1_000_000
 
@@ -40,26 +36,6 @@ def test_a_period_of_less_than_the_kernels_resolution_lets_time_pass(period_ns: 
     kernel, why = run(robot)
     assert why == "idle"
     assert least_us <= kernel.now_us <= least_us + 800
-
-
-@given(st.floats(0.0, 1e6))
-def test_what_is_longer_than_nothing_lasts_a_nanosecond_at_least(duration_s: float) -> None:
-    assert whole_ns(duration_s) == max(int(duration_s * 1e9), int(duration_s > 0))
-
-
-@pytest.mark.parametrize("duration_s", [-1.0, -1e-12, 0.0])
-def test_what_is_no_longer_than_nothing_does_not(duration_s: float) -> None:
-    assert whole_ns(duration_s) <= 0
-
-
-def test_a_node_of_the_world_that_waits_for_next_to_nothing_lets_time_pass() -> None:
-    def world(kernel: Kernel) -> None:
-        queue = WorldNode(kernel, "motor").subscribe("/scan", Reading)
-        while kernel.now_s < 0.001:
-            assert queue.wait(1e-12) is None
-
-    kernel, why = run(world)
-    assert (why, kernel.now_us) == ("idle", 1000)
 
 
 def test_a_timer_of_an_overridden_clock_waits_until_the_clock_is_set() -> None:
@@ -150,32 +126,6 @@ def test_a_handle_is_valid_until_its_last_use_ends() -> None:
             pass
 
     run(robot)
-
-
-def test_a_finalizer_may_use_a_handle_of_a_run_that_is_over_also_in_the_next_one() -> None:
-    made: list[Any] = []
-    finalized: list[str] = []
-
-    def finalize() -> None:
-        with made[0]:
-            made[0].destroy_when_not_in_use()
-        finalized.append("once more")
-
-    def robot(kernel: Kernel) -> None:
-        made.append(node("robot"))
-        made[0].destroy_when_not_in_use()
-        with pytest.raises(InvalidHandle):
-            finalize()
-
-    run(robot)
-    finalize()
-    run(lambda kernel: finalize())
-    assert len(finalized) == 2
-
-
-def test_outside_of_a_run_nothing_waits() -> None:
-    with pytest.raises(KernelError, match="only a node of a simulated run"):
-        WaitSet()
 
 
 def test_callbacks_that_are_ready_are_called_as_the_schedule_has_it() -> None:

@@ -147,21 +147,6 @@ def test_several_goals_go_on_at_once_each_with_its_own_feedback() -> None:
     assert seen == {"2.0": (2.0, True, 2.0), "1.0": (1.0, False, 1.0)}
 
 
-def test_a_result_that_is_late_is_waited_for_again_and_an_unserved_action_is_none() -> None:
-    run = cell()
-    seen: list[Any] = []
-    client = served(run)
-    nobody = run.node("other").action("/other", FETCH)
-
-    def person() -> None:
-        seen.append((nobody.send(1.0), nobody.call(1.0)))
-        goal = client.send(1.0, part="leg")
-        seen.append((goal.result(0.5), goal.result(5.0).status, goal.feedback(0.0).way))
-
-    run.run(person)
-    assert seen == [(None, None), (None, 4, 1.0)]
-
-
 @pytest.mark.parametrize(
     ("execute", "problem"),
     [
@@ -179,29 +164,3 @@ def test_a_mistake_of_what_executes_goals_is_said(execute: Callable[[Any], objec
     client = served(run, execute)
     with pytest.raises(NodeError, match=problem):
         run.run(lambda: client.call(1.0, part="leg"))
-
-
-def test_a_result_of_an_unknown_goal_has_the_status_unknown() -> None:
-    run = cell()
-    seen: list[Any] = []
-    client = served(run)
-
-    def person() -> None:
-        goal = client.send(1.0, part="leg")
-        goal._goal_id = [7] * 16
-        goal.ask()
-        seen.append((goal.result(1.0).status, goal.cancel(1.0)))
-
-    run.run(person)
-    assert seen == [(0, False)]
-
-
-def test_a_result_that_nobody_takes_is_in_the_record() -> None:
-    run = cell()
-    client = served(run)
-
-    def person() -> None:
-        assert client.send(1.0, part="leg").cancel(1.0)
-        run.kernel.sleep(5.0)
-
-    assert run.run(person)[-1] == "0.000 arm fetch_result status=5 held=False"

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import ast
-
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.schedules.budgets import LONGEST_S, PRECISION_S, measure_budgets
-from pytest_hricdv.extra.schedules.points import CodePoints
+from pytest_hricdv.extra.schedules.budgets import PRECISION_S, measure_budgets
 from pytest_hricdv.extra.schedules.schedule_run import ScheduleRun
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
@@ -34,25 +31,3 @@ def test_a_budget_is_that_of_the_test_that_breaks_first(limits: dict[str, float]
     assert least_s - PRECISION_S <= budget.budget_s <= least_s + 1e-6
     assert (budget.name, budget.requirement) == ("Arm.move", "R1")
     assert limits[str(budget.test)] - least_s <= PRECISION_S
-
-
-def test_what_breaks_nothing_has_the_longest_budget() -> None:
-    (budget,) = measure_budgets(lambda test: ScheduleRun(violated=("R9",)), [candidate("a", "x")], {"x": "f"})
-    assert (budget.budget_s, budget.test) == (LONGEST_S, None)
-
-
-def test_functions_and_loops_begin_at_their_first_statements() -> None:
-    points = CodePoints()
-    text = '''
-class Arm:
-    def move(self):
-        """Text."""
-        for step in self.steps:
-            self.go(step)
-
-        def inner():
-            pass
-        return inner
-'''
-    points.instrument("arm.py").visit(ast.parse(text))
-    assert points.starts == {"arm.py:5": "Arm.move", "arm.py:6": "the loop of line 5 in Arm.move"}

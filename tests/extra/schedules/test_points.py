@@ -123,19 +123,3 @@ def help(arm):
         [],
         ["free"],
     ]
-
-
-def test_a_statement_that_shares_nothing_has_no_point() -> None:
-    text = """
-def work(arm, bus):
-    begin = 1
-    level = arm.name
-    end = arm.count
-    arm.count = begin
-    bus.publish(level)
-    while True:
-        begin = end
-"""
-    points = CodePoints(frozenset({".count"}))
-    points.instrument("arm.py").visit(ast.parse(text))
-    assert points.places == [f"arm.py:{line}" for line in (3, 5, 6, 7, 9)]

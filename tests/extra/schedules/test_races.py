@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, is_other_order, words
+from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, is_other_order
 from pytest_hricdv.extra.schedules.schedule_run import HeldNode, ScheduleRun, pack_steps
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
@@ -44,23 +44,11 @@ def examined(fails: Callable[[dict[str, ScheduleDecision]], bool], *decisions: S
     return examination.examine(candidate, "R1", test, run(test))
 
 
-def test_decisions_that_are_not_needed_are_taken_away() -> None:
-    race = examined(lambda at: "b" in at and at["b"].kind == "hold", hold("a"), hold("b"), hold("c"))
-    assert (race.test.schedule, race.kind, race.least_s) == ((hold("b"),), "wrong order", 0.02)
-    assert words(race) == "robot waits before b for 0.02 s while guard executes guard.py:7"
-
-
 def test_what_fails_with_the_delay_alone_is_late_by_the_least_delay_that_does_it() -> None:
     race = examined(lambda at: at["a"].kind == "hold" or at["a"].value > 0.0125, hold("a"))
     assert race.kind == "late"
     assert abs(race.least_s - 0.0125) < 1e-4
     assert race.test.schedule[0].kind == "delay"
-
-
-def test_an_order_of_nodes_that_are_ready_is_never_late() -> None:
-    race = examined(lambda at: True, ScheduleDecision("order", "", 3, 1.0))
-    assert race.kind == "wrong order"
-    assert words(race) == "at choice 3 number 2 of what is ready goes first"
 
 
 @pytest.mark.parametrize(

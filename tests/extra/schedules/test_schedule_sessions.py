@@ -140,25 +140,6 @@ def test_a_race_is_found_repeated_and_explained(pytester: pytest.Pytester) -> No
 
 
 @pytest.mark.slow
-def test_the_repaired_twin_never_fails(pytester: pytest.Pytester) -> None:
-    folder = project(pytester, is_safe=True)
-    result = pytester.runpytest_subprocess(*OPTIONS, "--hri-schedules=100")
-    assert result.ret == 0
-    schedules = written(folder)["schedules"]
-    assert (schedules["runs"], schedules.get("races", [])) == (100, [])
-    assert schedules["both"] > 0
-
-
-@pytest.mark.slow
-def test_without_the_option_the_report_says_that_one_order_was_tested(pytester: pytest.Pytester) -> None:
-    folder = project(pytester, is_safe=True, slowest_s=0.01)
-    result = pytester.runpytest_inprocess(*OPTIONS)
-    result.stdout.fnmatch_lines(["schedules     one thread order was tested; --hri-schedules=100 tries others"])
-    assert "schedules" not in written(folder)
-    assert {test["threads"] for test in written(folder)["tests"]} == {2}
-
-
-@pytest.mark.slow
 def test_a_fault_that_removes_a_lock_is_noticed_under_a_schedule(pytester: pytest.Pytester) -> None:
     folder = project(pytester, is_safe=True)
     (folder / "arm.py").write_text(ARM.replace(" if is_safe else threading.Semaphore(99)", ""), encoding="utf-8")

@@ -74,14 +74,6 @@ def test_each_requirement_is_shrunk_by_itself_for_its_own_reason(long: pytest.Py
     }
 
 
-@pytest.mark.slow
-def test_runs_are_bounded_and_the_summary_says_so(long: pytest.Pytester) -> None:
-    result = long.runpytest_inprocess(SUITE, "--hri-shrink", "--hri-shrink-runs=3")
-    (test,) = [test for test in report(long.path)["tests"] if test.get("shrunk")]
-    assert (test["shrunk"]["R2"]["runs"], test["shrunk"]["R2"]["end_reason"]) == (3, "runs")
-    result.stdout.fnmatch_lines(["*(3 runs, * s; the budget of runs is used up, a shorter test may exist):"])
-
-
 COUNTED = """def run(run):
     global RUNS
     RUNS += 1
@@ -112,17 +104,6 @@ def test_a_failure_that_its_fixture_made_is_told_from_one_that_can_be_shrunk(lam
     result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-shrink", "--hri-known=R1")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["R1 of rl-* was not shrunk: it did not fail again outside of its test function: *"])
-
-
-@pytest.mark.slow
-def test_what_is_short_already_stays_as_it_is(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=rl", "--hri-shrink")
-    (test,) = [test for test in report(lamps.path)["tests"] if test.get("shrunk")]
-    file = test["shrunk"]["R2"]["replay"]
-    result = lamps.runpytest_inprocess(f"--hri-replay={file}", "--hri-shrink")
-    (again,) = report(lamps.path)["tests"]
-    assert again["shrunk"]["R2"]["id"] is None
-    result.stdout.fnmatch_lines(["R2 of rl-R2-shrunk-* shrunk from 1 action to 1, *", f"  pytest --hri-replay={file}"])
 
 
 @pytest.mark.parametrize("option", ["--hri-shrink-runs=0", "--hri-shrink-seconds=soon"])

@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.trend.feature import HistoryEntry, append, read
 from tests import json_schema
-from tests.plugin.project import change, command, report
+from tests.plugin.project import change, report
 
 SUITE = ("--hri-suite=by-hand", "-p", "no:xdist", "--hri-history=kept/history.jsonl")
 
@@ -80,19 +79,3 @@ def test_a_file_of_something_else_is_refused_and_stays(lamps: pytest.Pytester) -
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: --hri-history: *conftest.py is not a history file*"])
     assert (lamps.path / "conftest.py").read_bytes() == before
-
-
-@pytest.mark.slow
-def test_without_it_nothing_is_kept_and_a_merged_report_has_none(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*SUITE[:-1])
-    assert "history" not in report(lamps.path)
-    lamps.runpytest_inprocess(*SUITE)
-    assert command("merge", "hri-report", "-o", "merged").returncode == 0
-    assert "history" not in json.loads((lamps.path / "merged" / "report.json").read_text(encoding="utf-8"))
-
-
-def test_entries_are_read_back(tmp_path: Any) -> None:
-    entries = [HistoryEntry(began=f"2026-01-0{day}", tests=day, failing=("a",)) for day in (1, 2)]
-    for entry in entries:
-        append(tmp_path / "new" / "history.jsonl", entry)
-    assert read(tmp_path / "new" / "history.jsonl") == (entries, [])

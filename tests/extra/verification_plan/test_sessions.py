@@ -101,15 +101,6 @@ def test_the_page_has_it_beside_the_requirements_and_its_state_in_the_summary(la
     assert "Wishes come true" in page
 
 
-@pytest.mark.slow
-def test_the_file_of_the_ini_is_relative_to_it(lamps: pytest.Pytester) -> None:
-    write(lamps)
-    with (lamps.path / "pytest.ini").open("a", encoding="utf-8") as file:
-        file.write("\nhri_plan = plan.toml\n")
-    lamps.runpytest_inprocess(*SUITE[:-1])
-    assert report(lamps.path)["plan"][0]["title"] == "Lamps"
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -133,8 +124,3 @@ def test_a_wrong_plan_is_an_error_with_its_place(lamps: pytest.Pytester, text: s
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert "ERROR: --hri-plan: " in result.stderr.str()
     assert said in result.stderr.str()
-
-
-def test_a_plan_that_is_not_there(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(*SUITE)
-    result.stderr.fnmatch_lines(["ERROR: --hri-plan: *plan.toml: No such file or directory"])

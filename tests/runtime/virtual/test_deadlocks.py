@@ -35,16 +35,6 @@ def test_two_nodes_that_hold_what_the_other_one_wants() -> None:
     assert sentence.endswith("test_deadlocks.py:29 for a lock that arm holds")
 
 
-def test_a_lock_that_serves_as_a_signal_is_no_deadlock() -> None:
-    kernel, signal = Kernel(), Lock()
-
-    def wait() -> None:
-        signal.acquire()
-        signal.acquire()  # until another node releases it, which it never does here
-
-    assert sentences(kernel, kernel.spawn("arm", wait)) == []
-
-
 def test_who_waits_for_a_lock_that_somebody_keeps_is_in_no_cycle() -> None:
     kernel, lock, other = Kernel(), Lock(), Lock()
     other.acquire()

@@ -6,8 +6,6 @@ import asyncio
 import contextlib
 import gc
 import inspect
-import os
-import signal
 from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any
 
@@ -142,19 +140,6 @@ def test_a_loop_in_a_thread_is_given_work_by_others() -> None:
     assert said == [4.0, 5.0, False]
 
 
-def test_the_loop_of_a_node() -> None:
-    def body(kernel: Kernel) -> None:
-        first = VIRTUAL.get_event_loop()
-        assert VIRTUAL.get_event_loop() is first
-        first.run_until_complete(asyncio.sleep(2.0))
-        other = VIRTUAL.new_event_loop()
-        VIRTUAL.set_event_loop(other)
-        assert VIRTUAL.get_event_loop() is other
-        assert kernel.now_s == 2.0
-
-    run(body)
-
-
 def test_what_a_run_leaves_open_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     ended: list[str] = []
 
@@ -175,27 +160,6 @@ def test_what_a_run_leaves_open_says_nothing(capfd: pytest.CaptureFixture[str]) 
     gc.collect()
     assert ended.count("cleaned up") >= 1
     assert capfd.readouterr() == ("", "")
-
-
-def test_a_loop_takes_nothing_from_the_process() -> None:
-    def state() -> tuple[object, ...]:
-        waking = signal.set_wakeup_fd(-1)
-        signal.set_wakeup_fd(waking)
-        return signal.getsignal(signal.SIGTERM), waking, len(os.listdir("/dev/fd"))
-
-    seen: list[object] = []
-    before = state()
-
-    def body(kernel: Kernel) -> None:
-        loop = VIRTUAL.new_event_loop()
-        loop.add_signal_handler(signal.SIGTERM, loop.stop)
-        seen.append(state())
-        with pytest.raises(ValueError, match="invalid signal number"):
-            loop.add_signal_handler(10_000, loop.stop)
-        seen.append((loop.remove_signal_handler(signal.SIGTERM), loop.remove_signal_handler(signal.SIGTERM)))
-
-    run(body)
-    assert seen == [before, (True, False)]
 
 
 @pytest.mark.parametrize("waits_in", ["sleep", "queue"])
@@ -248,12 +212,6 @@ def test_what_is_outside_of_the_run_is_refused(wait: Callable[[], Coroutine[Any,
 
     with pytest.raises(NodeError, match=r"test_event_loop.py:\d+: node .+ waits in real time, in asyncio's"):
         run(lambda kernel: VIRTUAL.run(main()), kinds=("time", "asyncio"))
-
-
-def test_so_is_a_loop_of_its_own() -> None:
-    for make in (VIRTUAL.new_event_loop, VIRTUAL.get_event_loop, VIRTUAL.SelectorEventLoop):
-        with pytest.raises(NodeError, match="the event loop of asyncio in node"):
-            run(lambda kernel, make=make: make(), kinds=("time",))  # type: ignore[misc]
 
 
 def test_a_loop_that_never_waits_is_ended() -> None:
@@ -413,17 +371,3 @@ class TestErrorsThatNobodyTakes:
             assert said[0].startswith(f"a call in a ThreadPoolExecutor raised ValueError: 1 at {__file__}:")
         else:
             assert not any(said)
-
-
-def test_tasks_are_counted_with_their_node() -> None:
-    counted: list[int] = []
-
-    async def main() -> None:
-        await asyncio.gather(asyncio.sleep(0.1), *(asyncio.create_task(asyncio.sleep(0.2)) for _ in range(2)))
-
-    def body(kernel: Kernel) -> None:
-        VIRTUAL.run(main())
-        counted.append(kernel.current().tasks)
-
-    run(body)
-    assert counted == [3]

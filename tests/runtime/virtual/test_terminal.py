@@ -88,15 +88,6 @@ def test_lines_end_with_the_input() -> None:
     assert seen == [("a\n", 1.0), ""]  # a line that is not ended is not there
 
 
-def test_ctrl_d_ends_the_input() -> None:
-    seen: list[Any] = []
-    run(
-        lambda kernel: seen.append((sys.stdin.read(), kernel.now_s)),
-        keys=[(1.0, typing("ab\nc")), (2.0, press("ctrl-d", "ctrl-d"))],
-    )
-    assert seen == [("ab\nc", 2.0)]
-
-
 def getch() -> str:
     """As on the web, in many nodes."""
     settings = termios.tcgetattr(sys.stdin)
@@ -130,18 +121,6 @@ def test_select_waits_for_a_key_or_for_time() -> None:
 
     run(node, keys=[(0.5, press("w")), (1.7, press("x"))])
     assert seen == [("w", 0.5), ("", 1.5), ("x", 1.7), ("", 2.7)]
-
-
-def test_a_key_of_several_bytes_stays_in_the_buffer_of_python_as_at_a_real_terminal() -> None:
-    seen: list[Any] = []
-
-    def node(kernel: Kernel) -> None:
-        tty.setcbreak(sys.stdin)
-        first = sys.stdin.read(1)
-        seen.append((first, select.select([sys.stdin], [], [], 0)[0], sys.stdin.read(2)))
-
-    run(node, keys=[(1.0, press("up"))])
-    assert seen == [("\x1b", [], "[A")]
 
 
 @pytest.mark.parametrize("waiting", ["poll", "DefaultSelector", "SelectSelector", "descriptor"])
@@ -184,31 +163,6 @@ def test_a_terminal_that_does_not_block() -> None:
     assert seen == [b"ab"]
 
 
-def test_a_read_with_a_time_of_the_terminal() -> None:
-    seen: list[Any] = []
-
-    def node(kernel: Kernel) -> None:
-        settings = termios.tcgetattr(0)
-        settings[3] &= ~(termios.ICANON | termios.ECHO)
-        settings[6][termios.VMIN], settings[6][termios.VTIME] = 0, 5
-        termios.tcsetattr(0, termios.TCSANOW, settings)
-        seen.extend([(os.read(0, 1), kernel.now_s), (os.read(0, 1), kernel.now_s)])
-
-    run(node, keys=[(0.7, press("w"))])
-    assert seen == [(b"", 0.5), (b"w", 0.7)]
-
-
-def test_what_was_typed_before_raw_mode_is_lost() -> None:
-    seen: list[Any] = []
-
-    def node(kernel: Kernel) -> None:
-        kernel.sleep(1.0)
-        seen.append(getch())
-
-    run(node, keys=[(0.5, press("a")), (2.0, press("b"))])
-    assert seen == ["b"]  # tty.setraw flushes
-
-
 def test_ctrl_c_interrupts_a_node_where_it_waits_and_ends_it() -> None:
     seen: list[Any] = []
 
@@ -222,12 +176,6 @@ def test_ctrl_c_interrupts_a_node_where_it_waits_and_ends_it() -> None:
 
     kernel = run(node, keys=[(1.0, press("a", "ctrl-c")), (2.0, press("ctrl-c")), (3.0, press("ctrl-c"))])
     assert (seen, kernel.now_s, kernel.nodes[0].ended) == ([1.0, 2.0], 3.0, True)
-
-
-def test_getpass_asks_at_the_terminal() -> None:
-    seen: list[str] = []
-    run(lambda kernel: seen.append(getpass.getpass()), keys=[(1.0, typing("secret\n"))])
-    assert seen == ["secret"]
 
 
 @pytest.mark.parametrize(
@@ -251,17 +199,6 @@ def test_reading_without_a_terminal_is_refused_with_its_line(read: Callable[[], 
         run(node, name=None)
 
 
-def test_a_terminal_of_another_name_is_named() -> None:
-    with pytest.raises(NodeError, match="the run has terminals for 'teleop'"):
-        run(lambda kernel: input(), name="teleop")
-
-
-def test_without_a_terminal_standard_input_is_none() -> None:
-    seen: list[Any] = []
-    run(lambda kernel: seen.append((sys.stdin.isatty(), os.isatty(0))), name=None)
-    assert seen == [(False, False)]
-
-
 def test_two_nodes_that_read_one_terminal_are_told() -> None:
     def one(kernel: Kernel) -> None:
         input()
@@ -271,13 +208,6 @@ def test_two_nodes_that_read_one_terminal_are_told() -> None:
 
     with pytest.raises(NodeError, match="the terminal '' is read by other, while one does"):
         run(one, other)
-
-
-def test_a_text_is_no_key() -> None:
-    with pytest.raises(
-        NodeError, match="press\\('entr'\\): expected one character, or the name of a key; nearest: enter"
-    ):
-        run(keys=[(0.0, press("entr"))])
 
 
 def test_a_selection_of_the_terminal_and_a_socket_is_refused() -> None:
@@ -294,15 +224,6 @@ def test_nothing_is_left_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     run(lambda kernel: getch(), keys=[(1.0, press("a"))])
     assert (sys.stdin, select.select, termios.tcgetattr, vars(tty)["tcgetattr"], os.read, getpass.getpass) == before
     assert not descriptors or len(os.listdir("/proc/self/fd")) == descriptors
-
-
-def test_what_somebody_has_put_there_as_standard_input_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    import io
-
-    monkeypatch.setattr(sys, "stdin", io.StringIO("mine\n"))
-    seen: list[str] = []
-    run(lambda kernel: seen.append(input()), name=None)
-    assert seen == ["mine"]
 
 
 def test_outside_of_nodes_everything_is_the_real_one() -> None:

@@ -49,14 +49,6 @@ def test_as_with_real_threads(program: Program) -> None:
     assert virtually == really
 
 
-@pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.__name__)
-def test_each_time_the_same(program: Program) -> None:
-    said: list[list[object]] = [[], []]
-    ends = [in_virtual_time(lambda log=log: program(VIRTUAL, log.append)) for log in said]  # type: ignore[misc]
-    assert said[0] == said[1]
-    assert ends[0] == ends[1] > 0
-
-
 def test_two_nodes_have_threads_of_their_own() -> None:
     virtual, names = VIRTUAL.threading, []
 
@@ -72,15 +64,6 @@ def test_two_nodes_have_threads_of_their_own() -> None:
     kernel.spawn("other", body)
     assert kernel.run(1.0) == "idle"
     assert names == [(2, 2, 1, "MainThread")] * 2 + ["Thread-1 (<lambda>)"] * 2
-
-
-def test_a_thread_that_raises_fails_its_run() -> None:
-    def body() -> None:
-        VIRTUAL.threading.Thread(target=lambda: 1 / 0, name="arm").start()
-        VIRTUAL.sleep(1)
-
-    with pytest.raises(NodeError, match=r"robot: arm failed at 0\.000 s: ZeroDivisionError"):
-        in_virtual_time(body)
 
 
 def test_a_thread_may_leave() -> None:
@@ -131,11 +114,6 @@ def test_waiting_is_refused_where_it_is_not_asked_for() -> None:
         match=r'in node robot is real time.*time=VirtualTime\(apis=\("time", "threading"\)\) to have threading',
     ):
         kernel.run(1.0)
-
-
-def test_a_lock_that_is_free_is_no_wait() -> None:
-    with VIRTUAL.threading.Lock() as taken:
-        assert taken
 
 
 def test_threads_that_are_over_and_waits_for_futures_that_are_not_are_not_kept() -> None:
