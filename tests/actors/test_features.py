@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 from mcap.reader import make_reader
@@ -76,38 +72,3 @@ def test_a_change_of_the_code_is_told_and_none_is_where_there_is_none(
     other = project.runpytest_inprocess("-vv", *SUITE, *before, "--hri-fail-on-change")
     assert other.ret == 1
     other.stdout.fnmatch_lines(["*tests behave differently from the baseline", "*`arrived` later*"])
-
-
-def test_a_campaign_has_the_runs_of_a_session(project: pytest.Pytester) -> None:
-    campaign = [sys.executable, "-m", "pytest_hricdv.campaign"]
-    size = ["--suite=rl", "--tests=3", "--concretizations=2", "--audit=100", "--cluster=local:2"]
-    done = subprocess.run(
-        [*campaign, "run", *size, "--state=c.db"], cwd=project.path, capture_output=True, text=True, env=os.environ
-    )
-    assert "expected 6, stored 6" in done.stdout, done.stdout + done.stderr
-    subprocess.run([*campaign, "report", "--state=c.db", "-o", "made"], cwd=project.path, capture_output=True)
-    project.runpytest_inprocess("--hri-suite=rl", "--hri-tests=3", "--hri-concretizations=2")
-    made = json.loads((project.path / "made" / "report.json").read_text(encoding="utf-8"))
-    assert identities(made) == identities(report(project.path))
-
-
-def identities(written: dict[str, Any]) -> list[tuple[str, str, tuple[int, ...]]]:
-    """Of each run of a report: its test, its record, and who began in which order."""
-    return [(test["id"], test["record_sha256"], tuple(test["action_indices"])) for test in written["tests"]]
-
-
-def test_the_closing_loop_gives_the_same_on_any_number_of_processes(
-    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("WHERE", "hospital")
-    suites = {}
-    for workers in ("1", "2"):
-        options = ("--hri-suite=closure", "--hri-close-runs=48", f"-n{workers}", "-p", "no:cacheprovider")
-        project.runpytest_inprocess(*options, f"--hri-report=r{workers}")
-        text = (project.path / f"r{workers}" / "report.json").read_text(encoding="utf-8")
-        written = json.loads(text)
-        json_schema.REPORT.validate(written)
-        suites[workers] = identities(written)
-        assert {"interleaving", "online", "disturbances"} <= {step["strategy"] for step in written["closing"]["growth"]}
-        assert "do not do again what they did" not in text
-    assert suites["1"] == suites["2"]

@@ -65,7 +65,7 @@ def test_a_fault_of_two_people_is_found_shrunk_explained_and_replayed(project: p
 
 def test_any_number_of_workers_gives_the_same(project: pytest.Pytester) -> None:
     hashes, shrunk = {}, {}
-    for workers in ("0", "1", "2", "3"):
+    for workers in ("0", "2"):
         project.runpytest_inprocess(*SUITE, "--hri-shrink", f"-n{workers}", f"--hri-report=r{workers}")
         written = json.loads((project.path / f"r{workers}" / "report.json").read_text(encoding="utf-8"))
         hashes[workers] = [(test["id"], test["action_indices"], test["record_sha256"]) for test in written["tests"]]
@@ -75,9 +75,9 @@ def test_any_number_of_workers_gives_the_same(project: pytest.Pytester) -> None:
             for name, made in test.get("shrunk", {}).items()
         ]
     assert len(hashes["0"]) == 24
-    assert hashes["0"] == hashes["1"] == hashes["2"] == hashes["3"]
+    assert hashes["0"] == hashes["2"]
     assert len(shrunk["0"]) > 0
-    assert shrunk["0"] == shrunk["1"] == shrunk["2"] == shrunk["3"]
+    assert shrunk["0"] == shrunk["2"]
     exported = project.runpytest_inprocess(*SUITE, "--hri-export=texts", "--collect-only", "-q")
     read = project.runpytest_inprocess("--hri-suite=texts/rl.txt", "--hri-report=read")
     written = json.loads((project.path / "read" / "report.json").read_text(encoding="utf-8"))

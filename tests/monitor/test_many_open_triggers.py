@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Mapping, Sequence
 
@@ -92,10 +91,6 @@ conditions = (
 overlapping: st.SearchStrategy[Response] = st.one_of(
     st.builds(lambda condition, window: Eventually(condition, *window), conditions, wide),
     st.builds(lambda condition, window: AlwaysWithin(condition, *window), conditions, wide),
-    st.builds(lambda condition, start: Eventually(condition, start * TICK_S, math.inf), conditions, st.integers(0, 20)),
-    st.builds(
-        lambda condition, start: AlwaysWithin(condition, start * TICK_S, math.inf), conditions, st.integers(0, 20)
-    ),
     responses,
 )
 overlapping_formulas = st.builds(Formula, frequent | conditions, overlapping)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import A_WORKER, MODES, change, report
+from tests.plugin.project import MODES, change, report
 
 SUITE = "--hri-suite=by-hand"
 
@@ -33,12 +33,9 @@ def ours(folder: Path) -> dict[str, Any]:
 @pytest.mark.parametrize(
     "options",
     [
-        pytest.param((), id="plain"),
-        pytest.param(A_WORKER, id="on a worker"),
-        pytest.param(MODES["on two workers"], id="on two workers", marks=pytest.mark.slow),
-        pytest.param(MODES["without xdist"], id="without xdist", marks=pytest.mark.slow),
-        pytest.param(("--cov-config=greenlets",), id="told of greenlets", marks=pytest.mark.slow),
-        pytest.param(("--hri-no-cov",), id="without ours", marks=pytest.mark.slow),
+        pytest.param(MODES["on two workers"], id="on two workers"),
+        pytest.param(("--cov-config=greenlets",), id="told of greenlets"),
+        pytest.param(("--hri-no-cov",), id="without ours"),
     ],
 )
 def test_beside_the_users_own_measurement_both_are_right(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
@@ -52,19 +49,6 @@ def test_beside_the_users_own_measurement_both_are_right(lamps: pytest.Pytester,
     assert missing["lamps/guide.py"] == ([44], [])
     if "--hri-no-cov" not in options:
         assert ours(lamps.path) == alone
-
-
-@pytest.mark.slow
-def test_contexts_of_the_users_own_stay_his(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(SUITE)
-    alone = ours(lamps.path)
-    by_test = ("--cov=lamps", "--cov-branch", "--cov-context=test", "--cov-report=json")
-    (lamps.path / ".coveragerc").write_text("[json]\nshow_contexts = true\n", encoding="utf-8")
-    lamps.runpytest_subprocess(SUITE, *by_test)
-    assert ours(lamps.path) == alone
-    contexts = json.loads((lamps.path / "coverage.json").read_text())["files"]["lamps/guide.py"]["contexts"]
-    named = {context for line in contexts.values() for context in line if context}
-    assert named == {f"{test['nodeid']}|run" for test in report(lamps.path)["tests"]}
 
 
 def test_switched_off_it_is_unmeasured_and_never_zero_percent(lamps: pytest.Pytester) -> None:

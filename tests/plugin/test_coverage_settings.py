@@ -58,23 +58,17 @@ def logged(level):
 CALLS = "level = level_for(wish)\n        logged(level)"
 
 INI = {
-    "no file": {},
     "exclude_also": {"setup.cfg": "[coverage:report]\nexclude_also =\n    if DEBUG:\n    class Lever\n"},
     "rcfile": {
         ".coveragerc": "[run]\nomit =\n    lamps/messages.py\n    */unused.py\nrelative_files = true\nparallel = true\n"
         "[report]\nexclude_lines =\n    if DEBUG:\n    raise NotImplementedError\n"
     },
-    "partial_branches": {"tox.ini": "[coverage:report]\npartial_branches =\n    never ends early\n    if wish.level\n"},
     "pyproject": {
         "pyproject.toml": "[tool.coverage.run]\ncontext = 'lab'\n[tool.coverage.report]\nomit = ['lamps/m*.py']\n"
         "partial_also = ['never ends early', 'if level > 1']\n"
     },
-    "include of the report": {".coveragerc": "[report]\ninclude = */guide.py\n"},
-    "multi-line": {".coveragerc": "[report]\nexclude_also =\n    def checked\\(level\\):\\n    assert.*\n"},
     "dynamic contexts": {".coveragerc": "[run]\ndynamic_context = test_function\n"},
     "patch": {".coveragerc": "[run]\npatch = subprocess\n"},
-    "core": {".coveragerc": "[run]\ncore = pytrace\n"},
-    "toml": {".coveragerc.toml": "[run]\nomit = ['lamps/messages.py']\n"},
 }
 
 Totals = dict[str, tuple[int, int, int, int]]
@@ -121,12 +115,8 @@ def ours(folder: Path) -> Totals:
     }
 
 
-QUICK = ("exclude_also",)
-"""Each takes two sessions in processes of their own: this always, the others among the slow tests."""
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in INI])
+@pytest.mark.parametrize("name", INI)
 def test_totals_are_those_of_coverages_own_report_of_the_same_run(lamps: pytest.Pytester, name: str) -> None:
     grow(lamps.path)
     for file, text in INI[name].items():
