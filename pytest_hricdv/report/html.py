@@ -48,6 +48,20 @@ def page(report: Report) -> tuple[str, dict[str, str]]:
     return text, {} if embedded else files
 
 
+def standalone(package: str, template: str, **values: object) -> str:
+    """A document of its own, from a template in the folder of a package."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(package, "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        finalize=_finalize,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template(template).render(**values)
+
+
 @cache
 def _environment() -> jinja2.Environment:
     """The environment for all pages: it keeps the compiled templates, as compiling takes longer than filling in."""

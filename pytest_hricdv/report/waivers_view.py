@@ -55,7 +55,7 @@ def waivers(report: Report) -> tuple[Waiver, ...]:
     return (*_xfails(report), *_nc_exemptions(report), *_lines(report))
 
 
-def _split(reason: str) -> tuple[str, str]:
+def split_owner(reason: str) -> tuple[str, str]:
     """Reason and owner of `no crush prevention [safety team]`."""
     match = _OWNED.fullmatch(reason)
     return (match["reason"], match["owner"]) if match else (reason, "")
@@ -73,7 +73,7 @@ def _xfails(report: Report) -> Iterator[Waiver]:
             state = "ignored: strict"
         subject = f"{name} when {condition}" if condition else name
         reason = report.known_violations.get(name, "")
-        yield Waiver("known violation", subject, *_split(reason), report.known_until.get(name, ""), state)
+        yield Waiver("known violation", subject, *split_owner(reason), report.known_until.get(name, ""), state)
 
 
 def _nc_exemptions(report: Report) -> Iterator[Waiver]:
@@ -84,11 +84,11 @@ def _nc_exemptions(report: Report) -> Iterator[Waiver]:
         checked = bool(tallies) and all(tally.passed or tally.failed for tally in tallies)
         state: WaiverState = "not needed here" if checked else "needed" if tallies else "not seen in this part"
         subject = f"{name} in {', '.join(exemption.suites)}" if exemption.suites else name
-        yield Waiver("may be NC", subject, *_split(exemption.reason), exemption.until, state)
+        yield Waiver("may be NC", subject, *split_owner(exemption.reason), exemption.until, state)
 
 
 def _lines(report: Report) -> Iterator[Waiver]:
     """Lines; one that ran although it is waived is an error of the session, so that all of them are needed."""
     state: WaiverState = "needed" if report.code_under_test.measured else "not seen in this part"
     for waiver in totals.waivers(report):
-        yield Waiver("unreachable line", f"{waiver.file}:{waiver.line}", *_split(waiver.reason), "", state)
+        yield Waiver("unreachable line", f"{waiver.file}:{waiver.line}", *split_owner(waiver.reason), "", state)

@@ -10,13 +10,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from pytest_hricdv._base.atomic_file import write_bytes
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_bytes, read_text
 from pytest_hricdv.extra.evidence import outputs
 from pytest_hricdv.extra.evidence.requirement_lists import ListedRequirement, read_requirements
 from pytest_hricdv.extra.evidence.rows import EvidenceRow, gather_evidence
+from pytest_hricdv.report.html import standalone
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
 from pytest_hricdv.results.model import Report, TestResult
 
@@ -77,13 +76,19 @@ def _derive(report: Report, rows: Sequence[EvidenceRow]) -> dict[str, bytes]:
     return {
         name: text.encode()
         for name, text in (
-            ("index.html", _render_page(rows, facts)),
+            ("index.html", _page(rows, facts)),
             ("requirements.csv", outputs.requirements_csv(rows)),
             ("checks.csv", outputs.checks_csv(rows)),
             ("needs.json", outputs.needs_json(rows, facts)),
             ("requirements.reqif", outputs.reqif(rows, facts)),
         )
     }
+
+
+def _page(rows: Sequence[EvidenceRow], facts: outputs.SessionFacts) -> str:
+    """The evidence for screen and print: one file without scripts."""
+    counts = Counter(row.status for row in rows)
+    return standalone(__package__, "evidence.html.jinja", rows=rows, facts=facts, counts=counts, shown=SHOWN_CHECKS)
 
 
 def verify_evidence(folder: Path, project: Path, rerun: int) -> Iterator[str]:
@@ -172,17 +177,3 @@ def _run(report: Report, chosen: Sequence[TestResult], project: Path, target: Pa
         last = ended.stdout.decode("utf-8", "replace").strip().splitlines()[-1:] or ["no output"]
         return f"the tests could not be run again in {project}: pytest ended with {ended.returncode}: {last[0]}"
     return ""
-
-
-def _render_page(rows: Sequence[EvidenceRow], facts: outputs.SessionFacts) -> str:
-    """The evidence for screen and print: one file without scripts."""
-    environment = Environment(
-        loader=PackageLoader("pytest_hricdv.extra.evidence", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    counts = Counter(row.status for row in rows)
-    template = environment.get_template("evidence.html.jinja")
-    return template.render(rows=rows, facts=facts, counts=counts, shown=SHOWN_CHECKS) + "\n"

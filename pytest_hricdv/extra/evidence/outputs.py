@@ -7,10 +7,10 @@ import hashlib
 import io
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from xml.sax.saxutils import escape, quoteattr
 
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv.extra.evidence.rows import EvidenceRow
+from pytest_hricdv.report.html import standalone
 from pytest_hricdv.results.model import Report
 
 STATEMENT = "statement.json"
@@ -21,20 +21,20 @@ PREDICATE_TYPE = "https://in-toto.io/attestation/test-result/v0.1"
 
 
 class SessionFacts(PlainRecord, frozen=True, kw_only=True):
-    """Facts about the session of the tests.
+    """Facts about the session that ran the tests.
 
     Args:
         testbench: its name.
         began: date and time (UTC).
-        revision: of the project, `+` behind it where tracked files differed.
+        revision: of the project; it ends with `+` if tracked files had local changes.
         code: SHA-256 of the code under test.
-        versions: name -> version, of what runs, measures and simulates.
+        versions: name -> version, of packages, simulators and Python.
         suites: name, seed and number of tests of each.
         engines: of physics.
-        problems: what else failed, so that it is no evidence of a whole session, a sentence each.
-        faults: how many mutants were tried; None for no mutants.
-        schedules: how many runs had another schedule; None for none.
-        changes: what behaves differently from the baseline, as a sentence; empty if there is none to compare with.
+        problems: everything besides requirements that failed the session, a sentence each.
+        faults: number of mutants tried; None if none were.
+        schedules: number of runs with another schedule; None if there were none.
+        changes: differences from the baseline, as a sentence; empty without a baseline.
     """
 
     testbench: str
@@ -108,9 +108,9 @@ def requirements_csv(rows: Sequence[EvidenceRow]) -> str:
             "undecided": row.pending,
             "margin": row.margin,
             "vacuous alternatives": "; ".join(row.vacuous),
-            "mutants noticed": row.faults,
+            "mutants detected": row.faults,
             "by nothing else": row.only_faults,
-            "conditions": "" if row.conditions is None else f"{row.conditions[1]} of {row.conditions[0]}",
+            "conditions": "not measured" if row.conditions is None else "{1} of {0}".format(*row.conditions),
             "open conditions": "; ".join(row.open_conditions),
             "waiver": row.waiver,
             "owner": row.owner,
@@ -177,62 +177,18 @@ def needs_json(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
     return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
 
 
-_COLUMNS = ("ReqIF.ForeignID", "ReqIF.Name", "ReqIF.Text", "Status", "Evidence")
-
-
 def reqif(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
     """A ReqIF file: an object for each requirement, with its id, title, text, status and counts.
 
-    Its header has the version 1.0, which is the only one in the schema of ReqIF 1.2, too.
+    Its header says version 1.0: the schema of ReqIF 1.2 allows no other.
     """
-    when = facts.began if facts.began else "1970-01-01T00:00:00Z"
-    stamp = f'LAST-CHANGE="{when}"'
-    definitions = "".join(
-        f'<ATTRIBUTE-DEFINITION-STRING IDENTIFIER="a{number}" {stamp} LONG-NAME="{name}"><TYPE>'
-        "<DATATYPE-DEFINITION-STRING-REF>text</DATATYPE-DEFINITION-STRING-REF></TYPE></ATTRIBUTE-DEFINITION-STRING>"
-        for number, name in enumerate(_COLUMNS)
-    )
-    objects = "".join(_reqif_object(number, row, stamp) for number, row in enumerate(rows))
-    places = "".join(
-        f'<SPEC-HIERARCHY IDENTIFIER="h{number}" {stamp}><OBJECT><SPEC-OBJECT-REF>o{number}</SPEC-OBJECT-REF></OBJECT>'
-        "</SPEC-HIERARCHY>"
-        for number in range(len(rows))
-    )
-    title = escape(facts.testbench)
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<REQ-IF xmlns="http://www.omg.org/spec/ReqIF/20110401/reqif.xsd">
-<THE-HEADER><REQ-IF-HEADER IDENTIFIER="header"><CREATION-TIME>{when}</CREATION-TIME><REQ-IF-TOOL-ID>pytest-hricdv\
-</REQ-IF-TOOL-ID><REQ-IF-VERSION>1.0</REQ-IF-VERSION><SOURCE-TOOL-ID>pytest-hricdv</SOURCE-TOOL-ID><TITLE>{title}\
-</TITLE></REQ-IF-HEADER></THE-HEADER>
-<CORE-CONTENT><REQ-IF-CONTENT>
-<DATATYPES><DATATYPE-DEFINITION-STRING IDENTIFIER="text" {stamp} LONG-NAME="text" MAX-LENGTH="1000000"/></DATATYPES>
-<SPEC-TYPES><SPEC-OBJECT-TYPE IDENTIFIER="requirement" {stamp} LONG-NAME="Requirement"><SPEC-ATTRIBUTES>{definitions}\
-</SPEC-ATTRIBUTES></SPEC-OBJECT-TYPE><SPECIFICATION-TYPE IDENTIFIER="list" {stamp} LONG-NAME="List"/></SPEC-TYPES>
-<SPEC-OBJECTS>{objects}</SPEC-OBJECTS>
-<SPECIFICATIONS><SPECIFICATION IDENTIFIER="all" {stamp} LONG-NAME="Evidence"><TYPE><SPECIFICATION-TYPE-REF>list\
-</SPECIFICATION-TYPE-REF></TYPE><CHILDREN>{places}</CHILDREN></SPECIFICATION></SPECIFICATIONS>
-</REQ-IF-CONTENT></CORE-CONTENT>
-</REQ-IF>
-"""
-
-
-def _reqif_object(number: int, row: EvidenceRow, stamp: str) -> str:
-    counts = f"{row.count('Passed')} passed, {row.count('Failed')} failed, {row.not_checked} not checked"
-    values = "".join(
-        f"<ATTRIBUTE-VALUE-STRING THE-VALUE={quoteattr(_printable(value))}><DEFINITION>"
-        f"<ATTRIBUTE-DEFINITION-STRING-REF>a{column}</ATTRIBUTE-DEFINITION-STRING-REF></DEFINITION>"
-        "</ATTRIBUTE-VALUE-STRING>"
-        for column, value in enumerate((row.id, row.title, row.text, row.status, counts))
-    )
-    return (
-        f'<SPEC-OBJECT IDENTIFIER="o{number}" {stamp}><TYPE><SPEC-OBJECT-TYPE-REF>requirement</SPEC-OBJECT-TYPE-REF>'
-        f"</TYPE><VALUES>{values}</VALUES></SPEC-OBJECT>\n"
-    )
-
-
-def _printable(text: str) -> str:
-    """The text without control characters, which XML lacks."""
-    return "".join(letter for letter in text if letter >= " " or letter in "\t\n")
+    objects = [
+        (row.id, row.title, row.text, row.status,
+         f"{row.count('Passed')} passed, {row.count('Failed')} failed, {row.not_checked} not checked")
+        for row in rows
+    ]  # fmt: skip
+    when = facts.began or "1970-01-01T00:00:00Z"
+    return standalone(__package__, "requirements.reqif.jinja", when=when, title=facts.testbench, objects=objects)
 
 
 def statement(files: Mapping[str, bytes], rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:

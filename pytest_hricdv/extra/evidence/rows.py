@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
-import msgspec
-
 from pytest_hricdv._base.record import Count, Names, PlainRecord
+from pytest_hricdv.coverage.suite_coverage import list_vacuous_alternatives
 from pytest_hricdv.extra.evidence.requirement_lists import ListedRequirement
+from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report.formatting import natural
+from pytest_hricdv.report.totals import find_xfail_reason, is_tolerated
+from pytest_hricdv.report.waivers_view import split_owner
 from pytest_hricdv.results.model import Report, TestResult
 
 EvidenceStatus = Literal["satisfied", "violated", "known violation", "not checked", "no evidence"]
@@ -20,6 +20,7 @@ Not checked: no test triggered and decided it. No evidence: it is in a list, and
 it."""
 
 OPEN: tuple[EvidenceStatus, ...] = ("violated", "not checked", "no evidence")
+_WORST_FIRST: tuple[EvidenceStatus, ...] = ("violated", "not checked", "known violation", "satisfied")
 
 
 class CheckRecord(PlainRecord, frozen=True, kw_only=True):
@@ -29,11 +30,11 @@ class CheckRecord(PlainRecord, frozen=True, kw_only=True):
         test: its id.
         suite: of the test.
         seed: of its concrete parameters.
-        verdict: Passed, Failed or NC.
+        verdict: Passed or Failed.
         margin: least signed distance to the bound, in the unit of the comparison.
         engine: of physics.
         record_sha256: of the record of its run.
-        replay: file that runs it again.
+        replay: file that repeats it.
     """
 
     test: str
@@ -47,7 +48,7 @@ class CheckRecord(PlainRecord, frozen=True, kw_only=True):
 
 
 class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
-    """A requirement and what was shown of it.
+    """A requirement and what was shown for it.
 
     Args:
         id: of the requirement.
@@ -55,19 +56,20 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
         source: the clause, standard or hazard that it comes from.
         text: the formula that is monitored, or the text of the list.
         status: see `EvidenceStatus`.
-        waiver: why a violation is known, or an NC allowed.
+        waiver: why a violation is known, or an NC is allowed.
+        owner: of the waiver.
         until: last day of the waiver, `YYYY-MM-DD`.
-        checks: tests that triggered it, or violated it.
-        not_checked: how many tests did not.
+        checks: tests that passed or failed it.
+        not_checked: number of the other tests.
         triggers: over all tests.
         pending: triggers that were undecided at the end of a run.
         vacuous: alternatives of its response by which it held in no test.
-        faults: mutants of the code that it noticed; None if no mutants were tried.
-        only_faults: those that nothing else noticed.
+        faults: mutants of the code that it detected; None if none were tried.
+        only_faults: those that nothing else detected.
         checked_by: of a listed requirement, those of the testbench that name it.
-        conditions: how often each conjunct of its antecedent had to be true and false, and how often some test made it
-            so; None if no closing loop ran, which is what counts them.
-        open_conditions: the others, as `person_near: false`.
+        conditions: number of truth values that the conjuncts of its antecedent can have, and of those that a test gave
+            them; None if they were not measured, which only a closing loop does.
+        open_conditions: the values that no test gave them, as `person_near: false`.
     """
 
     id: str
@@ -76,6 +78,7 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
     text: str = ""
     status: EvidenceStatus
     waiver: str = ""
+    owner: str = ""
     until: str = ""
     checks: tuple[CheckRecord, ...] = ()
     not_checked: Count = 0
@@ -88,24 +91,18 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
     conditions: tuple[Count, Count] | None = None
     open_conditions: Names = ()
 
-    @property
-    def owner(self) -> str:
-        """The owner of the waiver, which may end with it in brackets."""
-        match = re.search(r"\[([^\[\]]*)\]\s*\Z", self.waiver)
-        return match[1] if match else ""
-
     def count(self, verdict: str) -> int:
         """The number of tests with this verdict."""
         return sum(check.verdict == verdict for check in self.checks)
 
     @property
     def is_open(self) -> bool:
-        """Whether something has to be done about it: no waiver says why it may be so."""
+        """Whether something is left to do: there is no evidence, and no waiver."""
         return self.status in OPEN and not self.waiver
 
     @property
     def margin(self) -> float | None:
-        """The least of all tests."""
+        """The least margin of all tests."""
         return min((check.margin for check in self.checks if check.margin is not None), default=None)
 
 
@@ -114,21 +111,21 @@ def gather_evidence(report: Report, listed: Sequence[ListedRequirement] = ()) ->
 
     Args:
         report: of a session, or merged.
-        listed: requirements of another tool. One is checked by those of the testbench that have its id, or whose
-            source names it.
+        listed: requirements of another tool. Each is checked by the requirements of the testbench that have its id, or
+            whose source names it.
     """
-    mutation: dict[str, Any] = msgspec.to_builtins(getattr(report, "mutation", None)) or {}
-    own = {name: _Row(report, mutation.get("assertions", {}), name).make() for name in report.requirements}
     rows = []
     for entry in listed:
-        naming = [row for row in own.values() if row.id == entry.id or names(row.source, entry.id)]
-        rows.append(_join(entry, naming))
-    others = own.keys() - {entry.id for entry in listed}
-    return (*rows, *(own[name] for name in sorted(others, key=natural)))
+        checking = [
+            name for name, text in report.requirements.items() if name == entry.id or names(text.source, entry.id)
+        ]
+        rows.append(_row(report, entry, checking, tuple(checking)))
+    others = sorted(report.requirements.keys() - {entry.id for entry in listed}, key=natural)
+    return (*rows, *(_row(report, ListedRequirement(id=name), [name]) for name in others))
 
 
 def names(source: str, wanted: str) -> bool:
-    """Whether a text names an id: as a word of its own, so that SR-1 is not in SR-12.
+    """Whether a text names an id as a whole word: SR-1 is not in SR-12.
 
     >>> names("ISO 10218-2, SR-1", "SR-1"), names("SR-12", "SR-1"), names("SR-1.2", "SR-1")
     (True, False, False)
@@ -141,124 +138,95 @@ def names(source: str, wanted: str) -> bool:
     return (is_whole and ends) or names(after, wanted)
 
 
-def _join(entry: ListedRequirement, naming: Sequence[EvidenceRow]) -> EvidenceRow:
-    """The row of a listed requirement, which is as good as the worst of those that check it."""
-    if not naming:
+def _row(report: Report, entry: ListedRequirement, checking: Sequence[str], checked_by: Names = ()) -> EvidenceRow:
+    """The row of a requirement; its status is the worst of the requirements of the testbench that check it."""
+    if not checking:
         return EvidenceRow(id=entry.id, title=entry.title, text=entry.text, source=entry.source, status="no evidence")
-    order: tuple[EvidenceStatus, ...] = ("violated", "not checked", "known violation", "satisfied")
-    worst = min(naming, key=lambda row: (order.index(row.status), not row.is_open))
+    states = [(*_state(report, name), report.requirements[name]) for name in checking]
+    status, waiver, until, text = min(states, key=lambda state: (_WORST_FIRST.index(state[0]), state[1] != ""))
+    reason, owner = split_owner(waiver)
     return EvidenceRow(
         id=entry.id,
-        title=entry.title or worst.title,
-        source=entry.source or worst.source,
-        text=entry.text or worst.text,
-        status=worst.status,
-        waiver=worst.waiver,
-        until=worst.until,
-        checks=tuple(check for row in naming for check in row.checks),
-        not_checked=sum(row.not_checked for row in naming),
-        triggers=sum(row.triggers for row in naming),
-        pending=sum(row.pending for row in naming),
-        vacuous=tuple(text for row in naming for text in row.vacuous),
-        faults=_sum(row.faults for row in naming),
-        only_faults=_sum(row.only_faults for row in naming),
-        checked_by=tuple(row.id for row in naming),
-        conditions=_add_up(row.conditions for row in naming),
-        open_conditions=tuple(text for row in naming for text in row.open_conditions),
+        title=entry.title or text.title,
+        source=entry.source or text.source,
+        text=entry.text or text.text,
+        status=status,
+        waiver=reason,
+        owner=owner,
+        until=until,
+        checked_by=checked_by,
+        **_verdicts(report, checking),
+        **_faults(report, checking),
+        **_conditions(report, checking),
     )
 
 
-def _add_up(counts: Iterable[tuple[int, int] | None]) -> tuple[int, int] | None:
-    known = [count for count in counts if count is not None]
-    return (sum(wanted for wanted, _ in known), sum(done for _, done in known)) if known else None
+def _results(report: Report, name: str) -> Iterator[tuple[TestResult, RequirementResult]]:
+    """The runs that a requirement judged, each with its result."""
+    for test in report.tests:
+        yield from ((run, run.requirements[name]) for run in test.runs if name in run.requirements)
 
 
-def _sum(counts: Iterator[int | None]) -> int | None:
-    known = [count for count in counts if count is not None]
-    return sum(known) if known else None
+def _state(report: Report, name: str) -> tuple[EvidenceStatus, str, str]:
+    """Status of a requirement, its waiver and the last day of that."""
+    verdicts = {result.verdict for _, result in _results(report, name)}
+    if "Failed" in verdicts:
+        failed = (run for run, result in _results(report, name) if result.verdict == "Failed")
+        if all(is_tolerated(report, name, run) for run in failed):
+            return "known violation", find_xfail_reason(report, name), report.known_until.get(name, "")
+        return "violated", "", ""
+    if "Passed" in verdicts:
+        return "satisfied", "", ""
+    exemption = report.allowed_untriggered.get(name)
+    return "not checked", *(("", "") if exemption is None else (exemption.reason, exemption.until))
 
 
-@dataclass(frozen=True)
-class _Row:
-    """Makes the row of a requirement of the testbench.
+def _verdicts(report: Report, checking: Sequence[str]) -> dict[str, Any]:
+    """The tests that checked requirements, and how often these were triggered."""
+    results = [pair for name in checking for pair in _results(report, name)]
+    unused = [list_vacuous_alternatives(result for _, result in _results(report, name)) for name in checking]
+    return {
+        "checks": tuple(_check(run, result) for run, result in results if result.verdict != "NC"),
+        "not_checked": sum(result.verdict == "NC" for _, result in results),
+        "triggers": sum(result.triggers for _, result in results),
+        "pending": sum(result.pending for _, result in results),
+        "vacuous": tuple(text for texts in unused for text in sorted(texts)),
+    }
 
-    Args:
-        report: of the tests.
-        scores: oracle -> its score with mutants.
-        name: id of the requirement.
-    """
 
-    report: Report
-    scores: Mapping[str, Mapping[str, int]]
-    name: str
+def _check(run: TestResult, result: RequirementResult) -> CheckRecord:
+    return CheckRecord(
+        test=run.id,
+        suite=run.suite,
+        seed=run.seed,
+        verdict=result.verdict,
+        margin=result.margin,
+        engine=run.engine,
+        record_sha256=run.record_sha256,
+        replay=run.replay,
+    )
 
-    def make(self) -> EvidenceRow:
-        """The row."""
-        text, tallies = self.report.requirements[self.name], self._tallies()
-        status, waiver, until = self._status()
-        score = self.scores.get(self.name)
-        held = [set(tally.vacuous_alternatives) for tally in tallies if tally.triggers]
-        return EvidenceRow(
-            id=self.name,
-            title=text.title,
-            source=text.source,
-            text=text.text,
-            status=status,
-            waiver=waiver,
-            until=until,
-            checks=tuple(self._checks()),
-            not_checked=sum(tally.nc for tally in tallies),
-            triggers=sum(tally.triggers for tally in tallies),
-            pending=sum(tally.pending for tally in tallies),
-            vacuous=tuple(sorted(set.intersection(*held))) if held else (),
-            faults=None if score is None else score["killed"],
-            only_faults=None if score is None else score["killed_only_by"],
-            conditions=self._conditions(),
-            open_conditions=tuple(f"{name}: {value}" for name, value in self._points("open")),
-        )
 
-    def _conditions(self) -> tuple[int, int] | None:
-        hit, left = len(self._points("hit")), len(self._points("open"))
-        return (hit + left, hit) if hit + left else None
+def _faults(report: Report, checking: Sequence[str]) -> dict[str, Any]:
+    """The mutants that requirements detected."""
+    scores = getattr(getattr(report, "mutation", None), "assertions", {})
+    found = [scores[name] for name in checking if name in scores]
+    if not found:
+        return {}
+    return {
+        "faults": sum(score.killed for score in found),
+        "only_faults": sum(score.killed_only_by for score in found),
+    }
 
-    def _points(self, kind: str) -> list[tuple[str, str]]:
-        """Conjuncts and their truths that a closing loop has hit, or left open."""
-        closing = getattr(self.report, "closing", None)
-        points = [entry.point for entry in getattr(closing, kind, ())]
-        return [(point[2], point[3]) for point in points if point[:2] == ("condition", self.name)]
 
-    def _tallies(self) -> list[Any]:
-        return [suite.requirements[self.name] for suite in self.report.suites if self.name in suite.requirements]
-
-    def _runs(self) -> Iterator[TestResult]:
-        for test in self.report.tests:
-            yield from (run for run in test.runs if self.name in run.requirements)
-
-    def _checks(self) -> Iterator[CheckRecord]:
-        for run in self._runs():
-            result = run.requirements[self.name]
-            if result.verdict != "NC":
-                yield CheckRecord(
-                    test=run.id,
-                    suite=run.suite,
-                    seed=run.seed,
-                    verdict=result.verdict,
-                    margin=result.margin,
-                    engine=run.engine,
-                    record_sha256=run.record_sha256,
-                    replay=run.replay,
-                )
-
-    def _status(self) -> tuple[EvidenceStatus, str, str]:
-        report, name = self.report, self.name
-        results = [run.requirements[name] for run in self._runs()]
-        failed = [result for result in results if result.verdict == "Failed"]
-        if failed:
-            is_known = name in report.known_violations and not report.strict
-            if is_known and (name not in report.known_when or not any(result.outside for result in failed)):
-                return "known violation", report.known_violations[name], report.known_until.get(name, "")
-            return "violated", "", ""
-        if any(result.verdict == "Passed" for result in results):
-            return "satisfied", "", ""
-        exemption = report.allowed_untriggered.get(name)
-        return "not checked", *(("", "") if exemption is None else (exemption.reason, exemption.until))
+def _conditions(report: Report, checking: Sequence[str]) -> dict[str, Any]:
+    """The truth values of conjuncts that a closing loop has seen, and those that it has not."""
+    closing = getattr(report, "closing", None)
+    seen, missing = (
+        [f"{entry.point[2]}: {entry.point[3]}" for entry in getattr(closing, kind, ())
+         if entry.point[0] == "condition" and entry.point[1] in checking]
+        for kind in ("hit", "open")
+    )  # fmt: skip
+    if not (seen or missing):
+        return {}
+    return {"conditions": (len(seen) + len(missing), len(seen)), "open_conditions": tuple(missing)}

@@ -15,12 +15,11 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import harmless_line
 from pytest_hricdv.extra.qualification.known_answers import KNOWN_ANSWERS, Workshop, WrongAnswerError
+from pytest_hricdv.report.html import standalone
 
 OK, WRONG = 0, 1
 AT_ONCE = 2
@@ -75,12 +74,9 @@ def _problem(workshop: Workshop, check: Callable[[Workshop], None]) -> str:
 
 def page(results: Sequence[tuple[str, str]]) -> str:
     """The page to sign, for the screen and for print."""
-    loader = PackageLoader("pytest_hricdv.extra.qualification", ".")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     facts = [f"Python {platform.python_version()}", platform.platform(), *_versions()]
     wrong = sum(bool(problem) for _, problem in results)
-    template = environment.get_template("qualification.html.jinja")
-    return template.render(results=results, facts=facts, known=len(results) - wrong) + "\n"
+    return standalone(__package__, "qualification.html.jinja", results=results, facts=facts, known=len(results) - wrong)
 
 
 def _versions() -> Iterator[str]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from zipfile import ZipFile
 
 import msgspec
@@ -21,11 +22,11 @@ from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.evidence import outputs
 from pytest_hricdv.extra.evidence.folder import verify_evidence, write_evidence
 from pytest_hricdv.extra.evidence.requirement_lists import ListedRequirement, read_requirements
-from pytest_hricdv.extra.evidence.rows import EvidenceRow, _Row, gather_evidence, names
+from pytest_hricdv.extra.evidence.rows import EvidenceRow, gather_evidence, names
 from pytest_hricdv.report.files import write
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
-from tests.report import sample
+from tests.report import sample, sample_sections
 from tests.report.sample_tests import requirement_results
 
 CHECKED = {"R1", "R2", "R3", "R4"}
@@ -69,40 +70,26 @@ def test_each_requirement_has_a_status_with_its_waiver() -> None:
     assert (found["R4"].checks, found["R4"].not_checked) == ((), 2)
 
 
-def test_a_waiver_has_its_owner_and_a_loop_its_conditions() -> None:
-    closing = {
-        "hit": [{"point": ["condition", "R1", "gpl_ready", "true"], "test": "t", "strategy": "model", "run": 1}],
-        "open": [{"point": ["condition", "R1", "gpl_ready", "false"], "tries": 3}],
-    }
+def test_a_waiver_has_its_owner() -> None:
     report = made(requirement_results("R3"), known_violations={"R3": "no crush prevention [safety team]"})
-    assert rows(report)["R3"].owner == "safety team"
-    assert (rows(report)["R1"].conditions, rows(report)["R1"].owner) == (None, "")
-    looped = Looped(report, msgspec.convert(closing, Points))
-    row = _Row(cast("Report", looped), {}, "R1").make()
-    assert (row.conditions, row.open_conditions) == ((2, 1), ("gpl_ready: false",))
+    assert (rows(report)["R3"].waiver, rows(report)["R3"].owner) == ("no crush prevention", "safety team")
+    assert rows(report)["R1"].owner == ""
 
 
-class Point(msgspec.Struct):
-    """As much of a point of a loop as evidence reads."""
-
-    point: tuple[str, ...]
-
-
-class Points(msgspec.Struct):
-    """As much of a loop."""
-
-    hit: tuple[Point, ...]
-    open: tuple[Point, ...]
-
-
-class Looped:
-    """A report with a loop."""
-
-    def __init__(self, report: Report, closing: Points) -> None:
-        self._report, self.closing = report, closing
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._report, name)
+def test_conditions_are_those_of_a_closing_loop_and_otherwise_not_measured(tmp_path: Path) -> None:
+    points = [("gpl_ready", "true"), ("gpl_ready", "false")]
+    hit, left = ({"point": ["condition", "R1", *point]} for point in points)
+    loop = {"hit": [{**hit, "test": "t", "strategy": "model", "run": 1}], "open": [{**left, "tries": 3}]}
+    looped = made(requirement_results(), closing={**sample_sections.CLOSING, **loop})
+    assert (rows(looped)["R1"].conditions, rows(looped)["R1"].open_conditions) == ((2, 1), ("gpl_ready: false",))
+    for name, report, says in (("loop", looped, "1 of 2"), ("plain", made(requirement_results()), "not measured")):
+        write(report, tmp_path / name)
+        write_evidence(tmp_path / name, tmp_path / f"evidence of {name}")
+        page, table = (
+            (tmp_path / f"evidence of {name}" / file).read_text() for file in ("index.html", "requirements.csv")
+        )
+        assert says in page
+        assert says in table.splitlines()[1]
 
 
 def test_a_known_violation_is_none_where_waivers_are_ignored_or_do_not_hold() -> None:
@@ -255,9 +242,13 @@ def test_an_export_of_strictdoc_keeps_its_ids_and_is_no_list_of_headings(tmp_pat
     file = tmp_path / "requirements.reqif"
     file.write_text(outputs.reqif(gather_evidence(report, listed), outputs.facts_of(report)), encoding="utf-8")
     assert [entry.id for entry in read_requirements(file)][:3] == [entry.id for entry in listed]
+    assert "complete with 0 errors, 0 schema issues found, 0 semantic issues found." in validate(file).stdout
+
+
+def validate(file: Path) -> subprocess.CompletedProcess[str]:
+    """What the library says of a file."""
     command = [sys.executable, "-m", "reqif.cli.main", "validate", "--use-reqif-schema", str(file)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert "Validation complete with 0 errors, 0 schema issues found, 0 semantic issues found." in done.stdout
+    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def archive(folder: Path, files: dict[str, str]) -> Path:
@@ -280,12 +271,24 @@ def test_an_archive_of_reqif_is_all_of_its_files(tmp_path: Path) -> None:
         read_requirements(tmp_path / "list.reqifz")
 
 
-def test_requirements_where_reqif_has_none_are_said(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (r"(?s).*", "", "not ReqIF: Document is empty"),
+        ("SPEC-OBJECTS>", "OBJECTS>", "SPEC-OBJECT are in it, 0 of them where ReqIF has them"),
+    ],
+    ids=["empty", "requirements where the schema has none"],
+)
+def test_a_refused_file_is_invalid_for_the_library_too(old: str, new: str, says: str, tmp_path: Path) -> None:
+    """Each is like one of the two sample files of the library that are not imported."""
     pytest.importorskip("reqif")
     text = Path(__file__).with_name("strictdoc.reqif").read_text(encoding="utf-8")
-    (tmp_path / "a.reqif").write_text(text.replace("SPEC-OBJECTS>", "OBJECTS>"), encoding="utf-8")
-    with pytest.raises(ReportError, match="SPEC-OBJECT are in it, 0 of them where ReqIF has them"):
+    (tmp_path / "a.reqif").write_text(re.sub(old, new, text), encoding="utf-8")
+    with pytest.raises(ReportError, match=says):
         read_requirements(tmp_path / "a.reqif")
+    done = validate(tmp_path / "a.reqif")
+    assert done.returncode == 1
+    assert "0 schema issues" not in done.stdout
 
 
 @pytest.mark.slow
