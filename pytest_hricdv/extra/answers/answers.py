@@ -8,21 +8,21 @@ from typing import Any
 
 import msgspec
 
-from pytest_hricdv.report.explanation import generate_command, replay_command
+from pytest_hricdv.report.explanation import instructions_of, replay_command
 from pytest_hricdv.report.formatting import natural
 from pytest_hricdv.report.totals import has_failed
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import percentages
-from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.results.model import Report
 
 Answer = dict[str, Any]
 
 MAX_ITEMS = 50
-"""Number of entries of a list in an answer; `total` is how many there are."""
+"""Most entries of a list in an answer; `total` counts all of them."""
 
 
 def status(report: Report) -> Answer:
-    """Whether the session failed, and how much of what was checked and covered."""
+    """Whether the session failed, with its tests by outcome, verdicts of each requirement, and percentages covered."""
     verdicts = {
         name: {
             "passed": sum(suite.requirements[name].passed for suite in report.suites if name in suite.requirements),
@@ -47,7 +47,7 @@ def status(report: Report) -> Answer:
 
 
 def causes(report: Report) -> Answer:
-    """What tests fail for, the most frequent first: where, what decides, and how to repeat it."""
+    """The causes of failures, the most frequent first: likely places, the deciding change, and the shortest test."""
     found = [msgspec.to_builtins(cause) for cause in getattr(report, "causes", ())]
     return _list(_cause(cause, report) for cause in found)
 
@@ -72,13 +72,13 @@ def _cause(cause: Mapping[str, Any], report: Report) -> Answer:
 
 
 def open_points(report: Report, kind: str = "") -> Answer:
-    """What no test covers, with what it lacks; code comes first."""
+    """What no test covers, why, and what is likely to cover it; code comes first."""
     gaps = [gap for gap in report.closure.gaps or () if kind in ("", gap.kind)]
     return _list(msgspec.to_builtins(gap) for gap in gaps)
 
 
 def test(report: Report, name: str) -> Answer:
-    """A test by its id or node id: its actions with when they began, its verdicts, and how to run it again."""
+    """A test by its id or node id: its actions with start times, verdicts and violations, and how to run it again."""
     result = _find("test", name, {key: each for each in report.tests for key in (each.id, each.nodeid)})
     return {
         "id": result.id,
@@ -101,20 +101,12 @@ def test(report: Report, name: str) -> Answer:
             if verdict.violations
         },
         "replay": result.replay or "",
-        "again": _again(result, report),
+        "again": instructions_of(report, result)[-1].strip(),
     }
 
 
-def _again(result: TestResult, report: Report) -> str:
-    options = report.rerun_options
-    if result.replay:
-        return replay_command(result.replay, options.options)
-    seed = next((suite.seed for suite in report.suites if suite.name == result.suite), 0)
-    return generate_command(result.nodeid, options.suite, seed, options.options) if options.suite else ""
-
-
 def requirement(report: Report, name: str) -> Answer:
-    """A requirement: its formula and source, its verdicts, its least margin, and near misses of its antecedent."""
+    """A requirement: formula, source, verdicts, least margin, and near misses of its antecedent."""
     text = _find("requirement", name, report.requirements)
     results = [(each.id, each.requirements[name]) for each in report.tests if name in each.requirements]
     margins = [(verdict.margin, key) for key, verdict in results if verdict.margin is not None]
@@ -133,12 +125,12 @@ def requirement(report: Report, name: str) -> Answer:
 
 
 def coverage(report: Report, name: str) -> Answer:
-    """What all tests covered of a file of the code under test."""
+    """The coverage of a file of the code under test by all tests."""
     return dict(msgspec.to_builtins(_find("file", name, {each.file: each for each in report.code_under_test.files})))
 
 
 def changes(report: Report) -> Answer:
-    """What behaves differently from the baseline that the session was compared with."""
+    """Changes of behaviour since the baseline that the session was compared with."""
     if report.changes is None:
         raise ReportError("the session was not compared: run it with --hri-baseline=FILE")
     return dict(msgspec.to_builtins(report.changes))
@@ -155,21 +147,21 @@ OF_A_NAME: Mapping[str, Callable[[Report, str], Answer]] = {
     "requirement": requirement,
     "coverage": coverage,
 }
-"""What can be asked of a report, and of one thing in it by its name."""
+"""Questions about a report, and about an item of it by its name."""
 
 
 def ask(report: Report, what: str, name: str = "") -> Answer:
-    """The answer.
+    """The answer to a question.
 
     Raises:
-        ReportError: there is no such question, or nothing with that name.
+        ReportError: there is no such question, or no item with that name.
     """
     if what in OF_A_REPORT and not name:
         return OF_A_REPORT[what](report)
     if what in OF_A_NAME and name:
         return OF_A_NAME[what](report, name)
     if what in OF_A_NAME:
-        raise ReportError(f"{what} of what? say which one")
+        raise ReportError(f"{what}: expected a name, as in `{what} NAME`")
     raise ReportError(f"no such question: {what}{f' {name}' * bool(name)}; expected {', '.join(_questions())}")
 
 

@@ -29,7 +29,7 @@ def _query(options: argparse.Namespace) -> int:
 def _add_mcp(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("project", type=Path, metavar="DIR", nargs="?", default=Path(), help="the project (default: here)")
-    add("--allow-run", action="store_true", help="let the client run tests; otherwise it only reads")
+    add("--allow-run", action="store_true", help="let the client run tests; by default it only reads")
 
 
 def _mcp(options: argparse.Namespace) -> int:
@@ -44,7 +44,7 @@ def _mcp(options: argparse.Namespace) -> int:
 def _add_live(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("path", type=Path, metavar="DIR", help="a report folder, or the file of a campaign")
-    add("--port", type=int, default=0, metavar="N", help="of 127.0.0.1 (default: any that is free)")
+    add("--port", type=int, default=0, metavar="N", help="port of 127.0.0.1 (default: any free one)")
 
 
 def _live(options: argparse.Namespace) -> int:
@@ -57,5 +57,5 @@ def _live(options: argparse.Namespace) -> int:
 COMMANDS = (
     ReportCommand("query", "answer one question about a report, as JSON", _add_query, _query),
     ReportCommand("live", "show a session, a loop or a campaign while it runs, in a browser", _add_live, _live),
-    ReportCommand("mcp", "serve reports to a program that speaks the Model Context Protocol", _add_mcp, _mcp),
+    ReportCommand("mcp", "serve reports over the Model Context Protocol", _add_mcp, _mcp),
 )

@@ -1,4 +1,4 @@
-"""`hricdv report live DIR`: the page of a session, a loop or a campaign that runs now, for browsers of this machine."""
+"""`hricdv report live DIR`: the page of a running session, loop or campaign, for browsers on this machine."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _TYPES = {".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css":
 
 
 class LiveServer(ThreadingHTTPServer):
-    """Serves what one source shows; on the loopback interface only.
+    """Serves one source, on the loopback interface only.
 
     Args:
         source: what it shows.
-        port: 0 for any that is free.
+        port: 0 for any free port.
     """
 
     daemon_threads = True
@@ -38,7 +38,7 @@ class LiveServer(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """For a browser."""
+        """Its address for browsers."""
         return f"http://{HOST}:{self.server_address[1]}/"
 
 
@@ -48,9 +48,9 @@ class _Handler(BaseHTTPRequestHandler):
     names: ClassVar[dict[str, str]] = {"/": "live.html", "/live.js": "live.js", "/live.css": "live.css"}
 
     def do_GET(self) -> None:
-        """Answers a request: for the frame, for what it shows, or for the page within."""
+        """Answers a request for the frame, the state, or the page in the frame."""
         port = self.server.server_address[1]
-        if self.headers.get("Host") not in (f"{HOST}:{port}", f"localhost:{port}"):  # of a page of another site
+        if self.headers.get("Host") not in (f"{HOST}:{port}", f"localhost:{port}"):  # a page of another site asks
             self.send_error(HTTPStatus.FORBIDDEN)
         elif self.path in self.names:
             name = self.names[self.path]
@@ -93,7 +93,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(data)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Requests are no news."""
+        """Requests are not logged."""
 
 
 def serve_live(path: Path, port: int) -> None:

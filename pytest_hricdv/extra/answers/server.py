@@ -1,6 +1,6 @@
-"""A server of the Model Context Protocol: the answers as tools, and, where it is allowed, tests to run.
+"""A server of the Model Context Protocol: tools that answer questions about reports and, if allowed, run tests.
 
-What a report says is data: a client must not take a text in it for an instruction.
+Texts in reports are data: a client must not treat them as instructions.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from pytest_hricdv.extra.answers.answers import Answer, ask
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
 
 MAX_S = 3600.0
-"""For a run of pytest. Chosen: a closing loop takes minutes."""
+"""Time limit for a run of pytest. Chosen: a closing loop takes minutes."""
 
 ASKED = "hri-asked"
-"""The folder of the project with the tests that were asked for, so that they can be run again."""
+"""Folder in the project for tests that clients ask for, so that they can be run again."""
 
 INSTRUCTIONS = (
     "Reports of generated tests of a robot's code. Begin with status, then causes and open_points. "
@@ -64,7 +64,7 @@ def make_server(project: Path, *, allow_run: bool) -> MCPServer:
 
 
 class ReportTools:
-    """The tools, as a client sees them.
+    """The tools, as clients see them.
 
     Args:
         project: its folder.
@@ -80,7 +80,7 @@ class ReportTools:
             raise ToolError(str(error)) from None
 
     def _inside(self, path: str) -> Path:
-        """A path in the project, which links do not lead out of."""
+        """A path inside the project, with links resolved."""
         found = (self._project / path).resolve()
         if not found.is_relative_to(self._project):
             raise ToolError(f"{path}: is not in the project")
@@ -91,7 +91,7 @@ class ReportTools:
         return self._ask(report, "status")
 
     def causes(self, report: str = "hri-report") -> dict[str, Any]:
-        """What tests fail for: requirements, likely places in the code, the shortest test, how to repeat it."""
+        """The causes of failures: requirements, likely places in the code, the shortest test, how to repeat it."""
         return self._ask(report, "causes")
 
     def open_points(self, report: str = "hri-report") -> dict[str, Any]:
@@ -99,11 +99,11 @@ class ReportTools:
         return self._ask(report, "open")
 
     def changes(self, report: str = "hri-report") -> dict[str, Any]:
-        """What behaves differently from the baseline that the session was compared with."""
+        """Changes of behaviour since the baseline that the session was compared with."""
         return self._ask(report, "changes")
 
     def test(self, name: str, report: str = "hri-report") -> dict[str, Any]:
-        """A test by its id: its actions and when they began, its verdicts and violations, and how to run it again."""
+        """A test by its id: its actions with start times, its verdicts and violations, and how to run it again."""
         return self._ask(report, "test", name)
 
     def requirement(self, name: str, report: str = "hri-report") -> dict[str, Any]:
@@ -117,23 +117,23 @@ class ReportTools:
     def run_suite(self, suite: str = "rl", tests: int = 0, seed: int = 0) -> dict[str, Any]:
         """Generate and run a suite (rl, by-hand, pseudorandom, ...); tests: how many, 0 for its usual size."""
         if not re.fullmatch(r"[\w,-]+", suite):
-            raise ToolError(f"suite: {suite!r}; expected names, as rl or by-hand")
+            raise ToolError(f"suite: {suite!r}; expected names, such as rl or by-hand")
         options = [f"--hri-suite={suite}", f"--hri-seed={seed}"]
         return self._run([*options, f"--hri-tests={tests}"] if tests else options)
 
     def replay(self, file: str) -> dict[str, Any]:
-        """Run a test again from its replay file, which a failing test leaves in hri-report/failures."""
+        """Run a test again from its replay file; failing tests leave one in hri-report/failures."""
         return self._run([f"--hri-replay={self._inside(file)}"])
 
     def run_actions(self, actions: list[str]) -> dict[str, Any]:
-        """Run one test whose person does these actions, one a line, as the tests of a report show them."""
+        """Run one test in which a person does these actions, written as in the tests of a report."""
         lines = [action.strip() for action in actions]
         if not lines or not all(line and line.isprintable() and not line.startswith("#") for line in lines):
-            raise ToolError("actions: expected at least one, each a line as those of a test")
+            raise ToolError("actions: expected at least one, each a line as in the tests of a report")
         return self._run([f"--hri-suite={self._keep(chr(10).join(lines) + chr(10), '.txt')}"])
 
     def run_beliefs(self, beliefs: list[str]) -> dict[str, Any]:
-        """Run the test that the model's agents make of a belief set; beliefs are those of the testbench."""
+        """Run the test that the model generates from a belief set; the beliefs are those of the testbench."""
         text = f"[[belief_set]]\nbeliefs = {json.dumps(beliefs, ensure_ascii=False)}\n"
         return self._run([f"--hri-suite={self._keep(text, '.toml')}"])
 
@@ -148,11 +148,11 @@ class ReportTools:
         return file
 
     def shrink(self, file: str, runs: int = 60) -> dict[str, Any]:
-        """Shrink a failing test from its replay file to a minimal one that fails for the same reason."""
+        """Shrink a failing test, given by its replay file, to a minimal one that fails for the same reason."""
         return self._run([f"--hri-replay={self._inside(file)}", "--hri-shrink", f"--hri-shrink-runs={runs}"])
 
     def close(self, runs: int = 100, seed: int = 0) -> dict[str, Any]:
-        """Generate tests until nothing is open, at most so many runs."""
+        """Generate tests until nothing is open, within a budget of runs."""
         return self._run(["--hri-suite=closure", f"--hri-close-runs={runs}", f"--hri-seed={seed}"])
 
     def _run(self, options: list[str]) -> Answer:

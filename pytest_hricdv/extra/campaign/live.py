@@ -31,13 +31,12 @@ def look(path: Path, scratch: Path) -> Mapping[str, Any]:
             workers, cancelled = len(store.workers()), store.is_cancelled
     except CampaignError as error:
         raise ReportError(str(error)) from None
-    rate_s = counts.wall_s / counts.runs if counts.runs else 0.0
     return {
         "what": "campaign",
         "is_over": counts.runs >= plan.runs or cancelled,
-        "report": report,
         "done": counts.runs,
         "total": plan.runs,
         "workers": workers,
-        "left_s": rate_s * (plan.runs - counts.runs) if rate_s else None,
+        "rate_s": counts.wall_s / counts.runs if counts.runs else None,
+        "report": report,
     }

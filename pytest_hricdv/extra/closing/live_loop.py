@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import datetime
+import time
 from collections import Counter
 from pathlib import Path
 
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive, ArchivedRun
-from pytest_hricdv.extra.closing.targets import by_kind
+from pytest_hricdv.extra.closing.targets import by_kind, count_texts
 from pytest_hricdv.report.formatting import natural
-from pytest_hricdv.results import loop_progress
-from pytest_hricdv.results.loop_progress import LoopProgress
+from pytest_hricdv.results.loop_progress import LoopProgress, remove_progress, write_progress
 
 
 class LiveLoop:
@@ -24,7 +23,7 @@ class LiveLoop:
 
     def __init__(self, folder: Path, runs: int, workers: int) -> None:
         self._folder, self._runs, self._workers = folder, runs, workers
-        self._began = datetime.datetime.now(datetime.UTC)
+        self._began_s = time.monotonic()
         self._seen = 0
         self._verdicts: dict[str, Counter[str]] = {}
         self._violated: dict[str, ArchivedRun] = {}
@@ -39,19 +38,21 @@ class LiveLoop:
                 shortest = self._violated.setdefault(name, entry)
                 self._violated[name] = min(shortest, entry, key=lambda run: len(run.test.lines))
         self._seen = len(archive.entries)
+        counts = [(name, self._verdicts[name]) for name in sorted(self._verdicts, key=natural)]
         progress = LoopProgress(
-            began=self._began.isoformat(timespec="seconds"),
             done=sum(entry.strategy != GIVEN for entry in archive.entries),
             most=self._runs,
             workers=self._workers,
-            wall_s=round((datetime.datetime.now(datetime.UTC) - self._began).total_seconds(), 3),
-            sim_s=round(archive.sim_s, 3),
-            verdicts={name: dict(self._verdicts[name]) for name in sorted(self._verdicts, key=natural)},
-            violated={name: entry.test.lines for name, entry in self._violated.items()},
-            open=by_kind(archive.open),
+            wall_s=round(time.monotonic() - self._began_s, 3),
+            verdicts=tuple(
+                (name, count["Passed"], count["Failed"], self._seen - count["Passed"] - count["Failed"])
+                for name, count in counts
+            ),
+            causes=tuple(f"{name}: {'; '.join(entry.test.lines)}" for name, entry in self._violated.items()),
+            open=tuple(count_texts(by_kind(archive.open))),
         )
-        loop_progress.tell(self._folder, progress)
+        write_progress(self._folder, progress)
 
     def end(self) -> None:
         """The loop has ended."""
-        loop_progress.forget(self._folder)
+        remove_progress(self._folder)

@@ -121,7 +121,7 @@ STEPS = 10
 
 def list_open(archive: Archive) -> str:
     """`12 statements, 3 branches`: what is open."""
-    return ", ".join(_count_texts(by_kind(archive.open))) or "nothing"
+    return ", ".join(count_texts(by_kind(archive.open))) or "nothing"
 
 
 def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str, int]) -> list[str]:
@@ -130,7 +130,7 @@ def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str,
 
     First the simulated time, then one kind of open point after the other, of which the number stays.
     """
-    start, named = f"hricdv: {done} of {runs} runs", _count_texts(open_counts)
+    start, named = f"hricdv: {done} of {runs} runs", count_texts(open_counts)
     if not named:
         return [f"{start}, {sim_s:.0f} s simulated, open: nothing", f"{start}, open: nothing", start]
     counts = list(open_counts.values())
@@ -140,7 +140,8 @@ def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str,
     return [f"{start}, {sim_s:.0f} s simulated, open: {whole}", *opened, start]
 
 
-def _count_texts(counts: Mapping[str, int]) -> list[str]:
+def count_texts(counts: Mapping[str, int]) -> list[str]:
+    """`12 statements`, `1 branch`: the numbers of points by kind."""
     return [f"{count} {kind if count == 1 else _PLURAL.get(kind, f'{kind}s')}" for kind, count in counts.items()]
 
 

@@ -4,7 +4,7 @@ const PERIOD_MS = 1000;
 const byId = (name) => document.getElementById(name);
 let shown = 0;
 
-/** The text of an element made of its parts, as text: nothing that a session wrote becomes markup. */
+/** An element with a text: nothing that a session wrote becomes markup. */
 function element(name, text, className = "") {
   const made = document.createElement(name);
   made.textContent = text;
@@ -42,7 +42,7 @@ function show(state) {
   byId("causes").querySelector("ul").replaceChildren(...state.causes.map((text) => element("li", text)));
 }
 
-/** Loads the page anew where it stands, once the one before is there. */
+/** Reloads the page at its scroll position, unless it is still loading. */
 function load(version) {
   const frame = byId("page");
   if (version === shown || frame.dataset.loading) return;
