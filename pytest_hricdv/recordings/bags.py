@@ -1,4 +1,4 @@
-"""Reads the messages of ROS 2 bags and MCAP files with their fields: CDR by type definitions, or JSON."""
+"""Reads the messages of ROS 2 bags and MCAP files and decodes their fields: CDR by type definitions, or JSON."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ Value = bool | float | str | tuple[float, ...]
 """The value of a field, or the numbers of an array."""
 
 Paths = Mapping[str, tuple[str, ...]]
-"""Fields, each with the names that lead to it."""
+"""Fields as paths, each with the names along the path."""
 
 MAX_ELEMENTS = 1000
-"""Elements of an array that are looked at one by one: an image has millions."""
+"""Most elements of an array that are read one by one: an image has millions."""
 
 SUFFIXES = (".mcap", ".db3")
 
 EMPTY_BYTES = 8
-"""Size of a message without fields, whose definition is empty: its header, and a byte in place of fields."""
+"""Size of a message without fields, whose definition is empty: a header, and a byte in place of fields."""
 
 MAX_EXACT = 2**53
-"""Integers below it are floats, too."""
+"""Integers below it are exact as floats."""
 
 MAX_DEFINITION = 1_000_000
-"""Characters of the definition of a type, with all that it uses: a hundred times those of a long one."""
+"""Length limit for the definition of a type with those that it uses: a hundred times that of a long one."""
 
 DEFINED_WITHIN_S = 10.0
 """Time limit (s of real time) for reading the definition of a type; a long one takes milliseconds."""
 
 
 def bag_files(path: Path) -> list[Path]:
-    """The files of a bag, to be read one after the other; a folder of SQLite is read as a whole.
+    """The files of a bag, in order.
 
     Raises:
-        UnreadableError: it is no bag.
+        UnreadableError: it is not a bag.
     """
     if not path.is_dir():
         if path.suffix not in SUFFIXES:
@@ -63,7 +63,7 @@ def _natural(file: Path) -> list[tuple[int, str]]:
 
 
 def read_messages(file: Path) -> Iterator[BagMessage]:
-    """The messages of a file, as far as it can be read.
+    """The messages of a file, up to the first error.
 
     Raises:
         UnreadableError: the rest cannot be read.
@@ -89,8 +89,8 @@ class Decoder:
     """Decodes messages.
 
     Args:
-        file_of: the interface file of a type such as "std_msgs/msg/Bool", for bags without definitions; None where
-            there is none.
+        file_of: type such as "std_msgs/msg/Bool" -> its interface file, for bags without definitions; None if there is
+            none.
     """
 
     def __init__(self, file_of: Callable[[str], Path | None]) -> None:
@@ -101,13 +101,13 @@ class Decoder:
         self._readers: dict[str, Callable[[bytes], Any]] = {}
 
     def fields(self, message: BagMessage, paths: Paths | None = None) -> dict[str, Value]:
-        """The fields of a message, those of messages in it by paths (`linear.x`).
+        """The fields of a message; those of inner messages by paths (`linear.x`).
 
         Args:
-            paths: those that are wanted, with their names; None for all.
+            paths: the fields to decode; None for all.
 
         Raises:
-            UnreadableError: its type is not known, or its bytes are none of it.
+            UnreadableError: its type is not known, or its bytes do not match the type.
         """
         content = self._content(message)
         if paths is None:
@@ -118,7 +118,7 @@ class Decoder:
             for name in names:
                 value = value.get(name) if type(value) is dict else getattr(value, name, None)
             kind = type(value)
-            if kind is float or kind is bool or kind is str:  # nearly always; no function is called for it
+            if kind is float or kind is bool or kind is str:  # nearly always: without a call of a function
                 picked[path] = value
             elif kind is int and -MAX_EXACT < value < MAX_EXACT:
                 picked[path] = float(value)
@@ -127,12 +127,12 @@ class Decoder:
         return picked
 
     def _content(self, message: BagMessage) -> Any:
-        """The message as a mapping (JSON), or as an object (CDR)."""
+        """The message as a mapping (JSON) or an object (CDR)."""
         _, kind, encoding, definition = message.topic
         if encoding == "json":
             return _parse_json(message.data)
         if encoding != "cdr":
-            named = encoding or "of no format that it names"
+            named = encoding or "in a format without a name"
             raise UnreadableError(f"its messages are {named}; expected cdr or json")
         read = self._readers.get(kind)
         if read is None and not definition and len(message.data) <= EMPTY_BYTES and self._file_of(kind) is None:
@@ -146,13 +146,13 @@ class Decoder:
         except KeyError as error:
             raise _type_error(str(error).strip("'")) from None
         except Exception as error:  # of its reader there are several
-            raise UnreadableError(f"its bytes are no {kind}: {error_text(error)}") from None
+            raise UnreadableError(f"its bytes are not a {kind}: {error_text(error)}") from None
 
     def _reader_of(self, kind: str) -> Callable[[bytes], Any]:
         return lambda data: self._types.deserialize_cdr(data, kind)
 
     def _add(self, kind: str, definition: str) -> None:
-        """Add the definition of a type, and of those in it."""
+        """Add the definition of a type and of those that it uses."""
         from rosbags.typesys import TypesysError, get_types_from_msg
 
         if kind in self._types.fielddefs:
@@ -182,11 +182,11 @@ class Decoder:
 
 
 def _type_error(kind: str) -> UnreadableError:
-    return UnreadableError(f"type {kind or 'unknown'} is defined neither in it, nor here: install its package")
+    return UnreadableError(f"type {kind or 'unknown'} is defined neither in the file nor here: install its package")
 
 
 def _type_name(field: Any) -> str:
-    """The type of messages that a field has, or an array of it; empty for numbers and texts."""
+    """The message type of a field, or of the elements of an array; empty for numbers and texts."""
     kind, content = field
     if kind.name == "NAME":
         return str(content)
@@ -208,7 +208,7 @@ def _parse_tolerantly(data: bytes) -> Any:
     try:
         return json.loads(data)
     except (ValueError, RecursionError):
-        raise UnreadableError("its bytes are no JSON") from None
+        raise UnreadableError("its bytes are not JSON") from None
 
 
 def _attributes(content: Any) -> Mapping[str, Any]:
@@ -242,7 +242,7 @@ def _number(value: float) -> float:
 
 
 def _sample(values: list[Any]) -> list[Any]:
-    """The elements of an array; of a long one, the extremes and some at equal distances."""
+    """The elements of an array; for a long one, its extremes and evenly spaced elements."""
     step = -(-len(values) // MAX_ELEMENTS)
     if step <= 1 or not isinstance(values[0], int | float):
         return values[:MAX_ELEMENTS]

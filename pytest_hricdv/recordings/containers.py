@@ -1,7 +1,7 @@
 """Reads the messages of MCAP files and of ROS 2 SQLite files as bytes.
 
-Such files come from anywhere. What they unpack to, how long a message is, and which tables and columns are looked at
-is limited here; no name in a file is followed, and none is opened for writing.
+Such files come from anywhere. Sizes of messages and of unpacked data are limited, only plain tables and columns are
+read, no name in a file is followed, and nothing is opened for writing.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 MAX_MESSAGE_BYTES = 100_000_000
-"""Greatest size of a message, and of what is unpacked at once: four images of 4K that are not compressed."""
+"""Greatest size of a message, and of data unpacked at once: four uncompressed images of 4K."""
 
 MAX_UNPACKING = 200
-"""How many times its size a file may unpack to (chosen): recordings do five to thirty times."""
+"""Greatest ratio of unpacked to packed size of a file (chosen): recordings have five to thirty."""
 
 MAX_TOPICS = 100_000
 """Topics, and definitions of types; a robot has hundreds."""
 
 
 class UnreadableError(ValueError):
-    """A message, or the rest of a file, cannot be read; the text says why."""
+    """A message, or the rest of a file, cannot be read; the text gives the reason."""
 
 
 class RecordedTopic(NamedTuple):
@@ -38,7 +38,7 @@ class RecordedTopic(NamedTuple):
 
 
 class BagMessage(NamedTuple):
-    """A message as it was written: when (ns), its bytes, and on which topic."""
+    """A message as recorded: time (ns), bytes, and topic."""
 
     time_ns: int
     data: bytes
@@ -50,9 +50,9 @@ _HEAD, _MESSAGE_HEAD = struct.Struct("<BQ"), struct.Struct("<HIQQ")
 
 
 def read_mcap(file: Path) -> Iterator[BagMessage]:
-    """The messages of an MCAP file in the order in which they were written. Raises errors of any kind.
+    """The messages of an MCAP file in the order of the file. Raises errors of any kind.
 
-    Records of messages, of which there are millions, are unpacked here; all others by the library.
+    Records of messages, which there are millions of, are parsed here; all others by the library.
     """
     from mcap.data_stream import ReadDataStream
     from mcap.opcode import Opcode
@@ -63,7 +63,7 @@ def read_mcap(file: Path) -> Iterator[BagMessage]:
     topics: dict[int, RecordedTopic] = {}
     left = MAX_UNPACKING * max(file.stat().st_size, 1_000_000)
     kinds = (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
-    with file.open("rb") as stream:  # needs no index, which a file that was cut off has not
+    with file.open("rb") as stream:  # the index is not used, as truncated files lack it
         for outer, data in _outer_records(stream):
             parts: Iterator[tuple[int, int, int]] = iter(((outer, 0, len(data)),))
             if outer == Opcode.CHUNK:
@@ -124,7 +124,7 @@ def _outer_records(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
 
 
 def _unpack(chunk: Any) -> bytes:
-    """The unpacked content of a chunk, with no more than the limit in memory."""
+    """The unpacked content of a chunk, with at most the limit in memory."""
     most = MAX_MESSAGE_BYTES + 1
     if chunk.compression == "zstd":
         import zstandard
@@ -144,7 +144,7 @@ def _unpack(chunk: Any) -> bytes:
 
 
 def _records(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """The records of a chunk, one after the other: kind, begin and end. A list would take a hundred times its bytes."""
+    """The records of a chunk: kind, begin and end. A list would take a hundred times its bytes."""
     place, last = 0, len(data)
     unpack = _HEAD.unpack_from
     while place < last:
@@ -152,12 +152,12 @@ def _records(data: bytes) -> Iterator[tuple[int, int, int]]:
         begin = place + 9
         place = begin + length
         if place > last or kind == 0:
-            raise UnreadableError("a chunk has a record that is none, or ends within one")
+            raise UnreadableError("a chunk has an invalid record, or ends within one")
         yield kind, begin, place
 
 
 def read_sqlite(file: Path) -> Iterator[BagMessage]:
-    """The messages of an SQLite file of ROS 2 in the order in which they were written. Raises errors of any kind."""
+    """The messages of an SQLite file of ROS 2 in the order of the file. Raises errors of any kind."""
     address = f"{file.absolute().as_uri()}?mode=ro&immutable=1"
     with closing(sqlite3.connect(address, uri=True, isolation_level=None)) as database:
         database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES)
@@ -182,7 +182,7 @@ def read_sqlite(file: Path) -> Iterator[BagMessage]:
             if not (number in topics and isinstance(time_ns, int) and isinstance(data, bytes)):
                 raise UnreadableError("a row of its messages has no topic, time or data")
             if data.startswith(_ZSTD):
-                raise UnreadableError("its messages are compressed; write it anew with: ros2 bag convert")
+                raise UnreadableError("its messages are compressed; convert it with: ros2 bag convert")
             yield BagMessage(time_ns, data, topics[number])
 
 

@@ -16,20 +16,20 @@ CLOCK = "/clock"
 NS_PER_S = 1_000_000_000
 
 JITTER_S = 1.0
-"""How far messages may be written out of order, as recorders with a cache do; more is a clock that was set back."""
+"""Greatest disorder of messages, as of recorders with a cache; beyond it, the clock was set back."""
 
 PAUSE_S = 600.0
 """A longer pause of all topics is a jump of the clock, or the beginning of another recording."""
 
 MAX_VALUES = 3_000_000
-"""Messages and values of fields that are kept at once: they take 500 MB."""
+"""Messages and values of fields in memory at once; they take 500 MB."""
 
 MAX_PARTS = 1000
-"""Jumps of a clock; a log with more has no clock."""
+"""Most jumps of a clock; a log with more has no clock."""
 
 
 class RecordedSample(NamedTuple):
-    """A message: when (s), on which topic, and its fields; these are empty if nobody asked for them."""
+    """A message: its time (s), topic and fields, which are empty unless they were asked for."""
 
     time_s: float
     topic: str
@@ -38,10 +38,10 @@ class RecordedSample(NamedTuple):
 
 NOTHING: Mapping[str, Value] = {}
 UNREAD: Mapping[str, Value] = {}
-"""The fields of a message that could not be read: this very object."""
+"""The fields of a message that could not be read; compared by identity."""
 
 TICK = ""
-"""The topic of what `/clock` said."""
+"""The topic of a message of `/clock`."""
 
 
 def clock_s(data: bytes) -> float:
@@ -50,13 +50,13 @@ def clock_s(data: bytes) -> float:
 
 
 MAX_HELD = 100_000
-"""Messages that wait for the next one of `/clock`; and, at the beginning, for the first."""
+"""Most messages that wait for the next one of `/clock`, also for the first."""
 
 
 def times_of_clock(samples: Iterable[RecordedSample]) -> Iterator[RecordedSample]:
-    """The messages with the times that the clock of the simulation had then, between its messages linearly.
+    """The messages with times of the clock of the simulation, interpolated between its messages.
 
-    As recorded up to its first message, where this is not among the first of the recording.
+    If its first message comes late in the recording, earlier ones keep the time of the recorder.
     """
     held: list[RecordedSample] = []
     ticks: list[tuple[float, float]] = []
@@ -90,10 +90,18 @@ def _between(held: Iterable[RecordedSample], ticks: Sequence[tuple[float, float]
 
 
 class MessageOrder:
-    """Puts messages into the order of time: those wait that a later one may have to precede."""
+    """Puts messages into the order of time. A message waits until no later one can precede it.
 
-    def __init__(self, name: str, jitter_s: float, *, jumps: bool) -> None:
-        self._name, self._jitter_s, self._splits = name, jitter_s, jumps
+    Nearly all come in order, so a queue is kept and only late ones are in a heap.
+
+    Args:
+        name: of the recording.
+        jitter_s: greatest disorder of messages.
+        splits: whether the clock may jump, which begins another part.
+    """
+
+    def __init__(self, name: str, jitter_s: float, *, splits: bool) -> None:
+        self._name, self._jitter_s, self._splits = name, jitter_s, splits
         self._part = self._number = self._more = 0
         self._last_s = math.nan
         self._waiting: deque[RecordedSample] = deque()  # in order
@@ -101,7 +109,7 @@ class MessageOrder:
         self._jumps: list[str] = []
 
     def add(self, sample: RecordedSample) -> Iterable[tuple[int, RecordedSample]]:
-        """Add the next message; returns those that nothing precedes any more."""
+        """Add the next message; returns those that nothing can precede any more."""
         time_s, waiting = sample.time_s, self._waiting
         self._number += 1
         step_s = time_s - self._last_s
@@ -157,5 +165,5 @@ class MessageOrder:
             self._more += 1
 
     def jumps(self) -> list[str]:
-        """The first jumps, a sentence each, and how many more there are."""
+        """The first jumps, a sentence each, and the number of further ones."""
         return [*self._jumps, *([f"{self._name}: {self._more} more"] if self._more else [])]

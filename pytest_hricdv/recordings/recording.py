@@ -1,6 +1,6 @@
 """Reads recordings: ROS 2 bags (MCAP, SQLite), and MCAP files with JSON messages, as `--hri-mcap` writes them.
 
-What is wrong with one is a sentence, and all else of it is used.
+Each problem of a recording is a sentence; the rest of it is used.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ class Recording:
     Args:
         name: of the file, for people.
         topics: name -> type.
-        parts: its messages in the order of time; several parts where the clock jumped.
-        problems: what is wrong with it, a sentence each.
-        notes: what is to be known of it, likewise.
-        is_cut: whether not all of it could be read.
+        parts: its messages in the order of time; a new part begins where the clock jumped.
+        problems: a sentence each.
+        notes: on its times, likewise.
+        is_cut: whether a part of it could not be read.
     """
 
     name: str
@@ -58,11 +58,11 @@ class Recording:
 def read_recordings(
     paths: Sequence[Path], wanted: Callable[[str], bool], file_of: Callable[[str], Path | None]
 ) -> list[Recording]:
-    """Read recordings, as far as they are not too long to be kept.
+    """Read recordings into memory, up to a limit.
 
     Args:
-        paths: of bags (folders, or files of them) and MCAP files; of other folders, each file in it is one recording.
-        wanted: whether the fields of a topic are of use.
+        paths: of bags (folders, or files of them) and MCAP files; each file in other folders is a recording.
+        wanted: whether the fields of a topic are needed.
         file_of: the interface file of a type of ROS 2; None if there is none.
     """
     return [_read(reader, wanted) for reader in recording_readers(paths, file_of)]
@@ -73,13 +73,13 @@ def recording_readers(paths: Sequence[Path], file_of: Callable[[str], Path | Non
     readers = [RecordingReader(path, part, file_of) for path in paths for part in _separate(path)]
     count = Counter(reader.name for reader in readers)
     for reader in readers:
-        if count[reader.name] > 1:  # runs of a fleet have the same name in different folders
+        if count[reader.name] > 1:  # logs of a fleet have the same name in different folders
             reader.name = str(reader.path)
     return readers
 
 
 def _separate(path: Path) -> list[Path]:
-    """A bag as a whole; of a folder without metadata, its files: each begins for itself, as traces of tests do."""
+    """A bag as a whole; in a folder without metadata, each file is a recording, as traces of tests are."""
     if not path.is_dir() or (path / "metadata.yaml").exists():
         return [path]
     files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3"))
@@ -102,21 +102,21 @@ def _read(reader: RecordingReader, wanted: Callable[[str], bool]) -> Recording:
 
 
 class RecordingReader:
-    """Reads one recording, as often as needed. Never more than a second of it is in memory.
+    """Reads one recording, any number of times, with a second of it in memory.
 
     Args:
-        asked: the path that was named.
-        path: of the file or bag; itself, or in a folder that was named.
+        asked: the path that the user gave.
+        path: of the file or bag: the same, or inside of that folder.
         file_of: see `read_recordings`.
 
     Attributes:
         name: for people.
-        types: topic -> type, of what was read up to now, as are all that follow.
-        count: messages.
-        problems: what kept the rest from being read.
-        unreadable: topic -> how many messages have fields that cannot be read, and why.
+        types: topic -> type, of the part read so far, as are all that follow.
+        count: number of messages.
+        problems: why the rest was not read.
+        unreadable: topic -> number of messages with fields that cannot be read, and the reason.
         jumps: of the clock, a sentence each.
-        base_ns: times of messages count from then on (ns): since 1970, they would be known to a quarter of a us only.
+        base_ns: origin of the times of messages (ns): as floats since 1970, they would be exact to 0.25 us only.
     """
 
     def __init__(self, asked: Path, path: Path, file_of: Callable[[str], Path | None]) -> None:
@@ -137,15 +137,15 @@ class RecordingReader:
 
     @property
     def is_cut(self) -> bool:
-        """Whether not all of it could be read."""
+        """Whether a part of it could not be read."""
         return bool(self.problems)
 
     @property
     def notes(self) -> list[str]:
-        """Notes on it, a sentence each."""
+        """Notes on its times, a sentence each."""
         if self._has_clock:
-            return [f"{self.name}: times are those of {CLOCK}, as the nodes had them"]
-        return [f"{self.name}: has no {CLOCK}: times are those at which messages were recorded"] if self._is_ros else []
+            return [f"{self.name}: times are those of {CLOCK}"]
+        return [f"{self.name}: has no {CLOCK}: times are those of the recorder"] if self._is_ros else []
 
     def unreadable_lines(self) -> Iterator[str]:
         """Lines on unreadable messages."""
@@ -166,15 +166,15 @@ class RecordingReader:
         """The messages in the order of time, each with the number of its part (from 0): the clock jumps between parts.
 
         Args:
-            fields_of: of a topic: the fields that are of use; empty for all, None for none.
-            stamp: when a message was, by itself (s); None: it is left out.
-            jitter_s: how far messages may be out of order.
+            fields_of: topic -> the fields that are needed; empty for all, None for none.
+            stamp: message -> its own time (s); None to leave it out.
+            jitter_s: greatest disorder of messages.
             jumps: whether the clock may jump.
-            from_zero: times are those of the recording, which begins at 0; otherwise they are since its first message.
+            from_zero: whether the times of the recording begin at 0; otherwise they are since its first message.
             most: number of messages and values that the caller can keep; later ones are not read.
         """
         self._begin()
-        order = MessageOrder(self.name, jitter_s, jumps=jumps)
+        order = MessageOrder(self.name, jitter_s, splits=jumps)
         add = order.add
         for sample in times_of_clock(self._decoded(fields_of, most, is_based=not from_zero)):
             if stamp is not None:
@@ -194,7 +194,7 @@ class RecordingReader:
     def _decoded(
         self, fields_of: Callable[[str], Paths | None], most: float, *, is_based: bool
     ) -> Iterator[RecordedSample]:
-        """The messages as they were written, as far as they can be read, with the times of the recorder."""
+        """The messages in the order of the file, up to the first error, with the times of the recorder."""
         decode, topics = Decoder(self._file_of).fields, dict[str, Paths | None]()
         try:
             for file in bag_files(self.path):

@@ -35,7 +35,7 @@ def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timel
         messages=tuple(map(_message, record.messages)),
         signals={name: _signal(*series, end_s) for name, series in sorted(record.signals.items())},
         triggers={
-            verdict.requirement: " ".join(map(_trigger, verdict.history)) for verdict in verdicts if verdict.history
+            verdict.requirement: " ".join(map(trigger_text, verdict.history)) for verdict in verdicts if verdict.history
         },
         checksums=dict(sorted(_checksums(record))),
         texts={
@@ -55,7 +55,8 @@ def _cut(value: Value) -> Value:
     return cut(value, MAX_LINE) if isinstance(value, str) else value
 
 
-def _trigger(trigger: Trigger) -> str:
+def trigger_text(trigger: Trigger) -> str:
+    """A trigger as a timeline has it."""
     return f"{_time(trigger.begin_s)}-{_time(trigger.end_s)}{_MARKS[trigger.outcome]}"
 
 

@@ -88,7 +88,7 @@ def test_times_are_those_of_the_clock_of_the_simulation(tmp_path: Path) -> None:
     ticks = [(float(n), "/clock", clock(n / 4)) for n in range(20)]
     entries = sorted([*ticks, (2.0, "/said", text("a")), (4.0, "/said", text("b"))])
     (recording,) = reading(write_mcap(tmp_path / "run.mcap", entries, TRAY))
-    assert recording.notes == ("run.mcap: times are those of /clock, as the nodes had them",)
+    assert recording.notes == ("run.mcap: times are those of /clock",)
     gaps = observe([recording]).topics["said"].gaps
     assert gaps is not None
     assert gaps.low == pytest.approx(0.5)
@@ -133,7 +133,7 @@ BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
     "no message": (lambda f: write_mcap(f / "run.mcap", []), "run.mcap: has no messages: nothing was observed", 0),
     "unknown type": (
         lambda f: write_mcap(f / "run.mcap", said([0.0, 1.0]), {"/said": "odd_msgs/msg/Odd"}),
-        "run.mcap: /said: type odd_msgs/msg/Odd is defined neither in it, nor here: install its package; of 2 messages",
+        "type odd_msgs/msg/Odd is defined neither in the file nor here: install its package; of 2 messages",
         2,
     ),
     "other format": (
@@ -143,17 +143,17 @@ BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
     ),
     "big endian": (
         lambda f: write_mcap(f / "run.mcap", [(0.0, "/said", b"\x00\x00\x00\x00\x00\x00\x00\x01a\x00")], SAID),
-        "run.mcap: /said: its bytes are no std_msgs/msg/String",
+        "run.mcap: /said: its bytes are not a std_msgs/msg/String",
         1,
     ),
     "too few bytes": (
         lambda f: write_mcap(f / "run.mcap", [(0.0, "/said", text("a long text")[:-5])], SAID),
-        "run.mcap: /said: its bytes are no std_msgs/msg/String",
+        "run.mcap: /said: its bytes are not a std_msgs/msg/String",
         1,
     ),
     "no JSON": (
         lambda f: write_mcap(f / "run.mcap", [(0.0, "/said", b"{"), (1.0, "/said", {"data": "a"})]),
-        "run.mcap: /said: its bytes are no JSON; of 1 message only the times are used",
+        "run.mcap: /said: its bytes are not JSON; of 1 message only the times are used",
         2,
     ),
     "clock set back": (

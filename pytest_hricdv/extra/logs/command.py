@@ -1,16 +1,16 @@
 """`hricdv check`: the testbench's requirements on logs of the real robot.
 
-    hricdv check hri-report/traces              # files of --hri-mcap: nothing else is needed
-    hricdv check run1.mcap --map-draft          # a map of topics and fields, to be completed
+    hricdv check hri-report/traces              # files of --hri-mcap need no map
+    hricdv check run1.mcap --map-draft          # draft a map from topics and fields, to be completed
     hricdv check run1.mcap bag/ --map map.toml
     hricdv check run1.mcap --map map.toml --to-tests logged.txt   # then: pytest --hri-suite=logged.txt
 
     hricdv check logs/ --map map.toml --against hri-report -o log-report
 
-Logs are MCAP files (JSON, ROS 2), and bags of ROS 2 (folders, *.db3). Several are a suite. Where a log has no data, or
-lacks a topic, requirements that read it are unknown, and never passed; where its clock jumps, it is judged in parts.
-The exit status is 0 where each requirement has passed in a log, and failed in none unless that is known; 1 otherwise;
-2 where a log or the map cannot be read.
+Logs are MCAP files (JSON or ROS 2) and bags of ROS 2 (folders, *.db3). Several logs form a suite. If a log lacks data
+or a topic, the requirements that read it are unknown, never passed. If its clock jumps, each part is judged separately.
+The exit status is 0 if each requirement passed in a log and no violation is new, 1 otherwise, and 2 if a log or the map
+cannot be read.
 """
 
 from __future__ import annotations
@@ -28,42 +28,38 @@ from pytest_hricdv._base.message import InputError, visible
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.logs.feature import FleetComparison
-    from pytest_hricdv.extra.logs.fleet import Fleet
-    from pytest_hricdv.extra.logs.judging import JudgedRun, LogVerdict
+    from pytest_hricdv.extra.logs.judging import JudgedRun
     from pytest_hricdv.extra.logs.log_map import LogMap
-    from pytest_hricdv.extra.logs.log_report import LogReport
-    from pytest_hricdv.extra.logs.logged_actions import LoggedActions
+    from pytest_hricdv.monitor import Verdict
     from pytest_hricdv.recordings.bags import Value
     from pytest_hricdv.recordings.recording import RecordingReader
+    from pytest_hricdv.results.model import Report
     from pytest_hricdv.session.run_context import RunContext
 
 PURPOSE = "judge logs of the real robot by the testbench's requirements"
 OK, VIOLATED, USAGE = 0, 1, 2
 DRAFTED_FROM = 100_000
-"""Messages of a log that the draft of a map is made from: the first ones."""
+"""Number of messages of a log, from its beginning, that a map is drafted from."""
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command `check` to those of `hricdv`."""
-    parser = commands.add_parser("check", help=PURPOSE, description=__doc__)
+    parser = commands.add_parser(
+        "check", help=PURPOSE, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.set_defaults(do=do)
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="MCAP file, bag, or folder of them")
-    parser.add_argument(
-        "--map", type=Path, metavar="MAP.toml", help="a map from topics and fields to messages and signals"
-    )
-    parser.add_argument("--map-draft", action="store_true", help="print a draft of such a map, as far as names match")
-    parser.add_argument(
-        "--to-tests", type=Path, metavar="FILE.txt", help="write what people do in the logs as abstract tests"
-    )
-    parser.add_argument(
-        "--against", type=Path, metavar="REPORT", help="say what its tests cover that no log shows, and the reverse"
-    )
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="write a report of the logs, with its page")
-    parser.add_argument("--json", action="store_true", help="print the verdicts as JSON, a line for each log")
+    add = parser.add_argument
+    add("logs", nargs="+", type=Path, metavar="LOG", help="MCAP file, bag, or folder of them")
+    add("--map", type=Path, metavar="MAP.toml", help="maps topics and fields to messages and signals")
+    add("--map-draft", action="store_true", help="print a draft of such a map; equal names are filled in")
+    add("--to-tests", type=Path, metavar="FILE.txt", help="write the actions of people in the logs as abstract tests")
+    add("--against", type=Path, metavar="REPORT", help="list what its tests cover and no log shows, and the reverse")
+    add("-o", "--output", type=Path, metavar="DIR", help="write a report of the logs, with its page")
+    add("--json", action="store_true", help="print the verdicts as JSON, a line for each log")
 
 
 class _Checking:
-    """Does all in pytest's place once it has loaded the project's conftest, which has the testbench."""
+    """Takes the place of the session once pytest has loaded the project's conftest, which has the testbench."""
 
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
@@ -88,7 +84,7 @@ class _Checking:
 
 def do(options: argparse.Namespace) -> int:
     """Judge the logs; returns the exit status."""
-    # Nothing is rewritten: it would warn of modules that this command has imported.
+    # Assertions are not rewritten: pytest would warn about modules that this command has imported.
     status = pytest.main(["--assert=plain", "-p", "no:cacheprovider"], plugins=[_Checking(options)])
     return USAGE if status == pytest.ExitCode.USAGE_ERROR else int(status)
 
@@ -135,7 +131,7 @@ def _write_tests(options: argparse.Namespace, context: RunContext) -> int:
     for text in logged.notes:
         print(visible(f"note: {text}"), file=sys.stderr)
     if not logged.drafts:
-        raise InputError("--to-tests: in no log does anybody do anything that the map knows; nothing was written")
+        raise InputError("--to-tests: no log has an action of the map; nothing was written")
     try:
         write_text(options.to_tests, dump_tests(identify("logged", 0, logged.drafts)))
     except OSError as error:
@@ -146,31 +142,28 @@ def _write_tests(options: argparse.Namespace, context: RunContext) -> int:
 
 
 class _LogCheck:
-    """Judges logs one after the other, and says what they show together."""
+    """Judges logs one by one, then reports on all of them."""
 
     def __init__(self, options: argparse.Namespace, context: RunContext) -> None:
         from pytest_hricdv.execution.run_monitors import formulas
-        from pytest_hricdv.extra.logs import fleet, log_map, log_report, logged_actions
+        from pytest_hricdv.extra.logs import log_map, log_report, logged_actions
 
         self._options, self._context = options, context
         testbench = context.collection.testbench
         self._testbench, self._vocabulary = testbench, testbench.vocabulary()
         self._requirements = formulas(context.requirements)
-        self._map = log_map.read_map(options.map, self._vocabulary, testbench.cross) if options.map else None
-        has_actions = self._map is not None and self._map.actions
-        self._actions: LoggedActions | None = (
-            logged_actions.LoggedActions(testbench.concretization, self._map) if self._map and has_actions else None
+        given = log_map.read_map(options.map, self._vocabulary, testbench.cross) if options.map else None
+        self._map = given
+        self._actions = (
+            logged_actions.LoggedActions(testbench.concretization, given) if given and given.actions else None
         )
-        self._fleet: Fleet = fleet.Fleet(
-            [requirement.id for requirement in self._requirements],
-            testbench.cross,
-            context.options.gates.allowed_untriggered.keys(),
-        )
-        self._report: LogReport | None = log_report.LogReport(context, self._requirements) if options.output else None
+        self._report = log_report.LogReport(context, self._requirements)
 
     def run(self) -> int:
-        """Judge all; returns the exit status."""
+        """Judge all logs; returns the exit status."""
+        from pytest_hricdv.extra.logs.log_report import summary_lines
         from pytest_hricdv.monitor.monitor_set import MonitorError
+        from pytest_hricdv.report.totals import has_failed, list_gate_failures
         from pytest_hricdv.results.codec import load
 
         tests = None if self._options.against is None else load(self._options.against)  # before an hour of logs
@@ -179,40 +172,32 @@ class _LogCheck:
             try:
                 self._judge(recording)
             except (MonitorError, InputError) as error:  # the other logs are judged
-                self._note(f"error: check: {recording.name}: {error}")
+                text = f"error: check: {recording.name}: {error}"
+                print(visible(text), file=sys.stderr)
+                self._report.problems.append(text)
                 is_read = False
             is_read &= _say_problems(recording)
-        lines, comparison = [*self._fleet.lines()], None
-        if tests is not None:
-            from pytest_hricdv.extra.logs.feature import FleetComparison
-            from pytest_hricdv.extra.logs.fleet import compare
-
-            only_tests, only_logs = compare(self._fleet, tests)
-            comparison = FleetComparison(
-                against=str(self._options.against),
-                only_tests=tuple(only_tests.lines("tests, and no log")),
-                only_logs=tuple(only_logs.lines("logs, and no test")),
-            )
+        report = self._report.make()
+        lines = [*summary_lines(report), *(f"  {fault}" for fault in self._report.faults)]
+        comparison = None if tests is None else self._compare(report, tests)
+        if comparison is not None:
             lines += [*comparison.only_tests, *comparison.only_logs]
-            if self._options.json:
-                print(json.dumps({"only_tests": only_tests.data, "only_logs": only_logs.data}))
         if not self._options.json:
             print(visible("\n".join(lines), keep="\n"))
-        self._write(comparison)
+        if self._options.output is not None:
+            self._write(report, comparison)
         if not is_read:
             return USAGE
-        return OK if self._fleet.is_good else VIOLATED
+        return VIOLATED if has_failed(report) or list_gate_failures(report) else OK
 
     def _judge(self, recording: RecordingReader) -> None:
         from pytest_hricdv.extra.logs import judging, logged_run
 
         reader = logged_run.LogReader(recording, self._map_of(recording), self._vocabulary)
-        for judged in judging.judge(
-            reader, self._requirements, self._context.known_when, self._actions, draws=self._report is not None
-        ):
-            cross = self._fleet.add(judged, self._context.known_violations)
-            if self._report is not None:
-                self._report.add(judged, cross)
+        draws = self._options.output is not None
+        known_when = self._context.known_when
+        for judged in judging.judge(reader, self._requirements, known_when, self._actions, draws=draws):
+            self._report.add(judged)
             self._show(judged)
 
     def _map_of(self, recording: RecordingReader) -> LogMap:
@@ -223,46 +208,54 @@ class _LogCheck:
         for _ in recording.samples(lambda topic: None):
             pass
         if recording.count and "/hricdv/end" not in recording.types:
-            raise InputError("no trace of --hri-mcap: expected --map; --map-draft begins one")
-        return of_own_trace(recording.types, self._vocabulary, self._testbench.cross)
+            raise InputError("not a trace of --hri-mcap: expected --map; --map-draft drafts one")
+        names = {requirement.id for requirement in self._context.requirements}
+        return of_own_trace(recording.types, self._vocabulary, self._testbench.cross, names)
 
-    def _note(self, text: str) -> None:
-        print(visible(text), file=sys.stderr)
-        if self._report is not None:
-            self._report.problems.append(text)
+    def _compare(self, logs: Report, tests: Report) -> FleetComparison:
+        from pytest_hricdv.extra.logs.comparison import Occurrences
+        from pytest_hricdv.extra.logs.feature import FleetComparison
+
+        names, commands = logs.requirements.keys() & tests.requirements.keys(), self._report.commands
+        logged = Occurrences.of(logs, names, commands)
+        tested = Occurrences.of(tests, names, None if commands else ())  # without a map of actions there is none
+        only_tests, only_logs = tested.without(logged), logged.without(tested)
+        if self._options.json:
+            print(json.dumps({"only_tests": only_tests.data, "only_logs": only_logs.data}))
+        return FleetComparison(
+            against=str(self._options.against),
+            only_tests=tuple(only_tests.lines("only in tests")),
+            only_logs=tuple(only_logs.lines("only in logs")),
+        )
 
     def _show(self, judged: JudgedRun) -> None:
         run = judged.run
         if self._options.json:
             content = {
-                each.requirement: {"verdict": each.verdict, "margin": each.margin, "unknown": each.unknown}
-                for each in judged.verdicts
+                name: {"verdict": judged.word(name), "margin": verdict.margin, "unknown": judged.unknown.get(name, "")}
+                for name, verdict in judged.verdicts.items()
             }
             print(json.dumps({"log": run.name, "end_s": run.end_s, "requirements": content}))
             return
         print(visible(f"{run.name}: {run.end_s:.3f} s"))
-        texts = {requirement.id: requirement.text for requirement in self._requirements}
-        for each in judged.verdicts:
-            for line in _lines(each, self._vocabulary.units, texts[each.requirement]):
+        for requirement in self._requirements:
+            name = requirement.id
+            verdict, unknown = judged.verdicts[name], judged.unknown.get(name, "")
+            for line in _lines(judged.word(name), unknown, verdict, self._vocabulary.units, requirement.text):
                 print(visible(line))
 
-    def _write(self, comparison: FleetComparison | None) -> None:
-        if self._report is None:
-            return
+    def _write(self, report: Report, comparison: FleetComparison | None) -> None:
         from pytest_hricdv.extra.logs.feature import FLEET
         from pytest_hricdv.report.files import prepare, write
 
-        counts = self._fleet.verdicts.items()
-        gates = [f"{name} is unknown in {count['unknown']} logs" for name, count in counts if count["unknown"]]
-        gates += [f"{name} was checked in no log" for name in self._fleet.gaps]
         prepare(self._options.output)
-        files = write(FLEET.put(self._report.make([*gates, *self._fleet.faults]), comparison), self._options.output)
+        files = write(FLEET.put(report, comparison), self._options.output)
         if not self._options.json:
             print(visible(f"  {files[-1]}"))
 
 
 def _say_problems(recording: RecordingReader) -> bool:
-    """Print what is wrong with a log; returns whether all of it was read."""
+    """Print the problems of a log; returns whether all of it was read."""
     for text in (*recording.problems, *recording.unreadable_lines(), *recording.jumps, *recording.notes):
         print(visible(f"note: {text}"), file=sys.stderr)
     if not recording.count and not recording.problems:
@@ -270,16 +263,15 @@ def _say_problems(recording: RecordingReader) -> bool:
     return bool(recording.count) and not recording.is_cut
 
 
-def _lines(each: LogVerdict, units: Mapping[str, str], text: str) -> Iterator[str]:
+def _lines(word: str, unknown: str, verdict: Verdict, units: Mapping[str, str], text: str) -> Iterator[str]:
     from pytest_hricdv.report.explanation import near_miss
     from pytest_hricdv.report.violations import margin_text, unit_of, violation_line
 
     unit = unit_of(text, units)
-    margin = "" if each.margin is None else f"  margin {margin_text(each.margin, unit)}"
-    yield f"  {each.requirement:<6} {each.verdict:<8}{margin}"
-    if each.unknown:
-        yield f"         {each.unknown}"
-    for part in each.stretches:
-        yield from (f"         {violation_line(violation, units, unit)}" for violation in part.violations)
-        if part.near_miss and each.verdict == "NC":
-            yield f"         {near_miss(part.near_miss)}"
+    margin = "" if verdict.margin is None else f"  margin {margin_text(verdict.margin, unit)}"
+    yield f"  {verdict.requirement:<6} {word:<8}{margin}"
+    if unknown:
+        yield f"         {unknown}"
+    yield from (f"         {violation_line(violation, units, unit)}" for violation in verdict.violations)
+    if verdict.near_miss:
+        yield f"         {near_miss(verdict.near_miss)}"

@@ -1,4 +1,4 @@
-"""Expressions of a map: a number computed from several fields of a message, as `hypot(speed.x, speed.y)`."""
+"""Expressions of a map: a number computed from fields of a message, such as `hypot(speed.x, speed.y)`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _OPERATORS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
     ast.Div: lambda a, b: a / b,
 }
 MAX_CHARACTERS = 1000
-"""Of an expression: its nodes cannot be nested deeper."""
+"""Length limit, which also limits the depth of nested nodes."""
 
 _Part = Callable[[Mapping[str, float]], float]
 
@@ -32,9 +32,9 @@ class Expression:
     """An expression.
 
     Args:
-        text: as it was written.
+        text: as written.
         names: of the fields in it, with dots.
-        problem: what is wrong with it; empty for nothing.
+        problem: why it cannot be used; empty if it can.
     """
 
     text: str
@@ -43,12 +43,12 @@ class Expression:
     _compute: _Part
 
     def problems(self, name: str) -> Iterator[str]:
-        """What is wrong with it, for the name that has its value."""
+        """Its problem, for the name that gets its value."""
         if self.problem:
             yield f"{name}: expression {quote(self.text)}: {self.problem}"
 
     def value(self, name: str, fields: Mapping[str, Value]) -> float:
-        """Its value. Raises InputError where a field is no number, or the value is none."""
+        """Its value. Raises InputError if a field is not a number, or the value is not."""
         numbers = {}
         for path in self.names:
             number = fields.get(path)
@@ -56,7 +56,7 @@ class Expression:
                 at = (
                     "its messages have no field " + path + nearest(path, fields)
                     if number is None
-                    else f"{path} is none"
+                    else f"{path} is not one"
                 )
                 raise InputError(f"{name}: expression {quote(self.text)}: expected numbers; {at}")
             numbers[path] = number
@@ -68,7 +68,7 @@ class Expression:
 
 @cache
 def parse_expression(text: str) -> Expression:
-    """The expression of a text, with its problem where it is none; nothing of the text is run as code."""
+    """The expression of a text, or its problem; nothing in the text is run as code."""
     names: dict[str, None] = {}
     problem, part = "", _constant(math.nan)
     try:
@@ -112,4 +112,4 @@ def _path(node: ast.expr) -> str:
         case ast.Attribute(value=value, attr=name):
             return f"{_path(value)}.{name}"
         case _:
-            raise SyntaxError("expected a field, as pose.position.x")
+            raise SyntaxError("expected a field, such as pose.position.x")

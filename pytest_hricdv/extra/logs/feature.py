@@ -1,4 +1,4 @@
-"""What a report has of checked logs, and how its page shows it: what is unknown, and how logs compare with tests."""
+"""Checked logs in a report and on its page: requirements without data, and the comparison with tests."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 class FleetComparison(PlainRecord, frozen=True, kw_only=True):
-    """How logs compare with tests.
+    """The comparison of logs with tests.
 
     Args:
         against: the report of the tests.
         only_tests: what tests cover and no log shows, a sentence each.
-        only_logs: the other way round.
+        only_logs: the reverse.
     """
 
     against: str
@@ -28,7 +28,7 @@ class FleetComparison(PlainRecord, frozen=True, kw_only=True):
 
 
 UNKNOWN: TestSection[Mapping[str, str]] = TestSection("unknown", Mapping[str, str], {})
-"""Of a log: requirement -> why nobody knows whether it holds, as there are no data. It counts as not checked."""
+"""Of a log: requirement -> why data for it are missing. It counts as not checked."""
 
 FLEET: Section[FleetComparison | None] = Section("fleet", FleetComparison | None, None)
 
@@ -37,12 +37,12 @@ SECTIONS = (FLEET,)
 
 
 class LogsView(View):
-    """Gaps of each log, and what only tests or only logs show."""
+    """The requirements that are unknown in each log, and the comparison with tests."""
 
     name = "logs"
 
     def section(self, report: Report) -> PageSection | None:
-        """All of it, beside the other views."""
+        """A view of its own."""
         from pytest_hricdv.report.tests_view import anchor
 
         logs, fleet = [test for test in report.tests if test.suite == "logs"], FLEET.of(report)
@@ -59,15 +59,15 @@ class LogsView(View):
         return PageSection("logs", "Logs", "logs/logs.html.jinja", values)
 
     def facts(self, test: TestResult) -> Mapping[str, str]:
-        """What is unknown of a log."""
+        """The requirements that are unknown in a log."""
         return {"Unknown": "; ".join(f"{name}: {why}" for name, why in UNKNOWN.of(test).items())}
 
     def of_requirement(self, report: Report, name: str) -> RequirementNote | None:
-        """In how many logs a requirement is unknown."""
+        """The number of logs in which a requirement is unknown."""
         count = sum(name in UNKNOWN.of(test) for test in report.tests)
         if not count:
             return None
-        return RequirementNote("In", f"{count} of {len(report.tests)} logs", "it is unknown: they lack data for it.")
+        return RequirementNote("In", f"{count} of {len(report.tests)} logs", "it is unknown: data for it are missing.")
 
 
 VIEW = LogsView()

@@ -1,4 +1,4 @@
-"""Judges logs, message by message. If a log has no data for a requirement, the verdict is unknown, never passed."""
+"""Judges logs message by message. Without data for a requirement, its verdict is unknown, never passed."""
 
 from __future__ import annotations
 
@@ -23,63 +23,38 @@ from pytest_hricdv.monitor.logged import masked, what_masks
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.monitor.verdict import NearMiss, RequirementResult, Verdict
+from pytest_hricdv.monitor.verdict import NearMiss, Verdict
 from pytest_hricdv.recordings.bags import Value
 from pytest_hricdv.report.formatting import plural
 
 MAX_KEPT = 1000
-"""Violations of a requirement that are kept, and triggers; the others are counted."""
-
-
-@dataclass(frozen=True)
-class LogVerdict:
-    """A verdict on a log: that of the monitors for each stretch that has data, and what makes it unknown, if it is."""
-
-    requirement: str
-    stretches: tuple[Verdict, ...]
-    unknown: str = ""
-
-    @property
-    def verdict(self) -> str:
-        """Failed, where any stretch fails; unknown, where data is missing; otherwise that of the monitors."""
-        if any(part.verdict == "Failed" for part in self.stretches):
-            return "Failed"
-        return "unknown" if self.unknown or not self.stretches else self.stretches[0].verdict
-
-    @property
-    def margin(self) -> float | None:
-        """The least of all stretches."""
-        return min((part.margin for part in self.stretches if part.margin is not None), default=None)
-
-    @property
-    def result(self) -> RequirementResult:
-        """As a report has it: an unknown one is not checked, whatever the stretches say."""
-        parts = self.stretches
-        if len(parts) == 1 and not self.unknown:
-            return parts[0].result
-        return RequirementResult(
-            verdict="Failed" if self.verdict == "Failed" else "NC",
-            triggers=sum(part.triggers for part in parts),
-            passes=sum(part.passes for part in parts),
-            failures=sum(part.failures for part in parts),
-            untriggered=int(not any(part.triggers for part in parts)),
-            pending=sum(part.pending for part in parts),
-            violations=tuple(violation for part in parts for violation in part.violations)[:MAX_KEPT],
-            margin=self.margin,
-            margin_time_s=next((part.margin_time_s for part in parts if part.margin == self.margin), None),
-            near_miss=None,
-        )
+"""Violations and triggers of a requirement that are kept; further ones are counted."""
 
 
 @dataclass
 class JudgedRun:
-    """A run with its verdicts, in the order of the requirements; hits of cross products; and what people did."""
+    """A run with its verdicts.
+
+    Args:
+        run: the run.
+        picture: its timeline; None if it is not drawn.
+        verdicts: requirement -> verdict over all stretches that have data; NC if it is unknown and did not fail.
+        unknown: requirement -> why data for it are missing.
+        hits: cross product -> its hits, as pairs of coordinates and bins.
+        commands: what people did.
+    """
 
     run: LoggedRun
-    picture: LogPicture
-    verdicts: tuple[LogVerdict, ...] = ()
-    hits: dict[str, set[tuple[str, ...]]] = field(default_factory=dict)
+    picture: LogPicture | None
+    verdicts: dict[str, Verdict] = field(default_factory=dict)
+    unknown: dict[str, str] = field(default_factory=dict)
+    hits: dict[str, set[tuple[tuple[str, str], ...]]] = field(default_factory=dict)
     commands: set[str] = field(default_factory=set)
+
+    def word(self, requirement: str) -> str:
+        """Passed, Failed, NC or unknown."""
+        verdict = self.verdicts[requirement].verdict
+        return "unknown" if requirement in self.unknown and verdict != "Failed" else verdict
 
 
 def judge(
@@ -96,41 +71,49 @@ def judge(
         reader: of the log.
         requirements: of the testbench.
         known_when: requirement -> the condition under which its violation is known.
-        actions: what people can do; None where it is of no interest.
-        draws: whether runs are drawn, too.
+        actions: to collect the commands of people; None to ignore them.
+        draws: whether to draw timelines.
 
     Raises:
         MonitorError: the log has a value that no requirement can be judged by.
         InputError: a message lacks a field that the map names, or it is of another type.
     """
     runs = reader.runs()
-    judged, judges = (
-        [JudgedRun(run, LogPicture(run.end_s)) for run in runs],
-        [_judges(reader, run, requirements, known_when) for run in runs],
-    )
-    if not any(judges) and not reader.made.cross and actions is None:
-        return [_with_verdicts(made, requirements, [], {}) for made in judged]
-    readers = [_by_name(each, reader) for each in judges]
-    for part, time_s, event, value in reader.events(runs):
-        for read in readers[part].get(event.name, ()) if event.is_judged else ():
-            read(time_s, event.name, value)
-        if draws and event.is_judged:
-            judged[part].picture.add(time_s, event.name, value)
-        if isinstance(event.source, CrossSource):
-            judged[part].hits.setdefault(event.name, set()).add(tuple(map(str, value.values())))  # type: ignore[union-attr]
-        elif isinstance(event.source, ActionSource) and actions is not None:
-            judged[part].commands.add(actions.command(runs[part].name, event.source, value))  # type: ignore[arg-type]
+    judged = [JudgedRun(run, LogPicture(run.end_s) if draws else None) for run in runs]
+    judges = [_judges(reader, run, requirements, known_when) for run in runs]
+    if any(judges) or reader.made.cross or actions is not None:
+        _read(reader, judged, judges, actions)
     for each in (each for mine in judges for each in mine):
         each.finish()
     misses = _near_misses(reader, runs, judges)
-    return [
-        _with_verdicts(made, requirements, mine, misses.get(n, {}))
-        for n, (made, mine) in enumerate(zip(judged, judges, strict=True))
-    ]
+    for number, made in enumerate(judged):
+        _add_verdicts(made, requirements, judges[number], misses.get(number, {}))
+    return judged
+
+
+def _read(
+    reader: LogReader,
+    judged: Sequence[JudgedRun],
+    judges: Sequence[Sequence[StretchJudge]],
+    actions: LoggedActions | None,
+) -> None:
+    """Read the log once, for all judges of its runs."""
+    readers = [_by_name(each, reader) for each in judges]
+    for part, time_s, event, value in reader.events([made.run for made in judged]):
+        made = judged[part]
+        if event.is_judged:
+            for read in readers[part].get(event.name, ()):
+                read(time_s, event.name, value)
+            if made.picture is not None:
+                made.picture.add(time_s, event.name, value)
+        elif isinstance(event.source, CrossSource):
+            made.hits.setdefault(event.name, set()).add(tuple(value.items()))  # type: ignore[arg-type, union-attr]
+        elif isinstance(event.source, ActionSource) and actions is not None:
+            made.commands.add(actions.command(made.run.name, event.source, value))  # type: ignore[arg-type]
 
 
 def _by_name(judges: Sequence[StretchJudge], reader: LogReader) -> dict[str, list[Callable[[float, str, Any], None]]]:
-    """Signal or message -> what takes its values."""
+    """Signal or message -> the functions that take its values."""
     by_name: dict[str, list[Callable[[float, str, Any], None]]] = {}
     for each in judges:
         for name in each.reads:
@@ -147,7 +130,7 @@ def reads(requirement: Requirement) -> frozenset[str]:
 def _judges(
     reader: LogReader, run: LoggedRun, requirements: Sequence[Requirement], known: Mapping[str, PastFormula] | None
 ) -> list[StretchJudge]:
-    """One judge for all requirements that are judged over the same stretches."""
+    """A judge for each set of requirements with the same stretches."""
     groups: dict[tuple[Span, ...], list[Requirement]] = {}
     for requirement in requirements:
         names = reads(requirement)
@@ -168,9 +151,9 @@ def _names_of(condition: PastFormula) -> frozenset[str]:
 
 
 class StretchJudge:
-    """Judges requirements over the same stretches of a run: what lies between the gaps of what they read.
+    """Judges requirements over the stretches of a run between the gaps in their data.
 
-    Signals have the values at the beginning of a stretch that they had before.
+    A stretch begins with the last values of the signals before it.
     """
 
     def __init__(
@@ -197,7 +180,7 @@ class StretchJudge:
         self._masked: dict[str, dict[str, int]] = {}
 
     def signal(self, time_s: float, name: str, value: bool | float | str) -> None:
-        """A signal has a new value."""
+        """Take a new value of a signal."""
         while time_s > self._end_s:
             self._close()
         if time_s >= self._begin_s:
@@ -206,7 +189,7 @@ class StretchJudge:
             self._values[name] = value
 
     def message(self, time_s: float, name: str, fields: Mapping[str, Value]) -> None:
-        """A message came."""
+        """Take a message."""
         while time_s > self._end_s:
             self._close()
         if time_s >= self._begin_s:
@@ -237,7 +220,7 @@ class StretchJudge:
                     counts[topic] = counts.get(topic, 0) + count
 
     def _close(self) -> None:
-        """The verdicts on the present stretch; none where nothing of a signal is in it."""
+        """Add the verdicts on the present stretch; there are none if a signal has no value in it."""
         with suppress(*(() if self._is_whole else (MonitorError,))):
             monitors = self._monitors or self._open()
             self._count_masked()
@@ -246,24 +229,24 @@ class StretchJudge:
         self._next()
 
     def _complete(self, verdict: Verdict) -> Verdict:
-        """With what it did not see, and which violations are not the known ones."""
+        """Add the masked messages, and mark violations that are not known ones."""
         name = verdict.requirement
         verdict = replace(verdict, masked_messages=self._masked.get(name, {}))
         if name not in self._known:
             return verdict
-        condition = self._conditions.get(name)  # none: nobody knows whether it held
+        condition = self._conditions.get(name)  # None: data for it are missing
         outside = (condition is None or not condition.holds_at(v.time_s) for v in verdict.violations)
         marked = (replace(v, outside=is_outside) for v, is_outside in zip(verdict.violations, outside, strict=True))
         return replace(verdict, violations=tuple(marked))
 
     def finish(self) -> None:
-        """The run has ended."""
+        """End the run."""
         while self._begin_s < float("inf"):
             self._close()
 
     @property
     def untriggered(self) -> Iterator[Requirement]:
-        """Requirements that were never triggered in a run without gaps."""
+        """The requirements that were never triggered in a run without gaps."""
         if self._is_whole and self.verdicts:
             for requirement, verdict in zip(self.requirements, self.verdicts[0], strict=True):
                 if verdict.untriggered:
@@ -273,7 +256,7 @@ class StretchJudge:
 def _near_misses(
     reader: LogReader, runs: list[LoggedRun], judges: Sequence[Sequence[StretchJudge]]
 ) -> dict[int, dict[str, NearMiss]]:
-    """Number of a run -> requirement that was never triggered -> when it was nearest to it; in one more pass."""
+    """Number of a run -> requirement that was never triggered -> its near miss; in one more pass."""
     searches = {
         number: {
             requirement.id: NearMissSearch(requirement.formula.antecedent)
@@ -304,31 +287,42 @@ def _near_misses(
     return {part: {name: search.nearest() for name, search in mine.items()} for part, mine in searches.items()}
 
 
-def _with_verdicts(
+def _add_verdicts(
     made: JudgedRun, requirements: Iterable[Requirement], judges: Sequence[StretchJudge], misses: Mapping[str, NearMiss]
-) -> JudgedRun:
-    """The run with its verdicts."""
+) -> None:
     stretches: dict[str, list[Verdict]] = {}
-    for each in judges:
-        for verdicts in each.verdicts:
-            for verdict in verdicts:
-                stretches.setdefault(verdict.requirement, []).append(verdict)
-    made.verdicts = tuple(
-        _verdict(made.run, requirement, stretches.get(requirement.id, ()), misses) for requirement in requirements
+    for verdict in (verdict for each in judges for verdicts in each.verdicts for verdict in verdicts):
+        stretches.setdefault(verdict.requirement, []).append(verdict)
+    for requirement in requirements:
+        name, parts = requirement.id, stretches.get(requirement.id, [])
+        unknown = _unknown(made.run, reads(requirement)) or ("" if parts else "no data")
+        if unknown:
+            made.unknown[name] = unknown
+        elif name in misses:
+            parts = [replace(part, near_miss=misses[name]) for part in parts]
+        made.verdicts[name] = _join(name, parts) if unknown else parts[0]
+
+
+def _join(name: str, parts: Sequence[Verdict]) -> Verdict:
+    """The verdict over several stretches, or where data are missing: NC unless one fails."""
+    margin = min((part.margin for part in parts if part.margin is not None), default=None)
+    return Verdict(
+        requirement=name,
+        verdict="Failed" if any(part.verdict == "Failed" for part in parts) else "NC",
+        triggers=sum(part.triggers for part in parts),
+        passes=sum(part.passes for part in parts),
+        failures=sum(part.failures for part in parts),
+        untriggered=int(not any(part.triggers for part in parts)),
+        pending=sum(part.pending for part in parts),
+        violations=tuple(violation for part in parts for violation in part.violations)[:MAX_KEPT],
+        margin=margin,
+        margin_time_s=next((part.margin_time_s for part in parts if part.margin == margin), None),
+        history=tuple(trigger for part in parts for trigger in part.history)[:MAX_KEPT],
     )
-    return made
-
-
-def _verdict(
-    run: LoggedRun, requirement: Requirement, stretches: Sequence[Verdict], misses: Mapping[str, NearMiss]
-) -> LogVerdict:
-    miss = misses.get(requirement.id)
-    parts = tuple(replace(part, near_miss=miss) for part in stretches) if miss else tuple(stretches)
-    return LogVerdict(requirement.id, parts, _unknown(run, reads(requirement)) or ("" if parts else "no data"))
 
 
 def _unknown(run: LoggedRun, names: frozenset[str]) -> str:
-    """Why a requirement that reads these is unknown; empty if it is not."""
+    """Why a requirement that reads these names is unknown; empty if it is not."""
     if absent := sorted(names & run.missing):
         return f"the log has no {' and no '.join(absent)}"
     if unread := sorted(names & run.unread.keys()):

@@ -1,11 +1,11 @@
-"""Which topic and field of a log is which message and signal of the testbench: `map.toml`, or a draft of one."""
+"""Maps topics and fields of a log to messages and signals of the testbench: `map.toml`, or a draft of one."""
 
 from __future__ import annotations
 
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -17,7 +17,8 @@ from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.extra.logs.expression import parse_expression
-from pytest_hricdv.monitor.units import unit_of
+from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.units import Unit, unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.recordings.bags import Value
 
@@ -25,47 +26,52 @@ PLACE = re.compile(r"\{([^{}]*)\}")
 """A field in the command of an action."""
 
 Clock = Literal["log", "header"]
-"""Whose times count: when a message was recorded, or the stamp in its header."""
+"""The time of a message: when it was recorded, or the stamp in its header."""
 
 
 class FieldSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a value is in a message of the log, and how it becomes that of the testbench.
+    """The source of a value in a message of the log, and its conversion.
 
     Attributes:
         path: of the field, with dots.
-        expression: instead of one: numbers of several fields, as `hypot(speed.x, speed.y)`.
-        unit: that it has in the log; it becomes the declared one.
-        scale: what it is multiplied by; with `offset` added.
-        equals: of a truth: the value for which it is true.
+        expression: in place of a path: a number computed from fields, such as `hypot(speed.x, speed.y)`.
+        unit: of the value in the log; it is converted to the declared unit.
+        equals: for a truth value: the value of the field for which it is true.
     """
 
     path: str = ""
     expression: str = ""
     unit: str = ""
-    scale: float = 1.0
-    offset: float = 0.0
     equals: str | float | bool | None = None
 
 
 class TopicSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A topic of the log, whose times count, and for how long (s) it may have no data."""
+    """A topic of the log.
+
+    Attributes:
+        topic: its name.
+        time: the clock of its messages; None for that of the map.
+        gap_s: longest time (s) without data that is no gap; None for that of the map.
+        only: field -> the value that it must have; other messages are ignored.
+    """
 
     topic: str
     time: Clock | None = None
     gap_s: float | None = None
+    only: Mapping[str, str | float | bool] = {}
 
 
 class MessageSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A message of the testbench: its topic in the log, and its fields; those without a source have its path."""
+    """A message of the testbench: its topic in the log, and its fields. A field that is not listed keeps its name."""
 
     fields: Mapping[str, str | FieldSource] = {}
 
 
 class SignalSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A signal of the testbench: a topic in the log, and which of its fields.
+    """A signal of the testbench: a topic in the log, and one of its fields.
 
     Attributes:
-        every_s: of the values within so much time (s), only the first one counts; None: all count.
+        every_s: period (s) of resampling: the first value of each period counts; None: all values count.
     """
 
     value: str | FieldSource
@@ -73,45 +79,36 @@ class SignalSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class CrossSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Hits of a cross product: the topic whose messages are one each, with the bins of its coordinates.
+    """A cross product: each message of the topic is a hit.
 
     Attributes:
-        coordinates: coordinate -> where its bin is, a text; those named after requirements are filled in from verdicts.
-        only: as of `ActionSource`.
+        coordinates: coordinate -> the field with its bin. Coordinates named after requirements come from verdicts.
     """
 
     coordinates: Mapping[str, str]
-    only: Mapping[str, str | float | bool] = {}
 
 
 class ActionSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An action of a person: the topic whose messages say that it begins.
+    """An action of a person: it begins with each message of the topic.
 
     Attributes:
         command: as the testbench has it; `{path}` stands for a field of the message.
-        only: field -> the value that it must have, where other messages of the topic are no such action.
-        since: its parameter that is the time (s) since the action before, or since the log began.
-        parameters: others of its parameters -> where they are in the message.
+        since: the parameter that is the time (s) since the previous action, or since the beginning of the log.
+        parameters: other parameters -> their sources.
     """
 
     command: str
-    only: Mapping[str, str | float | bool] = {}
     since: str = ""
     parameters: Mapping[str, str | FieldSource] = {}
 
-    @property
-    def parameter_sources(self) -> dict[str, FieldSource]:
-        """Parameter -> where it is."""
-        return {name: _source(value) for name, value in self.parameters.items()}
-
 
 class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Topics and fields of a log as messages and signals of the testbench.
+    """Maps topics and fields of a log to messages and signals of the testbench.
 
     Attributes:
-        time: whose times count, where a message or signal does not say.
-        gap_s: no data for longer (s) is a gap, likewise; None: five times the period of a periodic topic.
-        actions: what people do, for tests of a log; their names are for people.
+        time: the clock of all topics that do not name one.
+        gap_s: likewise, the longest time (s) without data that is no gap; None: five periods of a periodic topic.
+        actions: of people, for tests of a log, by names that only people read.
         cross: cross product -> its hits.
     """
 
@@ -124,7 +121,7 @@ class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
     @property
     def is_own(self) -> bool:
-        """Whether it is that of a trace of this tool, whose time neither jumps nor has gaps; no file can say so."""
+        """Whether it is that of a trace of this tool: no gaps, no jumps of the clock. No file can declare that."""
         return self.gap_s == math.inf
 
     @property
@@ -139,17 +136,17 @@ def read_map(path: Path, vocabulary: Vocabulary, products: Mapping[str, CrossPro
     Args:
         path: of the file.
         vocabulary: of the testbench.
-        products: its cross products; None where they are of no interest.
+        products: its cross products; None to ignore them.
 
     Raises:
-        InputError: there is none, it is no map, or it names what the testbench does not declare.
+        InputError: there is no such file, it is no map, or it names something that the testbench does not declare.
     """
     try:
         tables = from_toml(read_text(path, MAX_TOML_BYTES))
         check_keys_of(LogMap, tables)  # names the nearest one
         made = convert(tables, LogMap)
     except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
+        raise InputError(f"{path}: no such file") from None
     except MalformedError as error:
         raise InputError(f"{path}{error}") from None
     except ValidationError as error:
@@ -169,26 +166,38 @@ def _problems(made: LogMap, vocabulary: Vocabulary) -> Iterator[str]:
     for name in made.signals:
         if name not in vocabulary.signals:
             yield f"signals.{name}: the testbench has no such signal{nearest(name, vocabulary.signals)}"
-    for name, source in field_sources(made, vocabulary):
+    for name, source in _fields(made, vocabulary):
         if source.path and source.expression:
             yield f"{name}: expected either a path or an expression"
         elif source.expression:
             yield from parse_expression(source.expression).problems(name)
         declared = vocabulary.unit(name)
         if source.unit and (declared is None or unit_of(source.unit).dimension != declared.dimension):
-            yield f"{name}: its unit is {vocabulary.units.get(name) or 'not declared'}, which is none of {source.unit}"
+            unit = vocabulary.units.get(name) or "not declared"
+            yield f"{name}: its unit is {unit}, to which {source.unit} cannot be converted"
+        if source.equals is not None and vocabulary.kind(name) is not bool:
+            yield f"{name}: equals is for truth values, and this is none"
 
 
-def field_sources(made: LogMap, vocabulary: Vocabulary) -> Iterator[tuple[str, FieldSource]]:
-    """Each signal, and each field as `message.field`, with where it is."""
-    for name, message in made.messages.items():
+def _fields(made: LogMap, vocabulary: Vocabulary) -> Iterator[tuple[str, FieldSource]]:
+    for name, topic in made.sources.items():
+        yield from field_sources(name, topic, vocabulary)
+    for name, action in made.actions.items():
+        for parameter, value in action.parameters.items():
+            yield f"actions.{name}.parameters.{parameter}", source_of(value)
+
+
+def field_sources(name: str, topic: TopicSource, vocabulary: Vocabulary) -> Iterator[tuple[str, FieldSource]]:
+    """The source of a signal, or those of the fields of a message as `message.field`."""
+    if isinstance(topic, SignalSource):
+        yield name, source_of(topic.value)
+    elif isinstance(topic, MessageSource):
         for field in vocabulary.messages.get(name, {}):
-            yield f"{name}.{field}", _source(message.fields.get(field, field))
-    for name, signal in made.signals.items():
-        yield name, _source(signal.value)
+            yield f"{name}.{field}", source_of(topic.fields.get(field, field))
 
 
-def _source(value: str | FieldSource) -> FieldSource:
+def source_of(value: str | FieldSource) -> FieldSource:
+    """A source; a text is a path."""
     return FieldSource(path=value) if isinstance(value, str) else value
 
 
@@ -210,20 +219,25 @@ def paths_of(source: FieldSource) -> tuple[str, ...]:
     return parse_expression(source.expression).names if source.expression else (source.path,)
 
 
-def reading_of(name: str, source: FieldSource, vocabulary: Vocabulary) -> Reading:
-    """What takes the value of a signal, or of a field as `message.field`, from messages of the log.
+def reading_of(name: str, source: FieldSource, kind: Kind | None, declared: Unit | None = None) -> Reading:
+    """A function that takes a value from messages of the log.
 
-    It raises InputError where a message lacks the value, or it is of another type.
+    It raises InputError if a message lacks the value, or has one of another type.
+
+    Args:
+        name: of the value, for errors.
+        source: in the message.
+        kind: type of the value; None if the testbench does not declare it.
+        declared: its unit.
     """
-    kind, declared, path = vocabulary.kind(name), vocabulary.unit(name), source.path
+    path, equals = source.path, source.equals
     factor = float(unit_of(source.unit).scale / declared.scale) if source.unit and declared else 1.0
-    factor, offset, equals = factor * source.scale, source.offset, source.equals
     expression = parse_expression(source.expression) if source.expression else None
 
     def read(fields: Mapping[str, Value]) -> Value:
         value = fields.get(path) if expression is None else expression.value(name, fields)
         if kind is float and type(value) is float and equals is None:
-            return value * factor + offset
+            return value * factor
         if value is None:
             raise InputError(f"{name}: its messages have no field {path}{nearest(path, fields)}")
         if equals is not None:
@@ -238,25 +252,18 @@ def reading_of(name: str, source: FieldSource, vocabulary: Vocabulary) -> Readin
     return read
 
 
-def number_of(name: str, source: FieldSource, fields: Mapping[str, Value]) -> float:
-    """A number in a message of the log. Raises InputError where it is none."""
-    value = fields.get(source.path)
-    if source.unit or source.equals is not None:
-        raise InputError(f"{name}: expected a path, scale and offset only; a parameter's unit is in its name")
-    if isinstance(value, bool) or not isinstance(value, float):
-        raise InputError(f"{name}: {source.path} is {quote(value)}; expected a number{nearest(source.path, fields)}")
-    return value * source.scale + source.offset
-
-
 def of_own_trace(
-    topics: Mapping[str, str], vocabulary: Vocabulary, products: Mapping[str, CrossProduct] | None = None
+    topics: Mapping[str, str],
+    vocabulary: Vocabulary,
+    products: Mapping[str, CrossProduct] | None = None,
+    requirements: Collection[str] = (),
 ) -> LogMap:
-    """The map of a file of `--hri-mcap`."""
+    """The map of a file of `--hri-mcap`; coordinates named after these requirements come from verdicts."""
     crosses = {
         name: CrossSource(
             topic="/hricdv/cross",
             only={"product": name},
-            coordinates={coordinate: f"bin.{coordinate}" for coordinate in product.coordinates},
+            coordinates={key: f"bin.{key}" for key in product.coordinates if key not in requirements},
         )
         for name, product in (products or {}).items()
     }
@@ -270,7 +277,7 @@ def of_own_trace(
 
 
 def draft_map(fields: Mapping[str, Mapping[str, Value]], vocabulary: Vocabulary) -> Iterator[str]:
-    """The lines of a map: what has the same name is filled in, all else is listed.
+    """The lines of a map: topics and fields with equal names are filled in, the others are listed.
 
     Args:
         fields: topic -> the fields of its messages.
@@ -296,7 +303,7 @@ def draft_map(fields: Mapping[str, Mapping[str, Value]], vocabulary: Vocabulary)
 
 
 def _similar(name: str, keys: Mapping[str, str]) -> str:
-    """What has this name, or the only one that ends with it; empty if there is none."""
+    """The value of this key, or of the only one that ends with it; empty if there is none."""
     if name in keys:
         return keys[name]
     ends = [value for key, value in keys.items() if key.endswith((f"_{name}", f".{name}"))]

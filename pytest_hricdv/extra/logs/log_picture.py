@@ -1,16 +1,22 @@
-"""What a picture can show of a logged run, in bounded memory: of signals the extremes, of messages the first ones."""
+"""The timeline of a logged run, in bounded memory: the extremes of signals, and the first messages."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import islice
 
 from pytest_hricdv._base.message import MAX_LINE, cut
+from pytest_hricdv.monitor import Verdict
 from pytest_hricdv.recordings.bags import Value
-from pytest_hricdv.results.timeline import SPANS
+from pytest_hricdv.results.model import Timeline
+from pytest_hricdv.results.timeline import SPANS, trigger_text
 
 MAX_MESSAGES = 2000
-"""Messages of a run in its picture, which no screen has room for."""
+"""Messages of a run in its timeline; no screen has room for more."""
+
+MAX_TRIGGERS = 300
+"""Triggers of a requirement in it."""
 
 _Point = tuple[float, float]
 
@@ -19,11 +25,11 @@ class LogPicture:
     """Thins a run while it is read.
 
     Args:
-        end_s: when it ends.
+        end_s: when the run ends.
     """
 
     def __init__(self, end_s: float) -> None:
-        self._width_s = end_s / SPANS or 1.0
+        self._end_s, self._width_s = end_s, end_s / SPANS or 1.0
         self._signals: dict[str, dict[int, list[_Point]]] = {}
         self._messages: list[str] = []
 
@@ -45,15 +51,19 @@ class LogPicture:
                 points[2] = point
             points[3] = point
 
-    def signals(self) -> dict[str, str]:
-        """As a timeline has them."""
-        return {
-            name: " ".join(
-                f"{time_s:.3f} {value:.4g}" for points in spans.values() for time_s, value in sorted({*points})
-            )
-            for name, spans in self._signals.items()
-        }
+    def timeline(self, verdicts: Iterable[Verdict]) -> Timeline:
+        """The run with the triggers of its requirements."""
+        return Timeline(
+            end_s=round(self._end_s, 3),
+            messages=tuple(self._messages),
+            signals={name: " ".join(map(_text, spans.values())) for name, spans in self._signals.items()},
+            triggers={
+                verdict.requirement: " ".join(map(trigger_text, islice(verdict.history, MAX_TRIGGERS)))
+                for verdict in verdicts
+                if verdict.history
+            },
+        )
 
-    def messages(self) -> tuple[str, ...]:
-        """As a timeline has them."""
-        return tuple(self._messages)
+
+def _text(points: Iterable[_Point]) -> str:
+    return " ".join(f"{time_s:.3f} {value:.4g}" for time_s, value in sorted({*points}))

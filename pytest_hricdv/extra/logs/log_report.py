@@ -1,33 +1,26 @@
-"""The report of checked logs: the same records, and so the same page, as of tests."""
+"""The report of checked logs: a suite with the same records, and so the same page, as one of tests."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from importlib.metadata import version
 
+from msgspec.structs import replace
+
+from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.reachability import skip_exploration
-from pytest_hricdv.coverage.records import ReportedCode
 from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.extra.logs.feature import UNKNOWN
-from pytest_hricdv.extra.logs.fleet import is_known
 from pytest_hricdv.extra.logs.judging import JudgedRun
+from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
-from pytest_hricdv.results.generation import Diversity, GenerationResult, LastNewPlan
-from pytest_hricdv.results.model import (
-    SCHEMA,
-    ConcreteParameters,
-    GateResult,
-    Report,
-    RerunOptions,
-    TestResult,
-    Timeline,
-)
-from pytest_hricdv.results.report_builder import requirement_texts
+from pytest_hricdv.results.derivation import derive
+from pytest_hricdv.results.model import ConcreteParameters, GateResult, Report, RerunOptions, TestResult
+from pytest_hricdv.results.report_builder import GeneratedSuite, SessionInfo, declare_report
 from pytest_hricdv.session.run_context import RunContext
 
 SUITE = "logs"
@@ -36,7 +29,7 @@ NO_CODE = "logs do not show which code ran"
 
 @dataclass
 class LogReport:
-    """Collects the runs of logs for a report.
+    """Collects the runs of logs.
 
     Args:
         context: of the project.
@@ -47,14 +40,16 @@ class LogReport:
     requirements: Sequence[Requirement]
     tests: list[TestResult] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    commands: set[str] = field(default_factory=set)
+    faults: list[str] = field(default_factory=list)
 
-    def add(self, judged: JudgedRun, cross: Mapping[str, tuple[Bin, ...]]) -> None:
-        """Add a run with its hits of cross products."""
-        known, results = self.context.known_violations, {each.requirement: each.result for each in judged.verdicts}
-        failed = [name for name, result in results.items() if result.verdict == "Failed"]
-        new = [name for name in failed if not is_known(name, judged, known)]
+    def add(self, judged: JudgedRun) -> None:
+        """Add a run."""
+        self.commands |= judged.commands
+        known, failed = self.context.known_violations, [v for v in judged.verdicts.values() if v.verdict == "Failed"]
+        new = [verdict.requirement for verdict in failed if verdict.requirement not in known or verdict.outside]
         outcome: TestOutcome = "failed" if new else "known-violation" if failed else "passed"
-        name = judged.run.name
+        name, end_s = judged.run.name, round(judged.run.end_s, 3)
         test = TestResult(
             nodeid=name,
             suite=SUITE,
@@ -68,95 +63,70 @@ class LogReport:
             plans={},
             outcome=outcome,
             wall_s=None,
-            sim_s=round(judged.run.end_s, 3),
+            sim_s=end_s,
             skipped_s=0.0,
             fidelity="",
             end_reason="the log ends",
             outcomes=(),
-            requirements=results,
+            requirements={name: verdict.result for name, verdict in judged.verdicts.items()},
             code=None,
-            timeline=self._timeline(judged),
+            timeline=None if judged.picture is None else judged.picture.timeline(judged.verdicts.values()),
             failure=f"violated: {', '.join(new)}" if new else "",
             unmeasured=NO_CODE,
             action_times_s=(),
-            cross=cross,
+            cross=self._cross(judged),
         )
-        self.tests.append(
-            UNKNOWN.put(test, {each.requirement: each.unknown for each in judged.verdicts if each.unknown})
-        )
+        self.tests.append(UNKNOWN.put(test, judged.unknown))
 
-    def _timeline(self, judged: JudgedRun) -> Timeline:
-        triggers = {
-            each.requirement: " ".join(
-                f"{trigger.begin_s:.3f}-{trigger.end_s:.3f}{_MARKS[trigger.outcome]}"
-                for part in each.stretches
-                for trigger in part.history[:MAX_DRAWN]
-            )
-            for each in judged.verdicts
-        }
-        return Timeline(
-            end_s=round(judged.run.end_s, 3),
-            messages=judged.picture.messages(),
-            signals=judged.picture.signals(),
-            triggers={name: text for name, text in triggers.items() if text},
-        )
+    def _cross(self, judged: JudgedRun) -> dict[str, tuple[Bin, ...]]:
+        """The bins of cross products, completed with the verdicts."""
+        verdicts = {name: verdict.verdict for name, verdict in judged.verdicts.items()}
+        bins = {}
+        for name, found in judged.hits.items():
+            product = self.context.collection.testbench.cross[name]
+            hits = [tuple(hit[key] for key in product.coordinates if key in hit) for hit in map(dict, found)]
+            checked = product.check(sorted(hits), verdicts)
+            self.faults += [f"{judged.run.name}: {name}: {fault}" for fault in checked.faults]
+            bins[name] = tuple(dict.fromkeys(checked.bins))
+        return bins
 
-    def make(self, gates: Sequence[str]) -> Report:
-        """The report; with what fails it besides violations."""
-        context, testbench = self.context, self.context.collection.testbench
-        code = ReportedCode(
-            packages=testbench.code, sha256="", waivers=(), map=(), measured=False, reason=NO_CODE, files=()
-        )
-        report = Report(
-            schema=SCHEMA,
+    def make(self) -> Report:
+        """The report. Its gates fail if no log checks a requirement that has to be checked."""
+        options, testbench = self.context.options, self.context.collection.testbench
+        session = SessionInfo(
+            testbench=testbench,
+            requirements=tuple(self.requirements),
+            suites=(GeneratedSuite(Suite(SUITE, 0, ()), 0.0, cached=False),),
+            code=CodeMap(tuple(testbench.code), (), "", nothing=NO_CODE),
+            unmeasured="",
+            known_violations={} if options.strict else options.known_violations,
+            allowed_untriggered=options.gates.allowed_untriggered,
+            until={},
+            strict=options.strict,
             version=version("pytest-hricdv"),
-            testbench=testbench.name,
-            selected=0,
-            reported=0,
-            not_run=0,
-            not_run_tests=(),
-            wall_s=0.0,
             workers=1,
-            known_violations=context.known_violations,
-            known_when={name: str(condition) for name, condition in context.known_when.items()},
-            known_until={},
-            strict=context.options.strict,
-            rerun_options=RerunOptions(suite="", options=()),
-            requirements=requirement_texts(self.requirements),
-            units=dict(testbench.units),
-            state="",
-            code_under_test=code,
+            rerun=RerunOptions(suite="", options=()),
             models={},
-            cross_products=(products := skip_exploration(testbench.cross)).products,
-            exploration=products.exploration,
-            suites=(declare_suite(SUITE, 0, len(self.tests), _NOT_GENERATED, {}),),
-            closure=NO_CLOSURE,
-            tests=tuple(self.tests),
-            gates=GateResult(failed=tuple(gates), improved=()),
-            problems=tuple(self.problems),
+            reachability=skip_exploration(testbench.cross),
+            sizes={SUITE: len(self.tests)},
         )
-        return derive(report)
+        report = derive(replace(declare_report(session, {}), tests=tuple(self.tests), problems=tuple(self.problems)))
+        unchecked = [
+            f"{name} was checked in no log"
+            for name, tally in report.suites[0].requirements.items()
+            if not (tally.passed or tally.failed or name in report.allowed_untriggered)
+        ]
+        return replace(report, gates=GateResult(failed=(*unchecked, *self.faults), improved=()))
 
 
-_MARKS = {"passed": "", "failed": "!", "pending": "?"}
-MAX_DRAWN = 300
-"""Triggers of a requirement in the picture of a run."""
-
-_NOT_GENERATED = GenerationResult(
-    wall_s=0.0,
-    cached=False,
-    bdi_runs=0,
-    iterations=0,
-    converged_at=None,
-    q_delta=(),
-    distinct_texts=0,
-    reward="",
-    diagnosis=Diversity(
-        distinct_subsets=0,
-        belief_entropy_bits=0.0,
-        belief_entropy_most_bits=0.0,
-        plans_executed={},
-        last_new_plan=LastNewPlan(iteration=None, test=0),
-    ),
-    notes=(),
-)
+def summary_lines(report: Report) -> Iterator[str]:
+    """The table of requirements over all logs, and coverage of cross products, for the terminal."""
+    words, (suite,) = ("Passed", "Failed", "NC", "unknown"), report.suites
+    yield f"\n  {'':<8}{''.join(f'{word:>9}' for word in words)} triggers"
+    for name, tally in suite.requirements.items():
+        unknown = sum(name in UNKNOWN.of(test) and not test.violates(name) for test in report.tests)
+        counts = (tally.passed, tally.failed, tally.nc - unknown, unknown, tally.triggers)
+        yield f"  {name:<8}{''.join(f'{count:>9}' for count in counts)}"
+    for name, product in suite.cross.products.items():
+        if product.hits:
+            yield f"  {name}: {product.hit} of {product.bins - product.impossible - product.illegal} bins in the logs"

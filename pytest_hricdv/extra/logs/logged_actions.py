@@ -1,7 +1,6 @@
-"""Abstract tests of logs: what the person did, with the values that were observed.
+"""Abstract tests from logs: the actions of people, with the observed values.
 
-A test of one log says what happened once. As a suite it is run against the code under test, shrunk, and varied by the
-closing loop and by concretizations like any other test.
+They run against the code under test, are shrunk, and are varied by the closing loop like any other test.
 """
 
 from __future__ import annotations
@@ -9,10 +8,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import cast
 
 from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.extra.logs.log_map import PLACE, ActionSource, LogMap, number_of
+from pytest_hricdv.extra.logs.log_map import PLACE, ActionSource, LogMap, reading_of, source_of
 from pytest_hricdv.extra.logs.logged_run import LogReader
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractDraft, canonical_command, target_of_commands
@@ -22,10 +22,10 @@ from pytest_hricdv.recordings.bags import Value
 
 @dataclass
 class LoggedActions:
-    """The tests of logs, in their order, and what of the logs is not in them.
+    """The tests of logs, in order, and notes on what they leave out.
 
     Args:
-        concretization: the commands that can be executed, and the ranges of their parameters.
+        concretization: commands that can be executed, and the ranges of their parameters.
         made: the map, with its actions.
     """
 
@@ -35,10 +35,10 @@ class LoggedActions:
     notes: list[str] = field(default_factory=list)
 
     def add(self, reader: LogReader) -> None:
-        """Add a test for each part of a log in which the person does something.
+        """Add a test for each part of a log that has actions.
 
         Raises:
-            InputError: an action is no command that can be executed, or its message lacks a field that the map names.
+            InputError: the testbench does not have the command of an action, or a message lacks a field of the map.
         """
         runs = reader.runs()
         made: list[list[tuple[float, ActionSource, Mapping[str, Value]]]] = [[] for _ in runs]
@@ -51,30 +51,31 @@ class LoggedActions:
             if lines and draft not in self.drafts:
                 self.drafts.append(draft)
             elif not lines:
-                self.notes.append(f"{run.name}: nobody does anything that the map knows")
+                self.notes.append(f"{run.name}: has no action of the map")
 
     def _read(
         self, name: str, actions: Iterable[tuple[float, ActionSource, Mapping[str, Value]]]
     ) -> tuple[list[str], dict[int, dict[str, float]]]:
         lines: list[str] = []
         values: dict[int, dict[str, float]] = {}
-        last_s = 0.0 if self.made.time == "log" else None  # stamps are of what is read only
+        last_s = 0.0 if self.made.time == "log" else None  # by stamps, the beginning of the log is not known
         for time_s, source, fields in actions:
             line = self.command(name, source, fields)
             lines.append(line)
             observed = {source.since: time_s - last_s} if source.since and last_s is not None else {}
-            for parameter, place in source.parameter_sources.items():
-                observed[parameter] = number_of(f"actions.{source.topic}.{parameter}", place, fields)
+            for parameter, place in source.parameters.items():
+                read = reading_of(f"actions.{source.topic}.{parameter}", source_of(place), float)
+                observed[parameter] = cast("float", read(fields))
             if kept := dict(self._within_ranges(f"{name}: action {len(lines)}", line, observed)):
                 values[len(lines)] = kept
             last_s = time_s
         return lines, values
 
     def command(self, name: str, source: ActionSource, fields: Mapping[str, Value]) -> str:
-        """The command that a message of a log is.
+        """The command of an action.
 
         Raises:
-            InputError: it is none that the testbench has, or the message lacks a field.
+            InputError: the testbench does not have it, or the message lacks a field.
         """
 
         def filled(match: re.Match[str]) -> str:
@@ -91,8 +92,7 @@ class LoggedActions:
         commands = self.concretization.commands
         if command not in commands:
             raise InputError(
-                f"{name}: {source.topic} is {quote(command)}, which the testbench has no command for"
-                f"{nearest(command, commands)}"
+                f"{name}: {source.topic}: the testbench has no command {quote(command)}{nearest(command, commands)}"
             )
         return command
 
@@ -105,5 +105,5 @@ class LoggedActions:
                 yield parameter, value
             else:
                 self.notes.append(
-                    f"{where}, {command}: {parameter} is {value:.6g}, outside of its {samplers[parameter]}: it is drawn"
+                    f"{where}, {command}: {parameter} is drawn: {value:.6g} is outside of its {samplers[parameter]}"
                 )

@@ -1,6 +1,6 @@
-"""Logged runs: the parts of a log between jumps of its clock, with when they have data of what.
+"""Logged runs: the parts of a log between jumps of its clock, with the gaps in their data.
 
-A log is read twice: first for its times, which show its gaps; then its messages are judged one by one, in between.
+A log is read twice: for its times, which show the gaps, and for its values.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import heapq
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from typing import NamedTuple
 
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.extra.logs.log_map import (
@@ -30,26 +30,26 @@ from pytest_hricdv.recordings.message_order import JITTER_S, NS_PER_S, UNREAD, R
 from pytest_hricdv.recordings.recording import RecordingReader, is_periodic
 
 GAP_PERIODS = 5.0
-"""No message of a periodic topic for so many of its periods is a gap (chosen): recorders lose one or two."""
+"""Number of periods without a message that is a gap of a periodic topic (chosen): recorders lose one or two."""
 
 MAX_GAPS = 1000
-"""Gaps of a topic that are looked at; with more of them it is unknown as a whole."""
+"""Most gaps of a topic; with more, its whole run is a gap."""
 
 MAX_WAITS = 20_000
-"""Times between messages of a topic of which its period is the quartile: of longer logs every second, fourth, ..."""
+"""Most times between messages that are kept to find the period of a topic; of longer logs every second, fourth, ..."""
 
 HEADER_JITTER_S = 5.0
-"""How far stamps of headers may be out of order (chosen): an image takes a second or two."""
+"""Greatest disorder of stamps in headers (chosen): processing an image takes a second or two."""
 
 Span = tuple[float, float]
-"""From when to when (s)."""
+"""Begin and end (s)."""
 
 _STAMP: Paths = {"header.stamp.sec": ("header", "stamp", "sec"), "header.stamp.nanosec": ("header", "stamp", "nanosec")}
 
 
 @dataclass(slots=True)
 class TopicTimes:
-    """When a topic had messages, in bounded memory: how many, the first and the last (s), and the longest waits."""
+    """The times of the messages of a topic, in bounded memory: number, first, last (s), and the longest waits."""
 
     first_s: float
     last_s: float
@@ -74,11 +74,11 @@ class TopicTimes:
             heapq.heapreplace(longest, (wait_s, time_s))
 
     def gaps(self, end_s: float, limit_s: float | None) -> tuple[Span, ...]:
-        """When there is no data for longer than the limit; up to the first message, and from the last one on.
+        """The gaps: waits that are longer than the limit, also before the first message and after the last one.
 
         Args:
             end_s: when the run ended.
-            limit_s: None: five times the period, if there is one.
+            limit_s: None for five periods of a periodic topic.
         """
         if limit_s is None:
             waits = sorted(self._waits)
@@ -96,13 +96,13 @@ class LoggedRun:
 
     Args:
         name: of the log, for people.
-        begin_s: when it began, on its clock (s).
-        end_s: when it ended (s).
-        topics: topic of the log -> when it had messages.
-        gaps: signal or message of the testbench -> when there is no data of it.
-        missing: signals and messages that the log does not have at all.
-        unread: signals and messages -> how many messages cannot be read.
-        infinite: signals and messages -> how many have a number that is not finite.
+        begin_s: on the clock of the log (s).
+        end_s: (s).
+        topics: topic of the log -> times of its messages.
+        gaps: signal or message of the testbench -> its gaps.
+        missing: signals and messages that the log lacks.
+        unread: signal or message -> number of messages that cannot be read.
+        infinite: signal or message -> number of values that are not finite.
     """
 
     name: str
@@ -115,57 +115,57 @@ class LoggedRun:
     infinite: dict[str, int] = field(default_factory=dict)
 
     def known_from_s(self, names: Iterable[str], made: LogMap) -> float:
-        """From when on all of these signals have a value."""
+        """The first time at which all of these signals have a value."""
         topics = (made.signals[name].topic for name in names if name in made.signals)
         return max((self.topics[topic].first_s for topic in topics if topic in self.topics), default=0.0)
 
 
-@dataclass(frozen=True)
-class LogEvent:
-    """What a message of the log is to the testbench.
+class LogEvent(NamedTuple):
+    """The meaning of a message of the log for the testbench.
 
     Args:
-        name: of the signal, the message or the cross product.
-        source: where it is.
-        readings: of its fields, or of its value, whose name is empty.
+        name: of the signal, message, cross product or action.
+        source: its topic.
+        value: takes the value of a signal, or fields, from the fields of the message; it raises InputError if the
+            message lacks one, or has one of another type.
+        paths: the fields that it reads; empty for all.
+        is_signal: whether it is a signal.
+        is_judged: whether requirements may read it.
+        is_simple: whether all of its messages count.
     """
 
     name: str
     source: TopicSource
-    readings: tuple[tuple[str, Reading], ...]
+    value: Callable[[Mapping[str, Value]], Value | Mapping[str, Value]]
+    paths: tuple[str, ...]
+    is_signal: bool
+    is_judged: bool
+    is_simple: bool
 
-    @cached_property
-    def value(self) -> Callable[[Mapping[str, Value]], Value | Mapping[str, Value]]:
-        """Takes the value of a signal, or the fields of another one; of an action, as they are.
 
-        It raises InputError where the message lacks them, or they are of another type.
-        """
-        readings = self.readings
-        if self.is_signal:
-            return readings[0][1]
-        if isinstance(self.source, ActionSource):
-            return lambda fields: fields
-        return lambda fields: {name: reading(fields) for name, reading in readings}
+def _event(name: str, source: TopicSource, vocabulary: Vocabulary) -> LogEvent:
+    """The event of a source of the map."""
+    is_signal, is_judged = isinstance(source, SignalSource), isinstance(source, SignalSource | MessageSource)
+    is_simple = not source.only and getattr(source, "every_s", None) is None
+    places = {} if isinstance(source, ActionSource) else dict(field_sources(name, source, vocabulary))
+    paths = tuple(path for place in places.values() for path in paths_of(place))
+    readings = {
+        key.removeprefix(name).removeprefix("."): reading_of(key, place, vocabulary.kind(key), vocabulary.unit(key))
+        for key, place in places.items()
+    }
+    if isinstance(source, CrossSource):
+        readings = {key: _text_of(name, path) for key, path in source.coordinates.items()}
+        paths = tuple(source.coordinates.values())
 
-    @cached_property
-    def is_signal(self) -> bool:
-        """Whether it is a signal."""
-        return isinstance(self.source, SignalSource)
+    def values(fields: Mapping[str, Value]) -> Mapping[str, Value]:
+        return {key: reading(fields) for key, reading in readings.items()}
 
-    @cached_property
-    def is_judged(self) -> bool:
-        """Whether requirements may read it."""
-        return isinstance(self.source, SignalSource | MessageSource)
-
-    @cached_property
-    def is_simple(self) -> bool:
-        """Whether all of its messages count."""
-        source = self.source
-        return source.every_s is None if isinstance(source, SignalSource) else isinstance(source, MessageSource)
+    value = readings[""] if is_signal else (lambda fields: fields) if isinstance(source, ActionSource) else values
+    return LogEvent(name, source, value, (*paths, *source.only), is_signal, is_judged, is_simple)
 
 
 class LogReader:
-    """Reads a log by a map, as often as needed.
+    """Reads a log by a map, any number of times.
 
     Args:
         recording: the reader of its messages.
@@ -176,38 +176,28 @@ class LogReader:
     def __init__(self, recording: RecordingReader, made: LogMap, vocabulary: Vocabulary) -> None:
         self.recording, self.made, self._vocabulary = recording, made, vocabulary
         self._events: dict[str, list[LogEvent]] = {}
-        self._paths: dict[str, dict[str, tuple[str, ...]]] = {}
-        self._clocks: dict[str, str] = {}
-        whole = {source.topic for source in made.actions.values()}  # so that a wrong name has a nearest one
-        places = dict(field_sources(made, vocabulary))
+        self._wanted: dict[str, dict[str, tuple[str, ...]] | None] = {}
+        self._stamped: set[str] = set()
         for name, source in (*made.sources.items(), *made.cross.items(), *made.actions.items()):
-            own = [place for place in places if place.partition(".")[0] == name and source is made.sources.get(name)]
-            readings = [(place.partition(".")[2], reading_of(place, places[place], vocabulary)) for place in own]
-            paths = [path for place in own for path in paths_of(places[place])]
-            if isinstance(source, CrossSource):
-                readings = [(path, _text_of(name, path)) for path in source.coordinates.values()]
-                paths = [*source.coordinates.values(), *source.only]
-            elif isinstance(source, ActionSource):
-                readings, paths = [], []
-            self._events.setdefault(source.topic, []).append(LogEvent(name, source, tuple(readings)))
-            self._paths.setdefault(source.topic, {}).update({path: tuple(path.split(".")) for path in paths})
-            clock = source.time or made.time
-            if clock == "header":
-                self._clocks[source.topic] = clock
-                self._paths[source.topic].update(_STAMP)
-        self._wanted: dict[str, Paths | None] = {topic: paths or None for topic, paths in self._paths.items()}
-        for topic in whole:
-            self._wanted[topic] = {}  # all
+            event = _event(name, source, vocabulary)
+            self._events.setdefault(source.topic, []).append(event)
+            wanted = {path: tuple(path.split(".")) for path in event.paths}
+            if (source.time or made.time) == "header":
+                self._stamped.add(source.topic)
+                wanted.update(_STAMP)
+            self._wanted[source.topic] = (self._wanted.get(source.topic) or {}) | wanted or None
+        for action in made.actions.values():
+            self._wanted[action.topic] = {}  # all fields, so that the nearest one to a wrong name can be found
 
     def runs(self) -> list[LoggedRun]:
         """Its parts, after one pass through its times.
 
         Raises:
-            InputError: a message has no stamp in its header, by which its time was to be.
+            InputError: a message has no stamp in its header, though the map says so.
         """
         runs: list[LoggedRun] = []
         begin_s, part, topics = 0.0, -1, dict[str, TopicTimes]()
-        for number, (time_s, name, _) in self._samples(lambda topic: _STAMP if topic in self._clocks else None):
+        for number, (time_s, name, _) in self._samples(lambda topic: _STAMP if topic in self._stamped else None):
             if number != part:
                 begin_s, part, topics = 0.0 if self.made.is_own else time_s, number, {}
                 runs.append(LoggedRun(self.recording.name, begin_s, topics=topics))
@@ -234,10 +224,10 @@ class LogReader:
         run.gaps, run.missing = gaps, frozenset(needed - own.keys())
 
     def events(self, runs: list[LoggedRun]) -> Iterator[tuple[int, float, LogEvent, Value | Mapping[str, Value]]]:
-        """What the messages are to the testbench, in the order of time: number of the run (from 0), time (s), values.
+        """The events of the testbench in the order of time: number of the run (from 0), time (s), event, value.
 
         Raises:
-            InputError: a message lacks a field that the map names, or it is of another type.
+            InputError: a message lacks a field that the map names, or has one of another type.
         """
         due_s: dict[tuple[int, str], float] = {}
         for run in runs:
@@ -256,7 +246,7 @@ class LogReader:
             for event in events:
                 if event.is_simple or self._counts(event, part, time_s, fields, due_s):
                     value = event.value(fields)
-                    if event.is_judged and not _is_finite(value):  # nobody knows what a sensor means by it
+                    if event.is_judged and not _is_finite(value):  # its meaning depends on the sensor
                         runs[part].infinite[event.name] = runs[part].infinite.get(event.name, 0) + 1
                         continue
                     yield part, time_s, event, value
@@ -269,18 +259,18 @@ class LogReader:
         fields: Mapping[str, Value],
         due_s: dict[tuple[int, str], float],
     ) -> bool:
-        """Whether a message counts: it is not too early, or has the values that it must have."""
+        """Whether a message counts: it has the values that it must have, and its period of resampling begins."""
         source = event.source
-        if isinstance(source, SignalSource):
+        if not all(fields.get(path) == value for path, value in source.only.items()):
+            return False
+        if isinstance(source, SignalSource) and source.every_s is not None:
             if time_s < due_s.get((part, event.name), -math.inf):
                 return False
-            due_s[part, event.name] = time_s + (source.every_s or 0.0)
-            return True
-        only = source.only if isinstance(source, CrossSource | ActionSource) else {}
-        return all(fields.get(path) == value for path, value in only.items())
+            due_s[part, event.name] = time_s + source.every_s
+        return True
 
     def _samples(self, paths_of_topic: object) -> Iterator[tuple[int, RecordedSample]]:
-        by_header = bool(self._clocks)
+        by_header = bool(self._stamped)
         return self.recording.samples(
             paths_of_topic,  # type: ignore[arg-type]
             stamp=self._stamp if by_header else None,
@@ -290,10 +280,10 @@ class LogReader:
         )
 
     def _stamp(self, sample: RecordedSample) -> float | None:
-        """When a message was: of topics that the map does not name, nobody knows, where clocks are those of headers."""
+        """The time of a message; None for topics that the map does not name, as their stamps are not read."""
         if sample.topic not in self._events:
             return None
-        if sample.topic not in self._clocks:
+        if sample.topic not in self._stamped:
             return sample.time_s
         return None if sample.fields is UNREAD else stamp_of(sample, self.recording.base_ns)
 
@@ -305,10 +295,12 @@ def _is_finite(value: Value | Mapping[str, Value]) -> bool:
 
 
 def stamp_of(sample: RecordedSample, base_ns: int) -> float:
-    """The stamp in the header of a message (s since `base_ns`). Raises InputError where it has none."""
+    """The stamp in the header of a message (s since `base_ns`). Raises InputError without one."""
     seconds, nanoseconds = (sample.fields.get(path) for path in _STAMP)
     if not (isinstance(seconds, float) and isinstance(nanoseconds, float) and math.isfinite(seconds + nanoseconds)):
-        raise InputError(f"{sample.topic}: its messages have no header.stamp, by which their times were to be")
+        raise InputError(
+            f'{sample.topic}: its messages have no header.stamp; expected one, as the map has time = "header"'
+        )
     return (int(seconds) * NS_PER_S + int(nanoseconds) - base_ns) / NS_PER_S
 
 
@@ -323,7 +315,7 @@ def _text_of(name: str, path: str) -> Reading:
 
 
 def spans_between(gaps: Iterable[Span], begin_s: float, end_s: float) -> tuple[Span, ...]:
-    """What gaps leave of a run."""
+    """The stretches of a run between gaps."""
     left: list[Span] = []
     for from_s, to_s in (*sorted(gaps), (end_s, end_s)):
         if from_s > begin_s or (from_s == end_s == begin_s and not left):

@@ -17,10 +17,9 @@ from hypothesis import strategies as st
 
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.cross_product import CrossProduct
-from pytest_hricdv.extra.logs.fleet import Fleet
-from pytest_hricdv.extra.logs.judging import LogVerdict, judge
+from pytest_hricdv.extra.logs.judging import JudgedRun, judge
 from pytest_hricdv.extra.logs.log_map import LogMap, MessageSource, SignalSource, draft_map, of_own_trace, read_map
-from pytest_hricdv.extra.logs.logged_run import LoggedRun, LogReader, TopicTimes
+from pytest_hricdv.extra.logs.logged_run import LogReader, TopicTimes
 from pytest_hricdv.monitor import Vocabulary, load_requirements
 from pytest_hricdv.recordings.recording import RecordingReader, recording_readers
 from pytest_hricdv.results.codec import load
@@ -44,7 +43,7 @@ formula = "always(level > 0 -> level <= 80)"
 MAP = """
 [messages.wish]
 topic = "/cell/wish"
-fields.level = { path = "percent", scale = 0.01 }
+fields.level = { expression = "percent / 100" }
 
 [messages.switched]
 topic = "/cell/done"
@@ -78,11 +77,15 @@ def reader_of(folder: Path, made: Sequence[Entry], text: str = MAP) -> LogReader
     )
 
 
-def judged(folder: Path, made: Sequence[Entry], text: str = MAP) -> list[tuple[LoggedRun, dict[str, LogVerdict]]]:
+def judged(folder: Path, made: Sequence[Entry], text: str = MAP) -> list[JudgedRun]:
     (folder / "requirements.toml").write_text(REQUIREMENTS)
     requirements = load_requirements(folder / "requirements.toml", VOCABULARY)
-    runs = judge(reader_of(folder, made, text), requirements)
-    return [(each.run, {verdict.requirement: verdict for verdict in each.verdicts}) for each in runs]
+    return judge(reader_of(folder, made, text), requirements)
+
+
+def only_run(folder: Path, made: Sequence[Entry], text: str = MAP) -> JudgedRun:
+    (run,) = judged(folder, made, text)
+    return run
 
 
 def events(reader: LogReader, name: str) -> list[tuple[float, object]]:
@@ -97,45 +100,53 @@ def test_a_map_says_what_is_what_with_units_scales_and_truths(tmp_path: Path) ->
     assert events(reader, "is_open")[0] == (0.0, True)
     assert events(reader, "wish") == [(1.0, {"level": 0.5})]
     assert events(reader, "switched") == [(1.5, {})]
-    ((_, verdicts),) = judged(tmp_path, made)
-    assert [verdicts[name].verdict for name in ("R1", "R2")] == ["Passed", "Passed"]
-    assert verdicts["R1"].margin == pytest.approx(0.5)
-    assert verdicts["R2"].margin == pytest.approx(79.0)
+    run = only_run(tmp_path, made)
+    assert (run.word("R1"), run.word("R2"), run.unknown) == ("Passed", "Passed", {})
+    assert run.verdicts["R1"].margin == pytest.approx(0.5)
+    assert run.verdicts["R2"].margin == pytest.approx(79.0)
 
 
-def test_where_there_is_no_data_what_reads_it_is_unknown(tmp_path: Path) -> None:
-    ((_, verdicts),) = judged(tmp_path, entries([*(0.1 * n for n in range(30)), *(9.0 + 0.1 * n for n in range(30))]))
-    assert (verdicts["R1"].verdict, verdicts["R1"].unknown) == ("Passed", "")
-    assert (verdicts["R2"].verdict, verdicts["R2"].unknown) == ("unknown", "no data of level from 2.900 to 9.000 s")
+def test_messages_without_the_values_that_a_source_must_have_are_ignored(tmp_path: Path) -> None:
+    text = '[signals.level]\ntopic = "/base"\nvalue = "height"\nonly = { unit = "m" }\n'
+    made: list[Entry] = [(0.1 * n, "/base", {"height": float(n), "unit": "m" if n % 2 else "ft"}) for n in range(4)]
+    assert events(reader_of(tmp_path, made, text), "level") == [(0.1, 1.0), (0.3, 3.0)]
 
 
-def test_what_fails_beside_a_gap_fails(tmp_path: Path) -> None:
+AROUND_A_GAP = [*(0.1 * n for n in range(30)), *(9.0 + 0.1 * n for n in range(30))]
+
+
+def test_a_requirement_is_unknown_where_a_source_has_a_gap(tmp_path: Path) -> None:
+    run = only_run(tmp_path, entries(AROUND_A_GAP))
+    assert (run.word("R1"), run.word("R2")) == ("Passed", "unknown")
+    assert run.unknown == {"R2": "no data of level from 2.900 to 9.000 s"}
+
+
+def test_a_failure_next_to_a_gap_counts(tmp_path: Path) -> None:
     late = entries([9.0 + 0.1 * n for n in range(30)], height=9000.0)
-    ((_, verdicts),) = judged(tmp_path, [*entries([0.1 * n for n in range(30)]), *late[2:]])
-    assert verdicts["R2"].verdict == "Failed"
-    assert [violation.time_s for part in verdicts["R2"].stretches for violation in part.violations] == [9.0]
+    run = only_run(tmp_path, [*entries([0.1 * n for n in range(30)]), *late[2:]])
+    assert run.word("R2") == "Failed"
+    assert [violation.time_s for violation in run.verdicts["R2"].violations] == [9.0]
 
 
-def test_a_periodic_topic_that_pauses_has_a_gap_by_itself(tmp_path: Path) -> None:
+def test_a_periodic_topic_that_pauses_has_a_gap(tmp_path: Path) -> None:
     made = entries([*(0.1 * n for n in range(30)), *(4.0 + 0.1 * n for n in range(30))])
-    ((run, _),) = judged(tmp_path, made, MAP.replace("gap_s = 2.0\n", ""))
-    assert {name: [(round(a, 3), round(b, 3)) for a, b in spans] for name, spans in run.gaps.items()} == {
-        "level": [(2.9, 4.0)],
-        "is_open": [(2.9, 4.0)],
-    }
+    run = only_run(tmp_path, made, MAP.replace("gap_s = 2.0\n", "")).run
+    gaps = {name: [(round(a, 3), round(b, 3)) for a, b in spans] for name, spans in run.gaps.items()}
+    assert gaps == {"level": [(2.9, 4.0)], "is_open": [(2.9, 4.0)]}
 
 
-def test_what_a_log_lacks_is_unknown(tmp_path: Path) -> None:
-    made = [entry for entry in entries([0.1 * n for n in range(30)]) if entry[1] != "/cell/done"]
-    ((_, verdicts),) = judged(tmp_path, made)
-    assert (verdicts["R1"].verdict, verdicts["R1"].unknown) == ("unknown", "the log has no switched")
+def test_a_topic_that_is_missing_makes_its_requirements_unknown(tmp_path: Path) -> None:
+    run = only_run(tmp_path, [entry for entry in entries([0.1 * n for n in range(30)]) if entry[1] != "/cell/done"])
+    assert run.unknown == {"R1": "the log has no switched"}
 
 
 def test_a_log_whose_clock_jumps_is_judged_in_parts(tmp_path: Path) -> None:
     made = [*entries([0.1 * n for n in range(30)]), *((t - 50.0, *rest) for t, *rest in entries([0.0, 1.0, 2.0]))]
     parts = judged(tmp_path, made)
-    assert [run.name for run, _ in parts] == ["run.mcap, part 1", "run.mcap, part 2"]
-    assert [verdicts["R1"].verdict for _, verdicts in parts] == ["Passed", "Passed"]
+    assert [(part.run.name, part.word("R1")) for part in parts] == [
+        ("run.mcap, part 1", "Passed"),
+        ("run.mcap, part 2", "Passed"),
+    ]
 
 
 def test_times_may_be_those_of_headers(tmp_path: Path) -> None:
@@ -150,7 +161,8 @@ def test_times_may_be_those_of_headers(tmp_path: Path) -> None:
     [
         ("[messages.wish]", "[messages.wishes]", "messages.wishes: the testbench has no such message"),
         ("fields.level", "fields.levels", "messages.wish.fields.levels: the message has no such field"),
-        ('unit = "cm"', 'unit = "deg"', "level: its unit is m, which is none of deg"),
+        ('unit = "cm"', 'unit = "deg"', "level: its unit is m, to which deg cannot be converted"),
+        ('unit = "cm"', "equals = 1.0", "level: equals is for truth values, and this is none"),
         ("gap_s = 2.0", "gaps = 2.0", "unknown key 'gaps'; nearest: gap_s"),
         ("gap_s = 2.0", "gap_s = inf", "expected a finite number"),
         ("[signals.level]", "[signals.level", "map.toml:9:15: not TOML"),
@@ -162,10 +174,12 @@ def test_what_is_wrong_with_a_map_is_said(old: str, new: str, said: str, tmp_pat
         read_map(tmp_path / "map.toml", VOCABULARY)
 
 
-@pytest.mark.parametrize(("old", "new"), [("percent", "percents"), ("height", "door")])
+@pytest.mark.parametrize(
+    ("old", "new"), [('path = "height", unit = "cm"', 'path = "heights"'), ('path = "height"', 'path = "door"')]
+)
 def test_a_message_without_its_field_is_said(old: str, new: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"level: (its messages have no field percents|door is 'open'; expected)"):
-        judged(tmp_path, entries([0.0, 1.0]), MAP.replace(f'path = "{old}"', f'path = "{new}"'))
+    with pytest.raises(InputError, match=r"level: (its messages have no field heights|door is 'open'; expected)"):
+        judged(tmp_path, entries([0.0, 1.0]), MAP.replace(old, new))
 
 
 def test_the_draft_of_a_map_is_one(tmp_path: Path) -> None:
@@ -213,7 +227,7 @@ def test_traces_of_tests_have_the_verdicts_and_margins_of_their_runs(lamps: pyte
     status, logs, said = check(lamps.path, "conftest.py", str(foreign), "hri-report/traces")
     assert (status, len(logs)) == (2, 4)
     assert "conftest.py: the file is neither *.mcap nor *.db3" in said
-    assert "error: check: foreign.mcap: no trace of --hri-mcap: expected --map" in said
+    assert "error: check: foreign.mcap: not a trace of --hri-mcap: expected --map" in said
 
 
 def test_a_signal_may_be_resampled_and_computed_from_several_fields(tmp_path: Path) -> None:
@@ -231,7 +245,7 @@ def test_a_signal_may_be_resampled_and_computed_from_several_fields(tmp_path: Pa
     [
         ("speed.x +", "invalid syntax"),
         ("__import__('os').system('x')", r"expected fields, numbers, \+ - \* / and abs"),
-        ("[].x", "expected a field, as pose.position.x"),
+        ("[].x", "expected a field, such as pose.position.x"),
         ("1 + " * 300 + "1", "has more than 1,000 characters"),
     ],
 )
@@ -246,7 +260,7 @@ def test_an_expression_that_is_none_is_said(text: str, said: str, tmp_path: Path
         ("speed.z", "no field speed.z"),
         ("1 / speed.x", "division by zero"),
         ("abs(speed.x, 1)", "abs"),
-        ("name", "name is none"),
+        ("name", "name is not one"),
     ],
 )
 def test_an_expression_without_a_value_is_said(text: str, said: str, tmp_path: Path) -> None:
@@ -269,55 +283,38 @@ def test_gaps_are_the_waits_that_are_too_long(waits: list[float], rest_s: float,
 
 
 def test_a_topic_with_thousands_of_gaps_is_unknown_as_a_whole(tmp_path: Path) -> None:
-    ((_, verdicts),) = judged(tmp_path, entries([3.0 * n for n in range(1200)]))
-    assert verdicts["R2"].unknown == "no data of level from 0.000 to 3597.000 s"
+    run = only_run(tmp_path, entries([3.0 * n for n in range(1200)]))
+    assert run.unknown == {"R2": "no data of level from 0.000 to 3597.000 s"}
 
 
-def test_messages_that_cannot_be_read_make_what_reads_them_unknown(tmp_path: Path) -> None:
-    made = [*entries([0.1 * n for n in range(30)]), (2.95, "/cell/state", b"{")]
-    ((_, verdicts),) = judged(tmp_path, made)
-    assert (verdicts["R1"].verdict, verdicts["R2"].unknown) == ("Passed", "1 message of level cannot be read")
+def test_messages_that_cannot_be_read_make_requirements_unknown(tmp_path: Path) -> None:
+    run = only_run(tmp_path, [*entries([0.1 * n for n in range(30)]), (2.95, "/cell/state", b"{")])
+    assert (run.word("R1"), run.unknown) == ("Passed", {"R2": "1 message of level cannot be read"})
 
 
-def test_numbers_that_are_not_finite_make_what_reads_them_unknown(tmp_path: Path) -> None:
+def test_numbers_that_are_not_finite_make_requirements_unknown(tmp_path: Path) -> None:
     text = MAP.replace('{ path = "height", unit = "cm" }', '{ expression = "height * 1e300 * 1e-302" }')
     made = [*entries([0.1 * n for n in range(30)]), (2.95, "/cell/state", {"height": 1e9, "door": "open"})]
-    ((_, verdicts),) = judged(tmp_path, made, text)
-    assert (verdicts["R1"].verdict, verdicts["R2"].unknown) == ("Passed", "1 value of level is not finite")
-    ((_, verdicts),) = judged(tmp_path, [*made, (2.96, "/cell/state", {"height": 9e3, "door": "open"})], text)
-    assert verdicts["R2"].verdict == "Failed"
+    assert only_run(tmp_path, made, text).unknown == {"R2": "1 value of level is not finite"}
+    failing: list[Entry] = [*made, (2.96, "/cell/state", {"height": 9e3, "door": "open"})]
+    assert only_run(tmp_path, failing, text).word("R2") == "Failed"
 
 
-def test_what_was_never_triggered_has_its_nearest_miss(tmp_path: Path) -> None:
-    made = entries([0.1 * n for n in range(30)], height=-5.0)
-    ((_, verdicts),) = judged(tmp_path, made)
-    (part,) = verdicts["R2"].stretches
-    assert part.near_miss is not None
-    assert part.near_miss.missing == ("level > 0",)
-    assert part.near_miss.distance == pytest.approx(0.05)
+def test_a_requirement_that_was_never_triggered_has_its_near_miss(tmp_path: Path) -> None:
+    miss = only_run(tmp_path, entries([0.1 * n for n in range(30)], height=-5.0)).verdicts["R2"].near_miss
+    assert miss is not None
+    assert miss.missing == ("level > 0",)
+    assert miss.distance == pytest.approx(0.05)
 
 
-PRODUCT = CrossProduct({"room": ("hall", "cellar"), "R1": ("Passed", "Failed", "NC")})
-
-
-def test_many_logs_are_compared_with_tests(tmp_path: Path) -> None:
-    text = MAP + '[cross.rides]\ntopic = "/cell/ride"\ncoordinates = { room = "room" }\n'
-    (tmp_path / "map.toml").write_text(text)
-    (tmp_path / "requirements.toml").write_text(REQUIREMENTS)
-    requirements = load_requirements(tmp_path / "requirements.toml", VOCABULARY)
-    fleet = Fleet(["R1", "R2"], {"rides": PRODUCT})
-    made = read_map(tmp_path / "map.toml", VOCABULARY, {"rides": PRODUCT})
-    for room in ("hall", "attic"):
-        file = write_mcap(
-            tmp_path / "run.mcap", [*entries([0.1 * n for n in range(30)]), (2.9, "/cell/ride", {"room": room})]
-        )
-        (each,) = judge(LogReader(reading(file), made, VOCABULARY), requirements)
-        fleet.add(each, {})
-    assert fleet.hits == {"rides": {("hall", "Passed"): 1}}
-    assert fleet.faults == ["run.mcap: rides: ('attic',) is not a bin; coordinates are room"]
-    assert not fleet.is_good
+def test_hits_of_cross_products_are_named_by_coordinates(tmp_path: Path) -> None:
+    """In any order; that of the product counts."""
+    text = MAP + '[cross.rides]\ntopic = "/cell/ride"\ncoordinates = { room = "room", floor = "level" }\n'
+    made: list[Entry] = [*entries([0.1 * n for n in range(30)]), (2.9, "/cell/ride", {"room": "hall", "level": 1})]
+    assert only_run(tmp_path, made, text).hits == {"rides": {(("room", "hall"), ("floor", "1"))}}
+    product = CrossProduct({"floor": ("1", "2"), "room": ("hall", "cellar")})
     with pytest.raises(InputError, match=r"cross\.rides: the testbench has no such cross product; nearest: ride"):
-        read_map(tmp_path / "map.toml", VOCABULARY, {"ride": PRODUCT})
+        read_map(tmp_path / "map.toml", VOCABULARY, {"ride": product})
 
 
 @pytest.mark.slow
@@ -337,72 +334,13 @@ def test_logs_have_a_page_and_say_what_only_tests_cover(lamps: pytest.Pytester) 
     hits = {hit for test in ran.values() for hit in (test.cross or {})["light"]}
     assert {*map(tuple, difference["only_tests"]["bins"]["light"])} == hits - {("cellar", "100")}
     assert "Compared with the tests of hri-report" in (lamps.path / "logs" / "index.html").read_text(encoding="utf-8")
-
-
-ACTIONS = """
-[actions.enter]
-topic = "/door"
-command = "enter {room}"
-since = "pause_s"
-
-[actions.greet]
-topic = "/speech"
-command = "greet"
-only = { said = "hello" }
-since = "pause_s"
-
-[actions.wish]
-topic = "/wish"
-command = "set_lamp level = {percent}"
-parameters.pause_s = { path = "thought_ms", scale = 0.001 }
-"""
-FIELD_LOG: list[Entry] = [
-    (0.0, "/door", {"room": "hall"}),
-    (0.75, "/speech", {"said": "hello"}),
-    (1.0, "/speech", {"said": "well"}),
-    (4.0, "/wish", {"percent": 10.0, "thought_ms": 900.0}),
-]
-
-
-def to_tests(folder: Path, made: Sequence[Entry], actions: str = ACTIONS) -> subprocess.CompletedProcess[str]:
-    """What `--to-tests` makes of a log, in `logged.txt`."""
-    write_mcap(folder / "field.mcap", made)
-    (folder / "map.toml").write_text(actions)
-    command = [sys.executable, "-m", "pytest_hricdv", "check", "field.mcap", "--map=map.toml", "--to-tests=logged.txt"]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-
-
-def test_what_the_person_did_in_a_log_is_a_test_that_runs(lamps: pytest.Pytester) -> None:
-    done = to_tests(lamps.path, FIELD_LOG)
-    assert (done.returncode, done.stdout) == (0, "1 test in logged.txt; now: pytest --hri-suite=logged.txt\n"), done
-    assert done.stderr == (
-        "note: field.mcap: action 1, enter hall: pause_s is 0, outside of its range [0.5, 1] s: it is drawn\n"
+    (lamps.path / "map.toml").write_text(
+        '[cross.light]\ntopic = "/ride"\ncoordinates = { place = "to", level = "n" }\n'
     )
-    text = (lamps.path / "logged.txt").read_text()
-    assert "# values 2: pause_s 0.75\n# values 3: pause_s 0.9\nenter hall\ngreet\nset_lamp level = 10\n" in text
-    assert lamps.runpytest_inprocess("--hri-suite=logged.txt", "-p", "no:xdist").ret == 0
-    (test,) = project.report(lamps.path)["tests"]
-    assert test["concrete"]["actions"][1]["parameters"]["pause_s"] == 0.75
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ('"hall"', '"attic"', "field.mcap: /door is 'enter attic', which the testbench has no command for; nearest: "),
-        ('"{room}"', '"{rom}"', "/door: its messages have no field rom; nearest: room"),
-        ('command = "greet"', 'command = "greet("', "/speech: 'greet(' is not a command; expected "),
-        ('"thought_ms"', '"thought"', "actions./wish.pause_s: thought is None; expected a number; nearest: thought_ms"),
-        ("parameters.pause_s", "parameters.paus_s", "has no parameter paus_s; nearest: pause_s"),
-        ("hello", "bye", ""),
-    ],
-)
-def test_an_action_that_cannot_be_one_is_refused_with_its_topic(
-    lamps: pytest.Pytester, old: str, new: str, told: str
-) -> None:
-    made = [(t, topic, {k: "attic" if v == "hall" and old == '"hall"' else v for k, v in fields.items()})
-            for t, topic, fields in FIELD_LOG]  # fmt: skip
-    old, new = old.strip('"'), new.strip('"')
-    done = to_tests(lamps.path, made, ACTIONS.replace(old, new))
-    assert told in done.stderr
-    assert (done.returncode == 0) == (not told)
-    assert (lamps.path / "logged.txt").exists() == (not told)
+    attic = write_mcap(lamps.path / "attic.mcap", [(0.0, "/ride", {"to": "attic", "n": 1.0})])
+    status, _, _ = check(lamps.path, str(attic), "--map=map.toml", "-o", "logs")
+    gates = load(lamps.path / "logs").gates
+    assert gates is not None
+    assert (status, gates.failed[-1]) == (
+        1, "attic.mcap: light: ('attic', '1') is not a bin; coordinates are place, level"
+    )  # fmt: skip
