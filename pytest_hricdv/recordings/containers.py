@@ -99,7 +99,7 @@ def _topic(
 ) -> RecordedTopic:
     """The topic of a channel."""
     if number not in channels or channels[number][1] not in schemas:
-        raise UnreadableError("not an MCAP file that can be read, or cut off: a message of no channel or schema")
+        raise UnreadableError("not an MCAP file that can be read, or cut off: a message without channel or schema")
     name, schema, encoding = channels[number]
     kind, definition = schemas[schema]
     topics[number] = RecordedTopic(name, kind, encoding, definition)
