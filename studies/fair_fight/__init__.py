@@ -38,6 +38,7 @@ class CodeBase:
         options: of pytest, for our own suites.
         python_path: folders that Python imports from, below its folder.
         fidelity: how its world is simulated; empty where it knows only one way.
+        replay_s: processor time for the inputs of a tool on a sealed fault.
     """
 
     name: str
@@ -47,6 +48,7 @@ class CodeBase:
     options: tuple[str, ...] = ()
     python_path: tuple[str, ...] = ()
     fidelity: str = ""
+    replay_s: float = 4.0
 
     def fill(self, folder: Path, clones: Path) -> None:
         """Write its files, and the test that HypoFuzz collects. Raises FetchError where it cannot be cloned."""
@@ -92,7 +94,14 @@ CODE_BASES = (
         options=("tests/hri/test_table_assembly.py", "--hri-fidelity=kinematic"),
         fidelity="kinematic",
     ),
-    CodeBase("home_care", "home care", ("carebot",), _project("home_care"), options=("tests/test_home_care.py",)),
+    CodeBase(
+        "home_care",
+        "home care",
+        ("carebot",),
+        _project("home_care"),
+        options=("tests/test_home_care.py",),
+        replay_s=10.0,
+    ),
     CodeBase(
         "tello",
         "`DJITelloPy`",

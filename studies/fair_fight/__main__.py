@@ -67,6 +67,7 @@ def _measure(base: CodeBase, only: Sequence[str], options: argparse.Namespace) -
         _seal(base, folder, code)
         return
     chosen = [name for name in TITLES if not only or base.name in only or f"{base.name}/{name}" in only]
+    _check_budget(path, base, options.budget)
     journals: dict[str, Path] = {}
     for tool in (tool for tool in TOOLS if tool.name in chosen):
         key, journal = f"{base.name}/{tool.name}", work / f"{base.name}-{tool.name}.jsonl"
@@ -81,6 +82,13 @@ def _measure(base: CodeBase, only: Sequence[str], options: argparse.Namespace) -
     if options.pynguin and PYNGUIN in chosen and key not in read(path):
         print(key, "...", flush=True)
         _store(path, key, unit_tests.measure(base, work, options.pynguin, options.python, options.budget))
+
+
+def _check_budget(path: Path, base: CodeBase, budget_s: float) -> None:
+    """A table has one budget."""
+    for key, row in read(path).items():
+        if key.startswith(f"{base.name}/") and row["budget_s"] != budget_s:
+            raise SystemExit(f"{path}: {key} had {row['budget_s']:.0f} s, not {budget_s:.0f} s: give other --results")
 
 
 def _seal(base: CodeBase, folder: Path, code: CodeMap) -> None:

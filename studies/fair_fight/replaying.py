@@ -20,9 +20,6 @@ from studies.fair_fight.meter import plain
 from studies.fair_fight.running import environment, read
 from studies.fair_fight.world import World
 
-SECONDS = 4.0
-"""Of processor time for the inputs of a tool on a fault."""
-
 
 def ordered(runs: Sequence[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
     """Those first that covered something new when they were made, then the others."""
@@ -81,7 +78,7 @@ def noticed(base: CodeBase, work: Path, journals: Mapping[str, Path], python: st
 
 
 def _replayed(base: CodeBase, folder: Path, journals: Sequence[Path], python: str) -> list[dict[str, Any]]:
-    command = [python or sys.executable, "-m", "studies.fair_fight.replaying", base.name, str(SECONDS)]
+    command = [python or sys.executable, "-m", "studies.fair_fight.replaying", base.name, str(base.replay_s)]
     done = subprocess.run(
         [*command, *map(str, journals)],
         cwd=folder,
