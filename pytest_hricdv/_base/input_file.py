@@ -248,6 +248,26 @@ def from_toml(text: str) -> dict[str, object]:
     return tables
 
 
+def read_toml(path: Path, kind: type[T]) -> T:
+    """A value of this type from a TOML file.
+
+    Raises:
+        InputError: located: there is no such file, it is not TOML, or it has other keys or values than the type.
+    """
+    import msgspec
+
+    try:
+        tables = from_toml(read_text(path, MAX_TOML_BYTES))
+        check_keys_of(kind, tables)  # its errors name the nearest key
+        return msgspec.convert(tables, kind)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except MalformedError as error:
+        raise InputError(f"{path}{error}") from None
+    except msgspec.ValidationError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
 def from_cache(cache: Any | None, key: str) -> Any:
     """An entry of pytest's cache; None if it is missing or unreadable, so that it is made again.
 

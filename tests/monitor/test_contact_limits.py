@@ -88,7 +88,7 @@ def test_they_judge_as_computed_by_hand(
     [
         ("[regions.chest]", "[regions.chst]", "regions.chst: no such region; nearest: chest"),
         ("quasi_static = 25", "quasi_static = 75", r"regions.chest.force_n: expected 0 <= quasi_static <= transient"),
-        ('source = "an example, not limits to use"', 'source = ""', "source: expected where the limits come from"),
+        ('source = "an example, not limits to use"', 'source = ""', "source: expected the source of the limits"),
         ("transient_s = 0.5", "transient_s = 0", "transient_s: expected more than 0 s"),
         ("transient_s = 0.5", "transient = 0.5", "unknown key 'transient'; nearest: transient_s"),
         ("transient = 50, ", "", "force_n"),

@@ -9,9 +9,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
-from msgspec import ValidationError, convert
-
-from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, check_keys_of, from_toml, read_text
+from pytest_hricdv._base.input_file import read_toml
 from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv._base.suggestion import nearest
@@ -141,16 +139,7 @@ def read_map(path: Path, vocabulary: Vocabulary, products: Mapping[str, CrossPro
     Raises:
         InputError: there is no such file, it is no map, or it names something that the testbench does not declare.
     """
-    try:
-        tables = from_toml(read_text(path, MAX_TOML_BYTES))
-        check_keys_of(LogMap, tables)  # names the nearest one
-        made = convert(tables, LogMap)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except MalformedError as error:
-        raise InputError(f"{path}{error}") from None
-    except ValidationError as error:
-        raise InputError(f"{path}: {error}") from None
+    made = read_toml(path, LogMap)
     for problem in (*_problems(made, vocabulary), *_problems_of_cross(made, products)):
         raise InputError(f"{path}: {problem}")
     return made
@@ -176,7 +165,7 @@ def _problems(made: LogMap, vocabulary: Vocabulary) -> Iterator[str]:
             unit = vocabulary.units.get(name) or "not declared"
             yield f"{name}: its unit is {unit}, to which {source.unit} cannot be converted"
         if source.equals is not None and vocabulary.kind(name) is not bool:
-            yield f"{name}: equals is for truth values, and this is none"
+            yield f"{name}: equals is for truth values only"
 
 
 def _fields(made: LogMap, vocabulary: Vocabulary) -> Iterator[tuple[str, FieldSource]]:

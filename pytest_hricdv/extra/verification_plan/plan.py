@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from msgspec.structs import replace
+from msgspec import Meta, Struct, ValidationError, convert, structs
 
-from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
+from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, check_keys_of, from_toml, read_text
 from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv._base.record import Count, Names, Percent, PlainRecord
 from pytest_hricdv._base.suggestion import nearest
@@ -27,21 +27,21 @@ class PlanItem(PlainRecord, frozen=True, kw_only=True):
     Args:
         name: its path in the file, such as `safety.crush`.
         title: for people.
-        owner: who answers for it; empty: whoever answers for the section.
+        owner: who is responsible; empty for the owner of the section.
         text: a longer description.
-        depth: in how many sections it is.
-        is_goal: it is no section.
-        requirements: that have to pass, and to be checked.
-        triggers: at least so often, each of them.
-        statements: per cent of those that can be reached, of the files.
-        branches: the same.
-        files: globs; empty: all of the code under test.
-        cross: cross product -> per cent of its possible bins, over all suites.
-        plans: agent -> per cent of its plans, over all suites.
-        state: how far it is.
+        depth: number of sections around it.
+        is_goal: whether it is a goal.
+        requirements: that have to be checked and to pass.
+        triggers: least number of triggers of each of them.
+        statements: percentage of those that can be reached, of the files.
+        branches: likewise.
+        files: globs; empty for all of the code under test.
+        cross: cross product -> percentage of its possible bins, over all suites.
+        plans: agent -> percentage of its plans, over all suites.
+        state: of the goal, or the worst in the section.
         missing: what it lacks, a sentence each.
-        goals: how many goals it has, of a section.
-        met: how many of them are met or waived.
+        goals: number of goals in it.
+        met: number of those that are met or waived.
     """
 
     name: str
@@ -64,22 +64,38 @@ class PlanItem(PlainRecord, frozen=True, kw_only=True):
 
     def without_state(self) -> PlanItem:
         """The item without its state."""
-        return replace(self, state="open", missing=(), goals=0, met=0)
+        return structs.replace(self, state="open", missing=(), goals=0, met=0)
 
 
 PLAN: Section[tuple[PlanItem, ...]] = Section("plan", tuple[PlanItem, ...], ())
 """The items of the verification plan with their states; in a merged report, where all had the same plan."""
 
 
-_TEXTS = ("title", "owner", "text")
-_LISTS = ("requirements", "files")
-_SHARES = ("cross", "plans")
-_PERCENTS = ("statements", "branches")
-_GOAL = (*_LISTS, *_SHARES, *_PERCENTS, "triggers")
+class _Table(Struct, forbid_unknown_fields=True):
+    """The keys of a section."""
+
+    title: str = ""
+    owner: str = ""
+    text: str = ""
+
+
+class _GoalTable(_Table, forbid_unknown_fields=True):
+    """The keys of a goal."""
+
+    requirements: Names = ()
+    triggers: Annotated[int, Meta(ge=1)] = 1
+    statements: Percent | None = None
+    branches: Percent | None = None
+    files: Names = ()
+    cross: Mapping[str, Percent] = {}
+    plans: Mapping[str, Percent] = {}
 
 
 class PlanError(InputError):
     """A plan cannot be read, or names what does not exist; the text says where, and what was expected."""
+
+
+_SHARES = ("cross", "plans")
 
 
 @dataclass(frozen=True)
@@ -117,77 +133,38 @@ class _PlanReader:
     subjects: Subjects
 
     def parts(self, name: str, table: Mapping[str, Any], depth: int) -> Iterator[PlanItem]:
-        """A section, which has tables, with what is in it; or a goal."""
+        """A section, which has tables, with its content; or a goal."""
         tables = {key: value for key, value in table.items() if isinstance(value, dict) and key not in _SHARES}
         is_goal = bool(name) and not tables
-        allowed = (*_TEXTS, *_GOAL) if is_goal else _TEXTS
-        for key in table.keys() - tables.keys():
-            if key not in allowed:
-                owner = "a goal" if is_goal else "a section, whose goals are its tables"
-                raise self._error(name, f"{quote(key)} is not a key of {owner}{nearest(key, allowed)}")
-        texts = {key: self._text(name, key, table) for key in _TEXTS if key in table}
-        part = PlanItem(
-            name=name,
-            title=texts.get("title", name.rpartition(".")[2] or self.path.stem),
-            owner=texts.get("owner", ""),
-            text=texts.get("text", ""),
-            depth=depth,
-        )
-        yield self._goal(part, table) if is_goal else part
+        kind = _GoalTable if is_goal else _Table
+        try:
+            keys = {key: value for key, value in table.items() if key not in tables}
+            check_keys_of(kind, keys)
+            read = convert(keys, kind)
+        except (MalformedError, ValidationError) as error:
+            what = "goal" if is_goal else "section, which contains tables"
+            raise self._error(name, f"{str(error).removeprefix(': ')} of a {what}") from None
+        title = read.title or name.rpartition(".")[2] or self.path.stem
+        part = PlanItem(name=name, depth=depth, is_goal=is_goal, **{**structs.asdict(read), "title": title})
+        if is_goal:
+            self._check(part)
+        yield part
         for key, value in tables.items():
             yield from self.parts(f"{name}.{key}" if name else key, value, depth + 1)
 
-    def _goal(self, part: PlanItem, table: Mapping[str, Any]) -> PlanItem:
-        name = part.name
-        if not any(key in table for key in (*_SHARES, *_PERCENTS, "requirements")):
-            raise self._error(name, "a goal without anything to show; expected requirements, statements, cross ...")
-        requirements = self._names(name, "requirements", table, self.subjects.requirements)
-        triggers = table.get("triggers", 1)
-        if not isinstance(triggers, int) or isinstance(triggers, bool) or triggers < 1:
-            raise self._error(name, f"triggers is {triggers!r}; expected a whole number from 1 on")
-        return replace(
-            part,
-            is_goal=True,
-            requirements=requirements,
-            triggers=triggers,
-            files=self._names(name, "files", table, None),
-            statements=self._percent(name, "statements", table),
-            branches=self._percent(name, "branches", table),
-            cross=self._shares(name, "cross", table, self.subjects.cross),
-            plans=self._shares(name, "plans", table, self.subjects.agents),
-        )
-
-    def _text(self, name: str, key: str, table: Mapping[str, Any]) -> str:
-        value = table[key]
-        if not isinstance(value, str):
-            raise self._error(name, f"{key} is {value!r}; expected a text")
-        return value
-
-    def _names(self, name: str, key: str, table: Mapping[str, Any], allowed: Collection[str] | None) -> tuple[str, ...]:
-        names = table.get(key, [])
-        if not isinstance(names, list) or not all(isinstance(item, str) for item in names):
-            raise self._error(name, f'{key} is {names!r}; expected a list of texts, such as ["R1"]')
-        for item in names if allowed is not None else ():
-            if item not in (allowed or ()):
-                raise self._error(name, f"{key}: there is no {quote(item)}{nearest(item, allowed or ())}")
-        return tuple(names)
-
-    def _shares(self, name: str, key: str, table: Mapping[str, Any], allowed: Collection[str]) -> dict[str, float]:
-        percents = table.get(key, {})
-        if not isinstance(percents, dict):
-            raise self._error(name, f"{key} is {percents!r}; expected names with per cent, such as {{ NAME = 80 }}")
-        for item in percents:
-            if item not in allowed:
-                raise self._error(name, f"{key}: there is no {quote(item)}{nearest(item, allowed)}")
-        return {item: self._percent(name, item, percents) or 0.0 for item in percents}
-
-    def _percent(self, name: str, key: str, table: Mapping[str, Any]) -> float | None:
-        value = table.get(key)
-        if value is None:
-            return None
-        if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 100:
-            raise self._error(name, f"{key} is {value!r}; expected per cent, from 0 to 100")
-        return float(value)
+    def _check(self, goal: PlanItem) -> None:
+        """See that a goal asks for something, and that it exists."""
+        percents = (goal.statements, goal.branches)
+        if not (goal.requirements or goal.cross or goal.plans or any(each is not None for each in percents)):
+            raise self._error(goal.name, "a goal without criteria; expected requirements, statements, cross ...")
+        for key, names, allowed in (
+            ("requirements", goal.requirements, self.subjects.requirements),
+            ("cross", goal.cross, self.subjects.cross),
+            ("plans", goal.plans, self.subjects.agents),
+        ):
+            for item in names:
+                if item not in allowed:
+                    raise self._error(goal.name, f"{key}: there is no {quote(item)}{nearest(item, allowed)}")
 
     def _error(self, name: str, problem: str) -> PlanError:
         header = f"[{name}]"

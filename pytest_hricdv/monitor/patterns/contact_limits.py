@@ -1,8 +1,7 @@
 """Contact limits by region of the body, from the user's own file: no figure of a standard is built in.
 
-A contact is transient for a moment, and quasi-static from then on: what is clamped. Each has limits of force and of
-pressure, by the region that is touched (power and force limiting, ISO 10218-2:2025; ISO/TS 15066:2016, 5.5.5 and
-annex A).
+A contact is transient for a moment and quasi-static afterwards, as when a hand is clamped. Each phase has limits of
+force and pressure, by body region (power and force limiting, ISO 10218-2:2025; ISO/TS 15066:2016, 5.5.5 and annex A).
 """
 
 from __future__ import annotations
@@ -11,9 +10,8 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from msgspec import ValidationError, convert
-
-from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, check_keys_of, from_toml, read_text
+from pytest_hricdv._base.input_file import read_toml
+from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.build import always, equal, requirement
@@ -38,7 +36,7 @@ BODY_REGIONS = (
 
 
 class ContactLimit(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The limits of a quantity, for transient and for quasi-static contact."""
+    """The limits of a quantity, for transient and quasi-static contact."""
 
     transient: float
     quasi_static: float
@@ -55,7 +53,7 @@ class ContactLimits(PlainRecord, frozen=True, kw_only=True, forbid_unknown_field
     """A file of limits.
 
     Attributes:
-        source: where they come from.
+        source: of the limits.
         transient_s: a contact that lasts longer (s) is quasi-static.
         regions: region -> its limits.
     """
@@ -75,13 +73,13 @@ def contact_limits(
 
     Args:
         path: of the file, as from `contact_limits_template`.
-        region: that is touched, a text.
+        region: the touched region, a text.
         force: of the contact (N), not negative; None if it is not simulated.
         pressure: of the contact (N/cm2), likewise.
 
     Raises:
-        RequirementError: located, where the file has no limits, or those of a region that there is not, or limits of a
-            quantity that is not simulated.
+        RequirementError: located, if the file has no limits, an unknown region, or limits of a quantity that is not
+            simulated.
     """
     limits = _read(path)
     return tuple(_requirements(path, limits, region, {"force_n": force, "pressure_n_cm2": pressure}))
@@ -89,17 +87,11 @@ def contact_limits(
 
 def _read(path: Path) -> ContactLimits:
     try:
-        tables = from_toml(read_text(path, MAX_TOML_BYTES))
-        check_keys_of(ContactLimits, tables)
-        limits = convert(tables, ContactLimits)
-    except FileNotFoundError:
-        raise RequirementError(f"{path}: there is no such file; contact_limits_template() begins one") from None
-    except MalformedError as error:
-        raise RequirementError(f"{path}{error}") from None
-    except ValidationError as error:
-        raise RequirementError(f"{path}: {error}") from None
+        limits = read_toml(path, ContactLimits)
+    except InputError as error:
+        raise RequirementError(f"{error}; contact_limits_template() begins such a file") from None
     if not limits.source:
-        raise RequirementError(f"{path}: source: expected where the limits come from, as a risk assessment")
+        raise RequirementError(f"{path}: source: expected the source of the limits, such as a risk assessment")
     if limits.transient_s <= 0:
         raise RequirementError(f"{path}: transient_s: expected more than 0 s, got {limits.transient_s:g}")
     if not limits.regions:
@@ -133,13 +125,13 @@ def _requirements(
 
 
 def contact_limits_template() -> str:
-    """A file of limits without a figure, to be filled in."""
+    """A file of limits without figures, to be filled in."""
     lines = [
         "# Limits of contact by body region. The figures are those of your risk assessment.",
-        'source = ""          # where they come from, as "Risk assessment of cell 4, table 3"',
+        'source = ""          # such as "Risk assessment of cell 4, table 3"',
         "transient_s = 0.0    # a contact that lasts longer is quasi-static: clamped",
         "",
-        "[regions]            # uncomment what can be touched; a quantity without limits is not checked",
+        "[regions]            # uncomment regions that can be touched; a quantity without limits is not checked",
     ]
     for name in BODY_REGIONS:
         lines += ["", f'# [regions."{name}"]']
