@@ -1,6 +1,6 @@
-"""`hricdv qualify`: known answers on this installation.
+"""`hricdv qualify`: checks this installation by known answers.
 
-Runs sessions of a small robot with and without planted faults, and monitors whose verdicts and margins were computed by
+Runs sessions of a small robot with and without planted faults, and monitors with verdicts and margins computed by
 hand, and writes a page to sign. The exit status is 1 if an answer is not the known one. It takes two minutes.
 """
 
@@ -49,11 +49,11 @@ def _do(options: argparse.Namespace) -> int:
 
 
 def qualify(folder: Path, answers: Sequence[tuple[str, Callable[[Workshop], None]]]) -> Iterator[tuple[str, str]]:
-    """Check answers one by one; yields each fact, and its fault or an empty text.
+    """Check answers; yields each title with the fault, or an empty text.
 
     Args:
         folder: empty, for the sessions.
-        answers: what has to hold, and what checks it.
+        answers: titles, and the functions that check them.
     """
     workshop = Workshop(folder)
     with ThreadPoolExecutor(AT_ONCE) as pool:  # each session is a process of its own
@@ -67,7 +67,7 @@ def _problem(workshop: Workshop, check: Callable[[Workshop], None]) -> str:
         check(workshop)
     except WrongAnswerError as error:
         return str(error)
-    except (Exception, subprocess.SubprocessError) as error:  # whatever is broken: it is the answer's problem
+    except (Exception, subprocess.SubprocessError) as error:  # whatever is broken is a fault of this answer
         return error_text(error)
     return ""
 

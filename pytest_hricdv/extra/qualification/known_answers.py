@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
-from threading import Lock
+from threading import Lock, Timer
 from typing import Any
 
 from pytest_hricdv.monitor.loading import parse_formula
@@ -28,12 +27,12 @@ ROBOT = "my_robot.py"
 
 
 class WrongAnswerError(Exception):
-    """The answer is not the known one; the text says which one came."""
+    """The answer is not the known one; the text has both."""
 
 
 @dataclass(frozen=True)
 class SessionEnd:
-    """A session that has ended: its exit status and its report."""
+    """The exit status of a session and its report."""
 
     status: int
     report: Mapping[str, Any]
@@ -49,10 +48,10 @@ class SessionEnd:
 
 @dataclass
 class Workshop:
-    """The place where sessions run.
+    """A folder for the projects of sessions.
 
     Args:
-        folder: empty; each session gets its own project in it.
+        folder: empty.
     """
 
     folder: Path
@@ -113,7 +112,7 @@ def expect(got: object, wanted: object, what: str) -> None:
 
 
 def fails(requirement: str, *edits: tuple[str, str, str]) -> Callable[[Workshop], None]:
-    """A planted fault that violates a requirement, and no other one."""
+    """A planted fault that violates this requirement and no other."""
 
     def check(workshop: Workshop) -> None:
         end = workshop.run(workshop.project(edits))
@@ -180,20 +179,21 @@ def _is_flaky(workshop: Workshop) -> None:
 
 def _is_killed(workshop: Workshop) -> None:
     project = workshop.project()
-    running = subprocess.Popen(
-        command("--hri-concretizations=40"),
+    with subprocess.Popen(
+        command("--hri-concretizations=40", "-vv"),
         cwd=project,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
         stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-    )
-    journal, end_s = project / "hri-report" / "journal.jsonl", time.monotonic() + SESSION_S
-    while running.poll() is None and time.monotonic() < end_s:
-        if journal.is_file() and journal.read_bytes().count(b"\n") > 4:
-            break
-        time.sleep(0.02)
-    running.send_signal(signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
-    running.wait()
+    ) as running:
+        limit = Timer(SESSION_S, running.kill)
+        limit.start()
+        results = (line for line in running.stdout or () if b"PASSED" in line)
+        ended = len([*islice(results, 4)])
+        limit.cancel()
+        running.kill()
+    expect(ended, 4, "tests that ended")
     rebuilt = subprocess.run(
         [sys.executable, "-m", "pytest_hricdv", "report", "rebuild", "hri-report"],
         cwd=project,
@@ -216,15 +216,11 @@ class MonitorCase:
 
     def __call__(self, workshop: Workshop) -> None:
         """Evaluates it."""
-        with workshop.lock:
-            self._evaluate()
-
-    def _evaluate(self) -> None:
         kinds: dict[str, Any] = {name: type(values[0][1]) for name, values in self.signals.items()}
-        vocabulary = Vocabulary(signals=kinds)
-        requirement = Requirement("R", "", "", self.formula, parse_formula(self.formula, vocabulary))
         columns: dict[str, Any] = {name: tuple(zip(*values, strict=True)) for name, values in self.signals.items()}
-        (verdict,) = evaluate([requirement], Log(columns, (), 10.0))
+        with workshop.lock:
+            formula = parse_formula(self.formula, Vocabulary(signals=kinds))
+            (verdict,) = evaluate([Requirement("R", "", "", self.formula, formula)], Log(columns, (), 10.0))
         expect(verdict.verdict, self.verdict, f"verdict of {self.formula}")
         got = None if verdict.margin is None else round(verdict.margin, 6)
         expect(got, self.margin, f"margin of {self.formula}")
@@ -248,11 +244,11 @@ KNOWN_ANSWERS: tuple[tuple[str, Callable[[Workshop], None]], ...] = (
         fails("R1", (ROBOT, "WORK_S, LOOK_EVERY_S = 2.0", "WORK_S, LOOK_EVERY_S = 40.0")),
     ),
     ("an error in the code fails, with its name", _raises),
-    ("what nothing triggers is not checked, and no pass", _never_triggers),
+    ("a requirement that is never triggered is not checked, not passed", _never_triggers),
     ("a statement that no test covers is named with its line", _covers),
     ("a session repeats to the bit, with other hashes and on two workers", _repeats),
-    ("code that does not repeat is found", _is_flaky),
-    ("a killed session says what has no result", _is_killed),
+    ("code that does not repeat is detected", _is_flaky),
+    ("a killed session lists the tests without a result", _is_killed),
     ("a bound that holds, with its margin", MonitorCase("always(runs -> distance > 1.0)", _DISTANCE, "Passed", 0.25)),
     (
         "a bound that is violated, with its margin",
