@@ -10,9 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
+from pytest_hricdv._base.message import InputError
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_program, parse_term
 from pytest_hricdv.bdi.run.system import MultiAgentSystem
+from pytest_hricdv.extra.evidence.requirement_lists import read_requirements
+from pytest_hricdv.extra.logs.log_map import read_map
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import read_belief_sets
 from pytest_hricdv.generate.concrete import ConcreteTest, expand
@@ -55,6 +58,27 @@ _FORMULAS = [
     "always(answer.ok & last(answer.level) > 1 -> always(count[0:5](on(wish)) < 3) until time_since(p) > 2)",
     "always(previously(p) -> time_between(on(wish), on(switched)) < 3)",
 ]
+_MAP = """
+time = "header"
+gap_s = 0.5
+
+[messages.answer]
+topic = "/answer"
+fields.ok = { path = "said", equals = "yes" }
+fields.level = { expression = "hypot(a.x, -a.y) / 2 + 1" }
+
+[signals.x]
+topic = "/base"
+value = { path = "speed", unit = "cm/s" }
+every_s = 0.1
+
+[actions.wish]
+topic = "/wish"
+command = "set_lamp level = {percent}"
+only = { sender = "tablet" }
+parameters.pause_s = "pause"
+"""
+_NEEDS = '{"current_version": "1", "versions": {"1": {"needs": {"R-1": {"title": "a", "content": "b"}}}}}'
 _SOURCES = ("a.asl", "b.asl", "c.asl", "ann.asl", "bob.asl")
 """Files that projects name: empty ones are enough."""
 _TERMS = ['f(X, [1, "a"|T], -2.5)[source(self)]', "{+!g(X) : p & not q <- a; ?b; !c}"]
@@ -143,6 +167,11 @@ def targets(folder: Path) -> dict[str, Target]:
             _read_gate,
             ["R1: slow", "R3 when x > 2 until 2027-01-31: a reason"],
             (ThresholdError, ExemptionError),
+        ),
+        "map": Target(lambda text, path: read_map(_written(path, text), VOCABULARY), [_MAP], (InputError,)),
+        "needs": Target(
+            lambda text, path: read_requirements(_written(path.with_suffix(".json"), text)), [_NEEDS], (ReportError,),
+            is_json=True,
         ),
     }  # fmt: skip
 

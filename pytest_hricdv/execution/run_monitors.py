@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.execution.execution_feature import Watcher
 from pytest_hricdv.monitor import Criterion, Log, PastFormula, Requirement, Verdict, Vocabulary, watch
+from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
 from pytest_hricdv.runtime import Record
 from pytest_hricdv.runtime.json_value import Value
 
@@ -73,8 +74,13 @@ def mark_unknown(verdict: Verdict, known_when: Mapping[str, PastFormula], log: L
     """Mark the violations of a verdict that are outside of the condition under which they are known."""
     if not verdict.violations or verdict.requirement not in known_when:
         return verdict
-    condition = watch(known_when[verdict.requirement], log)
+    return mark_outside(verdict, watch(known_when[verdict.requirement], log))
+
+
+def mark_outside(verdict: Verdict, condition: ConditionMonitor | None) -> Verdict:
+    """Mark the violations at times at which a condition did not hold; without its monitor, all of them."""
     violations = (
-        replace(violation, outside=not condition.holds_at(violation.time_s)) for violation in verdict.violations
+        replace(violation, outside=condition is None or not condition.holds_at(violation.time_s))
+        for violation in verdict.violations
     )
     return replace(verdict, violations=tuple(violations))

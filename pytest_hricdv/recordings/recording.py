@@ -239,7 +239,7 @@ class RecordingReader:
 
     def _cut_off(self, text: str) -> str:
         first = "first message is" if self.count == 1 else f"first {self.count} messages are"
-        return f"{text}; {f'its {first} used' if self.count else 'nothing of it is used'}"
+        return f"{text}; {f'its {first} used' if self.count else 'no message of it is used'}"
 
 
 def is_periodic(gaps: Sequence[float]) -> bool:

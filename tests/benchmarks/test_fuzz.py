@@ -21,7 +21,7 @@ def targets(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Target]:
 
 @pytest.mark.slow
 def test_every_seed_is_accepted(targets: dict[str, Target], tmp_path: Path) -> None:
-    assert len(targets) == 16
+    assert len(targets) == 18
     for target in targets.values():
         for seed in target.seeds:
             target.read(seed, tmp_path / "input.txt")

@@ -1,4 +1,4 @@
-"""The state of a session, a loop or a campaign, from the files that it has written so far; it notices nothing of it."""
+"""The state of a running session, loop or campaign, read from the files that it has written so far."""
 
 from __future__ import annotations
 

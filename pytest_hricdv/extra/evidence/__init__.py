@@ -1,1 +1,1 @@
-"""Evidence: files that show for each requirement what was tested, to be signed and kept, and their verification."""
+"""Evidence: files that document the tests of each requirement, to be signed and archived, and their verification."""

@@ -1,9 +1,9 @@
-"""`hricdv evidence`: what a report shows for each requirement, to be signed and kept; and whether it is what it was.
+"""`hricdv evidence`: documents what a report shows for each requirement, to be signed and archived, and verifies it.
 
     hricdv evidence hri-report -o evidence --requirements safety.reqif    # exit 1 if a requirement is open
     hricdv evidence verify evidence                                       # exit 1 where anything differs
 
-`verify` checks the files and rows of evidence, and runs a sample of its tests again.
+`verify` checks all files and rows of evidence, and reruns a sample of its tests.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pytest_hricdv._base.message import InputError, harmless_line
 from pytest_hricdv.results.codec import ReportError
 
 OK, FAILED, USAGE = 0, 1, 2
-PURPOSE = "write what the tests show for each requirement, to be signed and kept, or verify it"
+PURPOSE = "document what the tests show for each requirement, to be signed and archived, or verify it"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -77,6 +77,6 @@ def _verify(options: argparse.Namespace, folder: Path) -> int:
     for problem in problems:
         print(harmless_line(f"FAILED {problem}"))
     if not problems:
-        again = f", and {options.rerun} tests came out the same" if options.rerun else "; no test was run again"
-        print(f"{folder}: the files are those of the statement and of the report{again}")
+        again = f", and {options.rerun} rerun tests gave the same records" if options.rerun else "; no test was rerun"
+        print(f"{folder}: all files match the statement and the report{again}")
     return FAILED if problems else OK

@@ -1,4 +1,4 @@
-"""A folder of evidence: written from a report, and verified later: its bytes, its rows, and a sample of its tests."""
+"""A folder of evidence: written from a report, and verified later by its bytes, its rows, and a sample of its tests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+
+from msgspec import Struct
 
 from pytest_hricdv._base.atomic_file import write_bytes
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_bytes, read_text
@@ -20,13 +21,13 @@ from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
 from pytest_hricdv.results.model import Report, TestResult
 
 LIST = "listed"
-"""The name, without its ending, of the list of requirements that the evidence was written for."""
+"""Name, without suffix, of the copy of the list of requirements."""
 
 TIMEOUT_S = 3600.0
 """Time limit for rerunning tests. Chosen: a test takes seconds."""
 
 SHOWN_CHECKS = 12
-"""Number of tests of a requirement on the page; all are in `checks.csv`."""
+"""Most tests of a requirement on the page; `checks.csv` has all."""
 
 
 def write_evidence(
@@ -36,11 +37,11 @@ def write_evidence(
 
     Args:
         source: a report, or its folder.
-        folder: is created where it is missing.
+        folder: created if it is missing.
         listed: requirements of another tool.
 
     Returns:
-        The rows, and what else failed in the session, a sentence each.
+        The rows, and other failures of the session, a sentence each.
 
     Raises:
         ReportError: the report or the list cannot be used, or the folder cannot be written.
@@ -92,12 +93,12 @@ def _page(rows: Sequence[EvidenceRow], facts: outputs.SessionFacts) -> str:
 
 
 def verify_evidence(folder: Path, project: Path, rerun: int) -> Iterator[str]:
-    """Check a folder of evidence; yields what is wrong, a sentence each.
+    """Check a folder of evidence; yields its faults, a sentence each.
 
     Args:
         folder: of the evidence.
-        project: where its tests are run again.
-        rerun: number of tests, evenly over the report.
+        project: the folder to rerun tests in.
+        rerun: number of tests to rerun, evenly spread over the report.
 
     Raises:
         ReportError: there is no statement, or no report to check the files against.
@@ -115,29 +116,38 @@ def verify_evidence(folder: Path, project: Path, rerun: int) -> Iterator[str]:
     rows = _rows(report, next((path for name, path in found.items() if name.rpartition(".")[0] == LIST), None))
     for name, data in _derive(report, rows).items():
         if name in found and read_bytes(found[name], MAX_REPORT_BYTES) != data:
-            yield f"{name}: does not say what {REPORT_NAME} says"
+            yield f"{name}: contradicts {REPORT_NAME}"
     if rerun:
         yield from _run_again(report, project, rerun)
 
 
+class _Subject(Struct):
+    name: str
+    digest: dict[str, str]
+
+
+class _Statement(Struct):
+    """The parts read from an in-toto statement."""
+
+    subject: list[_Subject]
+
+
 def _hashes(path: Path) -> Mapping[str, str]:
     try:
-        data = from_json(read_text(path), dict[str, Any])
-        return {subject["name"]: subject["digest"]["sha256"] for subject in data["subject"]}
+        statement = from_json(read_text(path), _Statement)
     except FileNotFoundError:
         raise ReportError(f"{path}: no such statement; `evidence` writes one") from None
     except MalformedError as error:
         raise ReportError(f"{path}{error}") from None
-    except (KeyError, TypeError):
-        raise ReportError(f"{path}: not an in-toto statement: expected subjects with a name and a sha256") from None
+    return {subject.name: subject.digest.get("sha256", "") for subject in statement.subject}
 
 
 def _run_again(report: Report, project: Path, count: int) -> Iterator[str]:
-    """A sample of tests: each record has to be the same bit by bit, and the code as it was."""
+    """Rerun a sample of tests: the code and each record have to be the same, bit by bit."""
     able = [test for test in report.tests if test.record_sha256 is not None]
     chosen = [able[place * len(able) // min(count, len(able))] for place in range(min(count, len(able)))]
     if not chosen:
-        yield "no test of the report has a record, so that none was run again"
+        yield "no test of the report has a record, so none was rerun"
         return
     with TemporaryDirectory() as temporary:
         target = Path(temporary, "report")
@@ -147,17 +157,17 @@ def _run_again(report: Report, project: Path, count: int) -> Iterator[str]:
             return
         again = load(target)
     if again.code_under_test.sha256 != report.code_under_test.sha256:
-        yield "the code under test is not the one of the evidence: its SHA-256 differs"
+        yield "the code under test is not that of the evidence: its SHA-256 differs"
     now = {test.nodeid: test.record_sha256 for test in again.tests}
     for test in chosen:
         if test.nodeid not in now:
             yield f"{test.id}: was not rerun"
         elif now[test.nodeid] != test.record_sha256:
-            yield f"{test.id}: rerun, it differs: the SHA-256 of its record is another one"
+            yield f"{test.id}: rerun, its record has another SHA-256"
 
 
 def _run(report: Report, chosen: Sequence[TestResult], project: Path, target: Path) -> str:
-    """Run tests in the project; returns what went wrong, or nothing."""
+    """Run tests in the project; returns what went wrong, or an empty text."""
     seeds = {suite.name: suite.seed for suite in report.suites}
     options = [f"--hri-suite={report.rerun_options.suite}", *report.rerun_options.options]
     options += [f"--hri-seed={seeds[chosen[0].suite]}", f"--hri-report={target}", "--hri-audit=off", "--hri-diagnose=0"]
@@ -172,8 +182,8 @@ def _run(report: Report, chosen: Sequence[TestResult], project: Path, target: Pa
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        return f"the tests could not be run again in {project}: {error}"
+        return f"the tests could not be rerun in {project}: {error}"
     if not (target / REPORT_NAME).is_file():
         last = ended.stdout.decode("utf-8", "replace").strip().splitlines()[-1:] or ["no output"]
-        return f"the tests could not be run again in {project}: pytest ended with {ended.returncode}: {last[0]}"
+        return f"the tests could not be rerun in {project}: pytest ended with {ended.returncode}: {last[0]}"
     return ""

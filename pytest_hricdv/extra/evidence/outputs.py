@@ -1,4 +1,4 @@
-"""The files of evidence: tables for people and tools, ReqIF and `needs.json` with results, and an in-toto statement."""
+"""The files of evidence: tables, ReqIF and `needs.json` with results, and an in-toto statement."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ import io
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from msgspec.structs import asdict
+
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv.extra.evidence.rows import EvidenceRow
 from pytest_hricdv.report.html import standalone
 from pytest_hricdv.results.model import Report
 
 STATEMENT = "statement.json"
-"""The in-toto statement, which names all other files with their hashes."""
+"""The in-toto statement, which has the hashes of all other files."""
 
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
 PREDICATE_TYPE = "https://in-toto.io/attestation/test-result/v0.1"
@@ -74,10 +76,10 @@ def _problems(report: Report) -> Iterator[str]:
         yield f"{report.not_run} of {report.selected} tests were not run"
     for test in report.tests:
         if test.fails and not any(map(test.violates, test.requirements)):
-            yield f"{test.id}: {test.outcome}, and no requirement says why"
+            yield f"{test.id}: {test.outcome}, without a violated requirement"
     yield from report.problems
     if report.gates is None:
-        yield "no gates were checked: it is a part of a session, or one that did not end"
+        yield "no gates were checked: the report is of a shard, or of a session that did not end"
     else:
         yield from report.gates.failed
 
@@ -122,38 +124,28 @@ def requirements_csv(rows: Sequence[EvidenceRow]) -> str:
 
 
 def checks_csv(rows: Sequence[EvidenceRow]) -> str:
-    """A line for each verdict that is not NC."""
+    """A line for each test that passed or failed a requirement."""
     return _csv(
-        {
-            "requirement": row.id,
-            "test": check.test,
-            "suite": check.suite,
-            "seed": check.seed,
-            "verdict": check.verdict,
-            "margin": check.margin,
-            "engine": check.engine,
-            "record sha256": check.record_sha256,
-            "replay": check.replay,
-        }
+        {"requirement": row.id, **{name.replace("_", " "): value for name, value in asdict(check).items()}}
         for row in rows
         for check in row.checks
     )
 
 
 def _csv(lines: Iterable[Mapping[str, object]]) -> str:
-    """A table with the keys of the first line as its head."""
+    """A table; the keys of the first line are its header."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     for number, line in enumerate(lines):
         if number == 0:
             writer.writerow(line)
-        # A spreadsheet takes a text that begins so for a formula.
+        # Spreadsheets read a text that begins like this as a formula.
         writer.writerow([f"'{cell}" if str(cell)[:1] in tuple("=+@") else cell for cell in line.values()])
     return file.getvalue()
 
 
 def needs_json(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
-    """`needs.json` for sphinx-needs (`needimport`): a need for each requirement, with its status and checks."""
+    """`needs.json` for sphinx-needs (`needimport`): a need for each requirement, with its status."""
     needs = {
         row.id: {
             "id": row.id,
@@ -192,7 +184,7 @@ def reqif(rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
 
 
 def statement(files: Mapping[str, bytes], rows: Sequence[EvidenceRow], facts: SessionFacts) -> str:
-    """An in-toto statement about these files, with the predicate `test-result`; it can be signed.
+    """An in-toto statement about these files, with the predicate `test-result`, ready to be signed.
 
     Source: in-toto attestation framework, Statement v1 and test-result v0.1.
     """

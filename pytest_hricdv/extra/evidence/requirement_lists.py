@@ -34,7 +34,7 @@ def read_requirements(path: Path) -> tuple[ListedRequirement, ...]:
         path: `.reqif` or `.reqifz` (need the library `reqif`), `.csv` with a column `id`, or `.json` of sphinx-needs.
 
     Raises:
-        ReportError: with the file and the place, where it is none of these, or two requirements have one id.
+        ReportError: located, if it is none of these, or two requirements have the same id.
     """
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
@@ -48,7 +48,9 @@ def read_requirements(path: Path) -> tuple[ListedRequirement, ...]:
     seen: set[str] = set()
     for entry in made:
         if not entry.id or entry.id in seen:
-            raise ReportError(f"{path}: {'twice the id ' + repr(entry.id) if entry.id else 'a requirement has no id'}")
+            raise ReportError(
+                f"{path}: {f'two requirements have the id {entry.id!r}' if entry.id else 'a requirement has no id'}"
+            )
         seen.add(entry.id)
     return made
 
@@ -86,7 +88,7 @@ class _NeedsFile(Struct):
 def _read_needs(path: Path) -> Iterator[ListedRequirement]:
     file = from_json(read_text(path), _NeedsFile)
     if file.current_version not in file.versions:
-        raise MalformedError(f": has no version {file.current_version!r}, which it says is the current one")
+        raise MalformedError(f": has no version {file.current_version!r}, which it names as the current one")
     for name, need in file.versions[file.current_version].needs.items():
         yield ListedRequirement(id=name, title=need.title, text=need.content, source=need.source)
 
@@ -96,11 +98,11 @@ _ID, _NAME, _TEXT = (
     ("ReqIF.Name", "ReqIF.ChapterName", "TITLE"),
     ("ReqIF.Text", "STATEMENT"),
 )
-"""Attributes by their usual names: of the ReqIF implementation guide (prostep ivip), and of StrictDoc."""
+"""Usual names of attributes, from the ReqIF implementation guide (prostep ivip) and StrictDoc."""
 
 
 _NO_REQUIREMENTS = ("SECTION", "TEXT")
-"""Types of StrictDoc for what stands between requirements."""
+"""Types of StrictDoc for headings and text between requirements."""
 
 
 def _read_archive(path: Path) -> Iterator[ListedRequirement]:
@@ -112,12 +114,12 @@ def _read_archive(path: Path) -> Iterator[ListedRequirement]:
                 with archive.open(name) as file:
                     data = file.read(MAX_BYTES + 1)
                 if len(data) > MAX_BYTES:
-                    raise MalformedError(f": {name[:100]} in it is too large")
+                    raise MalformedError(f": its file {name[:100]} is too large")
                 yield from _parse_reqif(data.decode("utf-8"))
     except (BadZipFile, UnicodeDecodeError, NotImplementedError, RuntimeError, zlib.error) as error:
         raise MalformedError(f": not an archive of ReqIF: {error}") from None
     if not names:
-        raise MalformedError(": no file *.reqif is in this archive")
+        raise MalformedError(": this archive has no file *.reqif")
 
 
 def _read_reqif(path: Path) -> Iterator[ListedRequirement]:
@@ -133,19 +135,19 @@ def _parse_reqif(text: str) -> Iterator[ListedRequirement]:
         raise MalformedError(": needs the library reqif: pip install 'pytest-hricdv[evidence]'") from None
     try:
         bundle = ReqIFParser.parse_from_string(text)
-    except Exception as error:  # whatever the library raises for a file that is none
+    except Exception as error:  # whatever the library raises for other files
         raise MalformedError(f": not ReqIF: {error or type(error).__name__}") from None
     content = bundle.core_content.req_if_content if bundle.core_content is not None else None
     things = list(getattr(content, "spec_objects", None) or ())
     written = len(re.findall(r"<(?:\w+:)?SPEC-OBJECT[\s>]", re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)))
     if len(things) != written:
-        raise MalformedError(f": {written} SPEC-OBJECT are in it, {len(things)} of them where ReqIF has them")
+        raise MalformedError(f": has {written} SPEC-OBJECT, {len(things)} of them where ReqIF allows them")
     types = {kind.identifier: kind for kind in getattr(content, "spec_types", None) or ()}
     names = {name: getattr(kind, "long_name", None) for name, kind in types.items()}
     things = [thing for thing in things if names.get(thing.spec_object_type) not in _NO_REQUIREMENTS]
     values = [_attributes(thing, types.get(thing.spec_object_type)) for thing in things]
     ids = [_first(entry, _ID) or thing.identifier for entry, thing in zip(values, things, strict=True)]
-    if len({*ids}) < len(ids):  # ids for people may be filled in badly; those of ReqIF are unique
+    if len({*ids}) < len(ids):  # ids for people may be repeated; those of ReqIF are unique
         ids = [thing.identifier for thing in things]
     for name, entry, thing in zip(ids, values, things, strict=True):
         title = _first(entry, _NAME) or thing.long_name or ""

@@ -218,7 +218,7 @@ class _LogCheck:
 
         names, commands = logs.requirements.keys() & tests.requirements.keys(), self._report.commands
         logged = Occurrences.of(logs, names, commands)
-        tested = Occurrences.of(tests, names, None if commands else ())  # without a map of actions there is none
+        tested = Occurrences.of(tests, names, None if commands else ())  # actions are compared only if the map has them
         only_tests, only_logs = tested.without(logged), logged.without(tested)
         if self._options.json:
             print(json.dumps({"only_tests": only_tests.data, "only_logs": only_logs.data}))

@@ -11,6 +11,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from pytest_hricdv.execution.run_monitors import mark_outside
 from pytest_hricdv.extra.logs.log_map import ActionSource, CrossSource
 from pytest_hricdv.extra.logs.log_picture import LogPicture
 from pytest_hricdv.extra.logs.logged_actions import LoggedActions
@@ -232,12 +233,7 @@ class StretchJudge:
         """Add the masked messages, and mark violations that are not known ones."""
         name = verdict.requirement
         verdict = replace(verdict, masked_messages=self._masked.get(name, {}))
-        if name not in self._known:
-            return verdict
-        condition = self._conditions.get(name)  # None: data for it are missing
-        outside = (condition is None or not condition.holds_at(v.time_s) for v in verdict.violations)
-        marked = (replace(v, outside=is_outside) for v, is_outside in zip(verdict.violations, outside, strict=True))
-        return replace(verdict, violations=tuple(marked))
+        return mark_outside(verdict, self._conditions.get(name)) if name in self._known else verdict
 
     def finish(self) -> None:
         """End the run."""

@@ -208,7 +208,7 @@ def add_a_file(folder: Path) -> None:
     ("change", "says"),
     [
         (change_a_byte, "index.html: was changed"),
-        (remove_a_row, "requirements.csv: does not say what report.json says"),
+        (remove_a_row, "requirements.csv: contradicts report.json"),
         (remove_a_file, "checks.csv: is missing"),
         (add_a_file, "extra.csv: is not in statement.json"),
     ],
@@ -264,7 +264,7 @@ def test_an_archive_of_reqif_is_all_of_its_files(tmp_path: Path) -> None:
     other = text.replace("SR-1", "SR-7").replace("SR-2", "SR-8").replace("c0cfe499", "d1")
     found = read_requirements(archive(tmp_path, {"b/other.reqif": other, "a.reqif": text, "picture.png": "x"}))
     assert [entry.id[:4] for entry in found] == ["SR-1", "SR-2", "REQU", "SR-7", "SR-8", "REQU"]
-    with pytest.raises(ReportError, match="no file"):
+    with pytest.raises(ReportError, match="has no file"):
         read_requirements(archive(tmp_path, {"picture.png": "x"}))
     (tmp_path / "list.reqifz").write_bytes(b"PK")
     with pytest.raises(ReportError, match="not an archive of ReqIF"):
@@ -275,7 +275,7 @@ def test_an_archive_of_reqif_is_all_of_its_files(tmp_path: Path) -> None:
     ("old", "new", "says"),
     [
         (r"(?s).*", "", "not ReqIF: Document is empty"),
-        ("SPEC-OBJECTS>", "OBJECTS>", "SPEC-OBJECT are in it, 0 of them where ReqIF has them"),
+        ("SPEC-OBJECTS>", "OBJECTS>", "has 5 SPEC-OBJECT, 0 of them where ReqIF allows them"),
     ],
     ids=["empty", "requirements where the schema has none"],
 )
@@ -309,7 +309,7 @@ def test_sphinx_needs_imports_all_ids(tmp_path: Path) -> None:
     [
         ("a.csv", "name,title\nx,y\n", ":1: no column `id`; found name, title"),
         ("a.csv", 'id\n"x', "not CSV"),
-        ("a.csv", "id\nx\nx\n", "twice the id 'x'"),
+        ("a.csv", "id\nx\nx\n", "two requirements have the id 'x'"),
         ("a.csv", "id,title\n,y\n", "a requirement has no id"),
         ("a.json", "{}", "current_version"),
         ("a.json", '{"current_version": [], "versions": {}}', "current_version"),

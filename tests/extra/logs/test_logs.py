@@ -162,7 +162,7 @@ def test_times_may_be_those_of_headers(tmp_path: Path) -> None:
         ("[messages.wish]", "[messages.wishes]", "messages.wishes: the testbench has no such message"),
         ("fields.level", "fields.levels", "messages.wish.fields.levels: the message has no such field"),
         ('unit = "cm"', 'unit = "deg"', "level: its unit is m, to which deg cannot be converted"),
-        ('unit = "cm"', "equals = 1.0", "level: equals is for truth values, and this is none"),
+        ('unit = "cm"', "equals = 1.0", "level: equals is for truth values only"),
         ("gap_s = 2.0", "gaps = 2.0", "unknown key 'gaps'; nearest: gap_s"),
         ("gap_s = 2.0", "gap_s = inf", "expected a finite number"),
         ("[signals.level]", "[signals.level", "map.toml:9:15: not TOML"),
