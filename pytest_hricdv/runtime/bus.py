@@ -43,8 +43,8 @@ class Subscription(Generic[M]):
         self._bus.kernel.count_poll()
         if not self._queue:
             return None
-        if self.has_outside and self._bus.notice_taking is not None:
-            self._bus.notice_taking()
+        if self.has_outside:
+            self._bus.note_taking()
         return self._queue.popleft()
 
     def wait(self, timeout_s: float) -> M | None:
@@ -128,6 +128,11 @@ class Bus:
     def topics(self) -> frozenset[str]:
         """The names of the topics of its messages."""
         return frozenset(map(topic_of, self._fields))
+
+    def note_taking(self) -> None:
+        """Note that the running node has taken what somebody outside its code may have given."""
+        if self.notice_taking is not None:
+            self.notice_taking()
 
     def port(self, sender: str) -> NodeBus:
         """The bus bound to one sender."""

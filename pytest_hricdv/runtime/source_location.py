@@ -3,15 +3,38 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from types import FrameType
+from typing import Any
 
 UNKNOWN = "an unknown place"
 
 
 def place_of(frame: FrameType | None) -> str:
-    """Line of the innermost function that is its author's, `file:line` (see `authors_frame`)."""
-    frame = authors_frame(frame)
-    return UNKNOWN if frame is None else f"{frame.f_code.co_filename}:{frame.f_lineno}"
+    """Line of the innermost function that is its author's, `file:line` (see `authors_frame`).
+
+    An event loop between two tasks has no such function: then it is that of a task that is ready to run.
+    """
+    found = authors_frame(frame)
+    if found is None or not _is_authors(found):
+        return min(_places_of_ready_tasks(), default=UNKNOWN if found is None else _place(found))
+    return _place(found)
+
+
+def _place(frame: FrameType) -> str:
+    return f"{frame.f_code.co_filename}:{frame.f_lineno}"
+
+
+def _places_of_ready_tasks() -> Iterator[str]:
+    """Where the tasks of the running event loop are that wait for nothing."""
+    asyncio: Any = sys.modules.get("asyncio")
+    loop = asyncio._get_running_loop() if asyncio is not None else None
+    for task in asyncio.all_tasks(loop) if loop is not None else ():
+        frames, coroutine = [], task.get_coro() if getattr(task, "_fut_waiter", None) is None else None
+        while coroutine is not None:
+            frames.append(getattr(coroutine, "cr_frame", None))
+            coroutine = getattr(coroutine, "cr_await", None)
+        yield from [_place(frame) for frame in frames if frame is not None and _is_authors(frame)][-1:]
 
 
 def authors_frame(frame: FrameType | None) -> FrameType | None:

@@ -35,6 +35,7 @@ from pytest_hricdv.extra.draft.code_model import (
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
+from pytest_hricdv.extra.draft.observed_absent import absent_ports
 from pytest_hricdv.extra.draft.observed_calls import messages_for_answers, messages_for_calls
 from pytest_hricdv.extra.draft.observed_code import (
     best_entry,
@@ -129,15 +130,16 @@ class CodeReader:
 
     def _with_entry(self, model: CodeModel, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
         """The model with what gets to its entry and comes from it."""
-        missing = {p.text.split("`")[1] for p in model.problems if p.kind == "missing module" and "`" in p.text}
         assert model.entry is not None
         entry = replace(model.entry, ports=self._without_buses(model, model.entry.ports))
-        inner = self._without_buses(model, self._inner.ports(entry, self._scope(entry), frozenset(missing) | faulty))
+        inner = self._without_buses(model, self._inner.ports(entry, self._scope(entry), faulty))
         model = replace(model, entry=entry, inner=inner)
         entry = self._period(entry, seen) or entry
         if seen is not None:
             model = with_ports(replace(model, entry=entry), seen)
-            entry = model.entry or entry
+            known = {port.name for port in model.inner}
+            more = (port for port in absent_ports(seen, Path(model.root)) if port.name not in known)
+            model, entry = replace(model, inner=(*model.inner, *more)), model.entry or entry
         messages = list(_carry_by_ports(self._carry(model), (*entry.ports, *entry.method_ports, *model.inner)))
         items = list(self._items((*entry.ports, *entry.method_ports, *model.inner), messages))
         inputs = [*(message for message in messages if message.direction != "published"), *items]

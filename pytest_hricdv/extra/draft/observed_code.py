@@ -197,7 +197,7 @@ def _operation(port: Port, operation: Operation, seen: Observations, owner: str)
     names = (f"{owner}.{port.name}.{operation.name}", f"{owner}.__init__.{port.name}.{operation.name}",
              f"{port.name}.{operation.name}")  # fmt: skip
     site = next((seen.calls[name] for name in names if name in seen.calls), None)
-    kind = kind_of_shape(site.result) if site is not None else ""
+    kind = "" if site is None else "float" if site.compared else kind_of_shape(site.result)
     if (
         site is None
         or not kind
@@ -205,7 +205,7 @@ def _operation(port: Port, operation: Operation, seen: Observations, owner: str)
         or (kind == "str" and (site.result.is_open or not site.result.texts))
     ):
         return operation
-    before = operation.result or MessageField("value", "", kind, operation.location)
+    before = operation.result or MessageField("value", "", kind, operation.location, compared=tuple(site.compared))
     part = _field(replace(before, kind=before.kind or kind), site.result)
     return replace(operation, result=part if part.kind != "str" or part.values else operation.result)
 

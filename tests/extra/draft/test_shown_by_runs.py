@@ -165,7 +165,11 @@ def test_an_answer_that_the_code_tests_or_compares_is_a_sensor_of_the_next_draft
         "driver_is_blocked": "bool",
         "hall_visitors": "float",
     }
-    assert sensors["hall_visitors"].levels == (("low", "Uniform(0, 3)"), ("high", "Uniform(3, 6)"))
+    assert sensors["hall_visitors"].levels == (
+        ("high_value", "Uniform(3.75, 6)"),
+        ("low_value", "Uniform(0, 2.25)"),
+        ("at_3_value", "Uniform(3, 3)"),
+    )
     assert [message.channel for message in draft.code.outputs] == ["driver.move"]
 
 

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import gc
 import inspect
+import re
 from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any
 
@@ -219,7 +220,8 @@ def test_a_loop_that_never_waits_is_ended() -> None:
         while True:
             await asyncio.sleep(0)
 
-    with pytest.raises(NodeError, match="polls without time passing"):
+    line = main.__code__.co_firstlineno + 2
+    with pytest.raises(NodeError, match=rf"polls without time passing, at {re.escape(__file__)}:{line}: a loop must"):
         run(lambda kernel: VIRTUAL.run(main()))
 
 

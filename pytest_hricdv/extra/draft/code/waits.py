@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.machinery import PathFinder
 
 from pytest_hricdv.extra.draft.code.constants import UnknownConstantError, evaluate
@@ -107,11 +107,12 @@ def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
     seen: set[str] = set()
     for dotted, location in sources.outside:
         top = dotted.partition(".")[0]
-        if top in seen or top in guarded or top in sys.stdlib_module_names or not top:
+        if top in guarded or top in sys.stdlib_module_names or not top:
             continue
-        seen.add(top)
-        if PathFinder.find_spec(top, [str(sources.root), *sys.path]) is None:
-            text = f"`{top}` is not installed here: the draft replaces it by a stand-in; better install it"
+        absent = _absent_part(dotted, [str(sources.root), *sys.path])
+        if absent and absent not in seen:
+            seen.add(absent)
+            text = f"`{absent}` is not installed here: the draft replaces it by a stand-in; better install it"
             yield Problem("missing module", text, location)
     for module, _, node in flow.nodes:
         call = resolve_import(module, node.func) if isinstance(node, ast.Call) else resolve_import(module, node)
@@ -123,6 +124,20 @@ def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
             )
             yield Problem("terminal", f"{text} (`run.terminal`)", module.location(node))
             return
+
+
+def _absent_part(dotted: str, folders: Sequence[str]) -> str:
+    """The first module of a dotted name that is not installed, as `google.auth`; empty if all are, or it is unknown."""
+    name, places = "", [*folders]
+    for part in dotted.split("."):
+        name = f"{name}.{part}".lstrip(".")
+        spec = PathFinder.find_spec(name, places)
+        if spec is None:
+            return name
+        if spec.origin is not None or spec.submodule_search_locations is None:
+            return ""  # only a namespace has nothing but modules
+        places = [*spec.submodule_search_locations]
+    return ""
 
 
 def find_guarded_imports(sources: Sources) -> set[str]:

@@ -19,6 +19,9 @@ MAX_BYTES = 20_000_000
 MAX_SITES = 2_000
 """Functions and attributes that are kept."""
 
+MAX_COMPARED, MAX_NUMBER = 16, 1e100
+"""Numbers that are kept of comparisons; greater ones stand for infinity."""
+
 
 @dataclass
 class Site:
@@ -29,6 +32,7 @@ class Site:
         arguments: by parameter, or by number.
         result: of the call.
         periods: shortest and longest time between two calls (s), empty for a single one.
+        compared: numbers that the code compares the result with, at most `MAX_COMPARED`.
     """
 
     count: int = 0
@@ -36,6 +40,7 @@ class Site:
     arguments: dict[str, Shape] = field(default_factory=dict)
     result: Shape = field(default_factory=Shape)
     periods: list[float] = field(default_factory=list)
+    compared: list[float] = field(default_factory=list)
     last_s: float | None = field(default=None, repr=False)
 
     def add(self, time_s: float, arguments: Mapping[str, Any], location: str = "") -> None:
@@ -50,6 +55,11 @@ class Site:
         for name, value in arguments.items():
             self.arguments.setdefault(name, Shape()).add(value, name)
 
+    def note_comparison(self, number: float) -> None:
+        """Note a number that the result is compared with."""
+        if number not in self.compared and len(self.compared) < MAX_COMPARED and abs(number) < MAX_NUMBER:
+            self.compared.append(number)
+
     def merge(self, other: Site) -> None:
         """Add the calls of another process."""
         self.count += other.count
@@ -59,6 +69,8 @@ class Site:
         self.result.merge(other.result)
         both = [*self.periods, *other.periods]
         self.periods = [min(both), max(both)] if both else []
+        for number in other.compared:
+            self.note_comparison(number)
 
 
 @dataclass
@@ -70,12 +82,14 @@ class Observations:
         methods: "module:Class.method" or "module:function" of the code -> calls from outside.
         calls: "port.method" -> calls by the code; a port is "Class.parameter", through which the code got the object.
         states: "module:Class.attribute" -> its texts, with the pairs that followed each other as "from -> to".
+        absent: class or module that is not installed, a port of `calls` -> where the code first used it, "file:line".
     """
 
     made: dict[str, Site] = field(default_factory=dict)
     methods: dict[str, Site] = field(default_factory=dict)
     calls: dict[str, Site] = field(default_factory=dict)
     states: dict[str, dict[str, int]] = field(default_factory=dict)
+    absent: dict[str, str] = field(default_factory=dict)
 
     def site(self, table: dict[str, Site], key: str) -> Site | None:
         """The site of a key; None if there are too many."""
@@ -100,6 +114,7 @@ class Observations:
             own = self.states.setdefault(key, {})
             for pair, count in pairs.items():
                 own[pair] = own.get(pair, 0) + count
+        self.absent = {**other.absent, **self.absent}
 
     @property
     def is_empty(self) -> bool:
@@ -109,6 +124,7 @@ class Observations:
     def to_json(self) -> str:
         """The content of a file."""
         plain: dict[str, Any] = {"format": "hricdv-recording", "version": VERSION, "states": self.states}
+        plain |= {"absent": self.absent} if self.absent else {}
         for name in ("made", "methods", "calls"):
             plain[name] = {key: _site_to_json(site) for key, site in sorted(getattr(self, name).items())}
         return json.dumps(plain, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
@@ -121,6 +137,7 @@ def _site_to_json(site: Site) -> dict[str, Any]:
         "arguments": {name: shape.to_json() for name, shape in site.arguments.items()},
         "result": site.result.to_json(),
         "periods": site.periods,
+        **({"compared": site.compared} if site.compared else {}),
     }
 
 
@@ -146,8 +163,9 @@ def read_observations(path: Path) -> Observations:
         plain = json.loads(path.read_text(encoding="utf-8"))
         if plain.get("format") != "hricdv-recording" or plain.get("version") != VERSION:
             raise ValueError(f"expected version {VERSION} of a recording of `hricdv record`")
-        check_keys(plain, ("format", "version", "states", "made", "methods", "calls"))
+        check_keys(plain, ("format", "version", "states", "absent", "made", "methods", "calls"))
         made = Observations(states={str(key): dict(pairs) for key, pairs in plain["states"].items()})
+        made.absent = {str(port): str(place) for port, place in dict(plain.get("absent", {})).items()}
         for name in ("made", "methods", "calls"):
             setattr(made, name, {str(key): _site_from_json(site) for key, site in plain[name].items()})
     except (KeyError, TypeError, AttributeError, RecursionError) as error:
@@ -156,10 +174,11 @@ def read_observations(path: Path) -> Observations:
 
 
 def _site_from_json(plain: Mapping[str, Any]) -> Site:
-    check_keys(plain, ("count", "location", "arguments", "result", "periods"))
+    check_keys(plain, ("count", "location", "arguments", "result", "periods", "compared"))
     arguments = {str(name): Shape.from_json(shape) for name, shape in plain["arguments"].items()}
     return Site(int(plain["count"]), str(plain["location"]), arguments, Shape.from_json(plain["result"]),
-                [float(number) for number in plain["periods"]])  # fmt: skip
+                [float(number) for number in plain["periods"]],
+                [float(number) for number in plain.get("compared", ())])  # fmt: skip
 
 
 def merge_observations(parts: Iterable[Observations]) -> Observations:

@@ -55,7 +55,7 @@ class Sensor:
     @property
     def name(self) -> str:
         """The name of its signal and its beliefs."""
-        return f"{self.port}_{self.operation.name}"
+        return f"{self.port}_{self.operation.name}".replace("()", "")
 
     @property
     def levels(self) -> tuple[tuple[str, str], ...]:
@@ -73,7 +73,7 @@ class Sensor:
             middle = (low + high) / 2
             return (("low", f"Uniform({low:g}, {middle:g})"), ("high", f"Uniform({middle:g}, {high:g})"))
         if self.field.compared:
-            return tuple((level, text) for level, _, text, _ in number_levels(self.field))
+            return tuple((level, text) for level, _, text, _ in number_levels(self.field, boundaries=True))
         return (("low", "Uniform(0.0, 1.0)"), ("high", "Uniform(1.0, 2.0)"))
 
 
@@ -270,7 +270,7 @@ class Draft:
     @property
     def replacement_lines(self) -> list[str]:
         """The statement of a testbench that gives them their stand-ins; none if all is installed."""
-        names = dict.fromkeys(name.partition(".")[0] for name in self.absent_modules)
+        names = self.absent_modules
         return [f"    replace_modules({', '.join(map(json.dumps, names))})  # not installed here", ""] if names else []
 
     @property

@@ -134,7 +134,7 @@ def _ports(draft: Draft, keyword: str, ports: tuple[Port, ...], table: ImportTab
 def _inner(draft: Draft, table: ImportTable) -> list[str]:
     """The objects that the code makes itself."""
     lines = []
-    for port in draft.code.inner:
+    for port in (port for port in draft.code.inner if port.made_from):  # others are of `replace_modules`
         target = f"Replace({json.dumps(port.made_from)}, {_port(draft, port, table)})"
         lines.append(f'            "{port.name}": {target},  # {port.location}; TODO: a simulator')
     return ["        inner={", *lines, "        },"] if lines else []
@@ -225,7 +225,10 @@ def _initial(sensor: Sensor) -> str:
     if sensor.field.kind == "bool":
         return "False"
     numbers = sensor.field.compared or sensor.field.observed or (0.0, 1.0)
-    return repr(float(f"{sum(numbers) / len(numbers):.6g}"))
+    middle = sum(numbers) / len(numbers)
+    if middle in sensor.field.compared:  # what it is equal to may end the code
+        middle += max(abs(middle), 1.0) / 2
+    return repr(float(f"{middle:.6g}"))
 
 
 def has_cross(draft: Draft) -> bool:

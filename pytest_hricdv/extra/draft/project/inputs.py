@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Message, MessageField
@@ -66,8 +66,17 @@ def _uniform(low: float, high: float, unit: str) -> str:
     return f"Uniform({low:g}, {high:g}" + (f', "{unit}")' if unit else ")")
 
 
-def number_levels(part: MessageField) -> list[tuple[str, str, str, CodeLine]]:
-    """Ranges of a number around those that the code compares it with; what is usual first."""
+MAX_BOUNDARIES = 4
+"""Numbers that the code compares a value with, between which it has a range each."""
+
+
+def number_levels(part: MessageField, *, boundaries: bool = False) -> list[tuple[str, str, str, CodeLine]]:
+    """Ranges of a number between those that the code compares it with; what is usual first.
+
+    Args:
+        part: the number.
+        boundaries: whether each of those is a level of its own, too, for code that tests whether they are equal.
+    """
     if part.observed:
         low, high = part.observed
         margin = (high - low) / 10
@@ -76,10 +85,21 @@ def number_levels(part: MessageField) -> list[tuple[str, str, str, CodeLine]]:
                  part.location)]  # fmt: skip
     low, high = min(part.compared), max(part.compared)
     width = max(abs(low), abs(high), 3.0 if part.type == "int" else 0.0) or 1.0
-    ranges = [("mid", low, high)] if low < high else []
+    ends = _thin(sorted({*part.compared}))
+    gaps = list(pairwise(ends))
+    ranges = [(f"mid{'' if len(gaps) == 1 else f'_{number}'}", *gap) for number, gap in enumerate(gaps, start=1)]
     ranges += [("high", high + width / 4, high + width), ("low", low - width, low - width / 4)]
+    ranges += [(f"at_{'minus_' if end < 0 else ''}{word(f'n{abs(end):g}')[1:]}", end, end) for end in ends
+               if boundaries]  # fmt: skip
     return [(f"{level}_{word(part.name)}", part.name, _uniform(a, b, part.unit), part.location)
             for level, a, b in ranges]  # fmt: skip
+
+
+def _thin(numbers: list[float]) -> list[float]:
+    """The first and the last number, and others between them, at equal ranks."""
+    last = len(numbers) - 1
+    count = min(len(numbers), MAX_BOUNDARIES)
+    return [numbers[round(number * last / max(count - 1, 1))] for number in range(count)]
 
 
 _Choice = tuple[str, str, str, CodeLine]

@@ -63,6 +63,7 @@ class RunBorder:
     _last_calls: dict[str, tuple[Any, float]] = field(default_factory=dict)
     _seen: Observations | None = field(default_factory=lambda: Observations() if OBSERVE in os.environ else None)
     _states: dict[str, str] = field(default_factory=dict)
+    _set: set[str] = field(default_factory=set)
 
     def record(self, name: str, value: bool | float | str) -> None:
         """Record a signal."""
@@ -71,7 +72,14 @@ class RunBorder:
     def sense(self, name: str, value: bool | float | str) -> None:
         """Let a device return a value from now on."""
         self.senses[name] = value
+        self._set.add(name)
         self.record(signal_name(name), value)
+
+    def read_sense(self, name: str) -> Any:
+        """What a device returns; a value that a person has set reaches the code by it."""
+        if name in self._set:
+            self.run.bus.note_taking()
+        return self.senses[name]
 
     def pass_time(self) -> None:
         """Let the time pass that each use of a device takes."""
@@ -94,6 +102,26 @@ class RunBorder:
             if site is not None:
                 site.add(self.run.kernel.now_s, told.arguments)
 
+    def note_absent_call(
+        self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any], place: str
+    ) -> None:
+        """Note that the code has called something of a module that is not installed, at a place."""
+        self.note_call(port, name, arguments, named)
+        site = self._seen.calls.get(f"{port}.{name}") if self._seen is not None else None
+        if site is not None and self._seen is not None:
+            site.location = site.location or place
+            self._seen.absent.setdefault(port, place)
+
+    def note_absent_use(self, name: str, other: Any, place: str) -> None:
+        """Note that the code tests or compares something of a module that is not installed, at a place."""
+        self.note_use(name, other)
+        site = self._seen.calls.get(name) if self._seen is not None else None
+        if site is not None and self._seen is not None:
+            site.location = site.location or place
+            self._seen.absent.setdefault(name.partition(".")[0], place)
+            if isinstance(other, Neutral):  # a constant that is not installed either: equal to it, or not
+                site.result.add(False)
+
     def answer(self, port: str, name: str, value: Any) -> None:
         """Note what the code got."""
         site = self._seen.calls.get(f"{port}.{name}") if self._seen is not None else None
@@ -109,9 +137,7 @@ class RunBorder:
         if isinstance(other, bool | str):
             site.result.add(other)
         elif isinstance(other, int | float):
-            width = max(abs(other), 1.0)  # what makes a difference is in between
-            site.result.add(other - width)
-            site.result.add(other + width)
+            site.note_comparison(float(other))
 
     def register(self, name: str, function: Callable[..., Any], text: str = "") -> None:
         """Keep a function that the code wants to be called."""
@@ -184,10 +210,10 @@ def _location(function: Callable[..., Any]) -> str:
 def signal_name(name: str) -> str:
     """The signal of what a device returns.
 
-    >>> signal_name("door.is_open"), signal_name("kocher.gießen")
-    ('door_is_open', 'kocher_gie_en')
+    >>> signal_name("door.is_open"), signal_name("kocher.gießen"), signal_name("Arm.pose().x")
+    ('door_is_open', 'kocher_gie_en', 'Arm_pose_x')
     """
-    return re.sub(r"\W", "_", name, flags=re.ASCII)
+    return re.sub(r"\W", "_", name.replace("()", ""), flags=re.ASCII)
 
 
 def first_text(values: Iterable[Any]) -> str:

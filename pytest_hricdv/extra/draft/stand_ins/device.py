@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, first_text
 from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S, AsyncInbox, Convert, Inbox
-from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, NeutralNumber
+from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, NeutralNumber, UnknownValue
 
 
 @dataclass(frozen=True)
@@ -106,49 +106,13 @@ class DeviceStandIn(Neutral):
 
 def _value_of_sense(border: RunBorder, name: str) -> Any:
     """The value that a person has set; a truth with parts has them."""
-    value = border.senses[name]
+    value = border.read_sense(name)
     if isinstance(value, bool) and any(other.startswith(f"{name}.") for other in border.senses):
         return _Answer(border, name, truth=value)
     return NeutralNumber(value) if isinstance(value, float) else value
 
 
-class _Unknown(Neutral):
-    """A value that notes what the code takes it for: a truth that it tests, or a text or number that it compares."""
-
-    def __new__(cls, *_: Any, **__: Any) -> _Unknown:
-        return float.__new__(cls)
-
-    def _note_use(self, other: object) -> None:
-        raise NotImplementedError
-
-    def __bool__(self) -> bool:
-        self._note_use(False)
-        return False
-
-    def __eq__(self, other: object) -> bool:
-        self._note_use(other)
-        return float(self) == other
-
-    __hash__ = float.__hash__
-
-    def __lt__(self, other: float) -> bool:
-        self._note_use(other)
-        return float.__lt__(self, other)
-
-    def __gt__(self, other: float) -> bool:
-        self._note_use(other)
-        return float.__gt__(self, other)
-
-    def __le__(self, other: float) -> bool:
-        self._note_use(other)
-        return float.__le__(self, other)
-
-    def __ge__(self, other: float) -> bool:
-        self._note_use(other)
-        return float.__ge__(self, other)
-
-
-class _Method(_Unknown):
+class _Method(UnknownValue):
     """A method of a device, or an attribute of which nothing is known."""
 
     def __init__(self, owner: DeviceStandIn, name: str) -> None:
@@ -163,7 +127,7 @@ class _Method(_Unknown):
         return self.__dict__["_owner"].call(self.__dict__["_method"], arguments, named)
 
 
-class _Answer(_Unknown):
+class _Answer(UnknownValue):
     """The result of an unknown method; as a decorator, it keeps the function as a callback.
 
     A coroutine that waits for something of it, as for the next message of a subscription, waits for the rest of the

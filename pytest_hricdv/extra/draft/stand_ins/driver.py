@@ -15,6 +15,7 @@ from typing import Any
 
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.observe.tracer import state_text
+from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, signal_name
 from pytest_hricdv.extra.draft.stand_ins.ports import Replace
 from pytest_hricdv.extra.draft.stand_ins.say import CallbackCall, MethodCall, Say
@@ -118,7 +119,7 @@ class Driver:
             run.kernel.spawn(f"robot hears {topic_of(kind)}", run.measured(partial(active.hear, heard_here, how)))
         undo = [replace.apply(border, name) for name, replace in self.inner.items()]
         try:
-            with chdir(self.folder) if self.folder is not None else nullcontext():
+            with cross_border(border), chdir(self.folder) if self.folder is not None else nullcontext():
                 ended = run.go(self.limit_s)
         finally:
             for put_back in reversed(undo):

@@ -1,12 +1,9 @@
-"""Stand-ins for what is not known: values of unknown types, and modules that are not installed."""
+"""Stand-ins for values of unknown types."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from importlib.abc import Loader, MetaPathFinder
-from importlib.machinery import ModuleSpec
-from types import FunctionType, ModuleType
+from types import FunctionType
 from typing import Any, Self
 
 
@@ -79,38 +76,40 @@ class NeutralNumber(Neutral):
         super().__init__()
 
 
-class _ModuleStandIn(ModuleType):
-    """A fake of a module that is not installed."""
+class UnknownValue(Neutral):
+    """A value that notes what the code takes it for: a truth that it tests, or a text or number that it compares."""
 
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.__path__ = []  # so that it has submodules
+    def __new__(cls, *_: Any, **__: Any) -> UnknownValue:
+        return float.__new__(cls)
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return type(name, (Neutral,), {}) if name[:1].isupper() and not name.isupper() else Neutral()
+    def _note_use(self, other: object) -> None:
+        raise NotImplementedError
 
+    def __bool__(self) -> bool:
+        self._note_use(False)
+        return float(self) != 0.0
 
-class _ModuleFinder(MetaPathFinder, Loader):
-    """Finds the modules that are not installed, and hands out stand-ins."""
+    def __eq__(self, other: object) -> bool:
+        self._note_use(other)
+        return float(self) == other
 
-    def __init__(self, names: frozenset[str]) -> None:
-        self.names = names
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
-    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
-        """Find these modules only."""
-        return ModuleSpec(fullname, self, is_package=True) if fullname.partition(".")[0] in self.names else None
+    __hash__ = float.__hash__
 
-    def create_module(self, spec: ModuleSpec) -> _ModuleStandIn:
-        """A stand-in."""
-        return _ModuleStandIn(spec.name)
+    def __lt__(self, other: float) -> bool:
+        self._note_use(other)
+        return float.__lt__(self, other)
 
-    def exec_module(self, module: ModuleType) -> None:
-        """There is nothing to execute."""
+    def __gt__(self, other: float) -> bool:
+        self._note_use(other)
+        return float.__gt__(self, other)
 
+    def __le__(self, other: float) -> bool:
+        self._note_use(other)
+        return float.__le__(self, other)
 
-def replace_modules(*names: str) -> None:
-    """Let code be imported without modules that are not installed: each gets a stand-in, of which nothing is known."""
-    if not any(isinstance(finder, _ModuleFinder) and finder.names == {*names} for finder in sys.meta_path):
-        sys.meta_path.insert(0, _ModuleFinder(frozenset(names)))
+    def __ge__(self, other: float) -> bool:
+        self._note_use(other)
+        return float.__ge__(self, other)

@@ -1,0 +1,48 @@
+"""Ports for modules that are not installed, of what first runs observed at their stand-ins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pytest_hricdv.extra.draft.code_model import CodeLine, MessageField, Operation, Port
+from pytest_hricdv.extra.draft.observe.observations import Observations, Site
+from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, texts_of_shape
+
+MAX_SENSES = 12
+"""Values of one class or module that a person sets."""
+
+
+def absent_ports(seen: Observations, root: Path) -> Iterator[Port]:
+    """A device for each class and module that the code uses; what it tests or compares is a sensor.
+
+    Args:
+        seen: in first runs.
+        root: folder of the code.
+    """
+    for name, place in seen.absent.items():
+        operations = [_operation(key.partition(".")[2], site, root) for key, site in sorted(seen.calls.items())
+                      if key.startswith(f"{name}.")]  # fmt: skip
+        sensed = [each for each in operations if each.result is not None][:MAX_SENSES]
+        called = [each for each in operations if each.result is None and each.is_method]
+        results = {each.name.removesuffix("()") for each in sensed}
+        others = [each for each in called if each.name not in results]
+        yield Port(name, "device", "", "", (*sensed, *others), _line(place, root))
+
+
+def _operation(name: str, site: Site, root: Path) -> Operation:
+    """What the code called, or the value that it tested or compared."""
+    location = _line(site.location, root)
+    is_registration = any(shape.kinds.get("callable") for shape in site.arguments.values())
+    kind = "float" if site.compared else kind_of_shape(site.result)
+    values = texts_of_shape(site.result, location) if kind == "str" else ()
+    part = MessageField("value", "", kind, location, values, compared=tuple(sorted(site.compared)))
+    is_sensed = kind in ("bool", "float") or bool(values)
+    return Operation(name, bool(site.count), location, is_registration=is_registration,
+                     result=part if is_sensed and not site.count else None)  # fmt: skip
+
+
+def _line(place: str, root: Path) -> CodeLine:
+    file, _, line = place.rpartition(":")
+    path = Path(file).resolve()
+    return CodeLine(path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name, int(line or 0))

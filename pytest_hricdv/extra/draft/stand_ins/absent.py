@@ -1,0 +1,204 @@
+"""Stand-ins for modules that are not installed, as the libraries of a robot's hardware on a developer's machine.
+
+All that the code does with them crosses its border: they note what it calls, hands over, tests and compares, and
+return what a person sets. A *path* names it, as `Motor.sensor().distance()`: the class, or else the module, that the
+code has imported, what it reads of it, and what it calls. Outside of a run they are neutral.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from abc import ABCMeta
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
+from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S
+from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, UnknownValue
+from pytest_hricdv.runtime.source_location import place_of
+
+_borders: list[RunBorder] = []
+"""The border of the run under way; modules are imported once for all of them."""
+
+
+@contextmanager
+def cross_border(border: RunBorder) -> Iterator[None]:
+    """Let what the code does with modules that are not installed cross the border of a run."""
+    _borders.append(border)
+    try:
+        yield
+    finally:
+        _borders.remove(border)
+
+
+class AbsentPart(UnknownValue):
+    """An attribute, a method, or the result of a call, of something that is not installed; or a number set for it."""
+
+    def __new__(cls, path: str, number: float = 0.0) -> AbsentPart:
+        return float.__new__(cls, number)
+
+    def __init__(self, path: str, number: float = 0.0) -> None:
+        # The border makes it an object that the code shares with people.
+        self.__dict__.update(_path=path, _border=_borders[-1] if _borders else None)
+
+    def __getattr__(self, name: str) -> Any:
+        return _read(self.__dict__["_path"], name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self.__dict__[name] = value
+        _set(self.__dict__["_path"], name, value)
+
+    def __getitem__(self, _: Any) -> Any:
+        return AbsentPart(self.__dict__["_path"])
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """The code calls it; of a decorator, the function is kept as a callback."""
+        if len(arguments) == 1 and not named and _is_function(arguments[0]):
+            _call(self.__dict__["_path"], arguments, named)
+            return arguments[0]
+        return _call(self.__dict__["_path"], arguments, named)
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        """Wait for the rest of the run for what comes from a connection: nobody knows it."""
+        is_stream = self.__dict__["_path"].count("()") > 1
+        yield from asyncio.sleep(REST_OF_RUN_S if is_stream and _borders else 0).__await__()
+        return self
+
+    async def __anext__(self) -> Any:
+        await asyncio.sleep(REST_OF_RUN_S)
+        raise StopAsyncIteration
+
+    def __mro_entries__(self, _: tuple[object, ...]) -> tuple[type, ...]:
+        return (_absent_class("Base"),)
+
+    def _note_use(self, other: object) -> None:
+        if _borders:
+            _borders[-1].note_absent_use(self.__dict__["_path"], other, place_of(sys._getframe(2)))
+
+
+class _AbsentType(ABCMeta):
+    """A class that is not installed: it has each attribute, and the code can derive from it, also with an ABC."""
+
+    def __getattr__(cls, name: str) -> Any:
+        return _part_of_module(cls.__name__, name)
+
+    def __call__(cls, *arguments: Any, **named: Any) -> Any:
+        made = super().__call__(*arguments, **named)
+        if "_is_absent" in vars(cls):
+            _call(cls.__name__, arguments, named)
+        return made
+
+
+class AbsentObject(Neutral):
+    """An object of a class that is not installed, or of one that the code derives from it."""
+
+    def __getattr__(self, name: str) -> Any:
+        kind = next(each for each in type(self).__mro__ if "_is_absent" in vars(each))
+        return _read(kind.__name__, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self.__dict__[name] = value
+        if "_is_absent" in vars(type(self)):
+            _set(type(self).__name__, name, value)
+
+    def __bool__(self) -> bool:
+        return True  # there is such an object
+
+
+def _absent_class(name: str) -> type:
+    return _AbsentType(name, (AbsentObject,), {"_is_absent": True})
+
+
+def _part_of_module(owner: str, name: str) -> Any:
+    """What a module or class has of this name: by PEP 8, an exception, a class, or a function or value."""
+    if name.startswith("__"):
+        raise AttributeError(name)
+    if name.endswith(("Error", "Exception")):
+        return type(name, (Exception,), {})
+    return _absent_class(name) if name[:1].isupper() and not name.isupper() else AbsentPart(f"{owner}.{name}")
+
+
+def _read(path: str, name: str) -> Any:
+    """The code reads an attribute: what a person has set, or something of which nothing is known."""
+    if name.startswith("__"):
+        raise AttributeError(name)
+    part = f"{path}.{name}"
+    if not _borders:
+        return AbsentPart(part)
+    border = _borders[-1]
+    border.pass_time()
+    return _sensed(border, part) if part in border.senses else AbsentPart(part)
+
+
+def _set(path: str, name: str, value: Any) -> None:
+    """The code sets an attribute."""
+    if _borders and _is_function(value):
+        _borders[-1].register(f"{path}.{name}", value)
+    elif _borders:
+        _call(f"{path}.set_{name}", (value,), {})
+
+
+def _call(path: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    """The code calls something: returns what a person has set, or something of which nothing is known."""
+    if not _borders:
+        return AbsentPart(f"{path}()")
+    border, (port, _, name) = _borders[-1], path.partition(".")
+    border.note_absent_call(port, name or "__call__", arguments, named, place_of(sys._getframe(2)))
+    if f"{path}()" in border.senses:
+        return _sensed(border, f"{path}()")
+    if not any(map(_is_function, (*arguments, *named.values()))):
+        border.tell_call(port, name or "__call__", arguments, named)
+    return AbsentPart(f"{path}()")
+
+
+def _sensed(border: RunBorder, name: str) -> Any:
+    border.on_crossing()
+    value = border.read_sense(name)
+    return AbsentPart(name, value) if isinstance(value, float) else value
+
+
+def _is_function(value: Any) -> bool:
+    return callable(value) and not isinstance(value, type | Neutral)
+
+
+class _AbsentModule(ModuleType):
+    """A module that is not installed."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.__path__ = []  # so that it has submodules
+
+    def __getattr__(self, name: str) -> Any:
+        # It is kept: `except` needs the class that was raised.
+        self.__dict__[name] = found = _part_of_module(self.__name__.rpartition(".")[2], name)
+        return found
+
+
+class _AbsentFinder(MetaPathFinder, Loader):
+    """Finds the modules that are not installed."""
+
+    def __init__(self, names: frozenset[str]) -> None:
+        self.names = names
+
+    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """Find these modules, and those in them."""
+        is_absent = any(f"{fullname}.".startswith(f"{name}.") for name in self.names)
+        return ModuleSpec(fullname, self, is_package=True) if is_absent else None
+
+    def create_module(self, spec: ModuleSpec) -> _AbsentModule:
+        """A stand-in."""
+        return _AbsentModule(spec.name)
+
+    def exec_module(self, module: ModuleType) -> None:
+        """There is nothing to execute."""
+
+
+def replace_modules(*names: str) -> None:
+    """Let code be imported without modules that are not installed: each gets a stand-in."""
+    if not any(isinstance(finder, _AbsentFinder) and finder.names == {*names} for finder in sys.meta_path):
+        sys.meta_path.insert(0, _AbsentFinder(frozenset(names)))

@@ -1,0 +1,159 @@
+"""Modules that are not installed: code runs without them, and what it does with them crosses its border."""
+
+from __future__ import annotations
+
+import sys
+from abc import ABC
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.draft import replace_modules
+from pytest_hricdv.extra.draft.draft_analysis import CodeReader
+from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.files import files
+from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
+from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE, RunBorder
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
+
+SCRIPT = """
+from time import sleep
+
+from rover_lib import Rover, RoverError
+
+
+def main():
+    rover = Rover()
+    eyes = rover.open_eyes()
+    while True:
+        distance = eyes.read_mm()
+        if distance == 0:
+            raise RoverError("no sensor")
+        if distance < 150:
+            rover.stop()
+        else:
+            rover.drive(distance / 10)
+        if rover.button.pressed:
+            rover.light("red")
+        sleep(0.1)
+"""
+
+
+@pytest.fixture(autouse=True)
+def without_modules() -> Iterator[None]:
+    """The stand-ins of one test only."""
+    finders = [*sys.meta_path]
+    yield
+    sys.meta_path[:] = finders
+    for name in [name for name in sys.modules if name.partition(".")[0] == "rover_lib"]:
+        del sys.modules[name]
+
+
+def run(body: Callable[[], Any], senses: dict[str, Any] | None = None) -> RunBorder:
+    """The border after a run in which a node does something."""
+    kernel, recorder = Kernel(), Recorder()
+    made: Any = SimpleNamespace(kernel=kernel, bus=Bus(kernel, [], recorder), recorder=recorder)
+    border = RunBorder(made, frozenset(), {}, senses or {})
+    kernel.spawn("robot", body)
+    with cross_border(border):
+        kernel.run(60.0)
+    border.close()
+    return border
+
+
+def library() -> Any:
+    replace_modules("rover_lib")
+    import rover_lib  # type: ignore[import-not-found]  # it has a stand-in
+
+    return rover_lib
+
+
+def test_classes_can_be_derived_raised_and_asked_for_anything() -> None:
+    lib = library()
+
+    class Own(lib.Rover, ABC):  # type: ignore[name-defined,misc]
+        def __init__(self) -> None:
+            super().__init__(speed=2.0)
+            self.gear = 3
+
+    class Other(lib.tools.base):  # type: ignore[name-defined,misc]  # its name does not say that it is a class
+        pass
+
+    own = Own()
+    assert (own.gear, own.speed, bool(own.motor.start(1))) == (3, 2.0, False)
+    assert isinstance(own, lib.Rover)
+    assert isinstance(Other(), Other)
+    lib.Engine.init(None)
+    with pytest.raises(lib.RoverError, match="empty"):
+        raise lib.RoverError("empty")
+
+    @lib.on("start")  # type: ignore[untyped-decorator]  # of an unknown library
+    def begin() -> int:
+        return 7
+
+    assert begin() == 7
+
+
+def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv(OBSERVE, str(tmp_path / "seen.json"))
+    lib = library()
+    early = lib.Rover()  # as code does that makes it while it is imported
+
+    def body() -> None:
+        distance = early.eyes().read_mm()
+        assert not distance > 3
+        assert distance == 0
+        early.drive(2.5, "slowly")
+        assert lib.input(4) != lib.HIGH or True
+        early.on_bump = body
+        early.mode = "fast"
+
+    border = run(body)
+    seen = read_observations(tmp_path / "seen.json")
+    assert seen.calls["Rover.eyes().read_mm()"].compared == [3.0, 0.0]
+    assert seen.calls["Rover.eyes().read_mm"].location.startswith(f"{__file__}:")
+    assert seen.calls["Rover.drive"].arguments["1"].texts == {"slowly": 1}
+    assert seen.calls["Rover.set_mode"].count == 1
+    assert set(seen.calls["rover_lib.input()"].result.kinds) == {"bool"}
+    assert [*border.callbacks] == ["Rover.on_bump"]
+    assert {*seen.absent} == {"Rover", "rover_lib"}
+    again = Observations()
+    again.merge(seen)
+    assert again.to_json() == seen.to_json()
+
+
+def test_it_returns_what_a_person_sets() -> None:
+    lib, taken = library(), []
+
+    def body() -> None:
+        rover = lib.Rover()
+        taken.append((rover.eyes().read_mm() * 2, rover.button.pressed, rover.say("hello")))
+
+    run(body, {"Rover.eyes().read_mm()": 21.0, "Rover.button.pressed": True, "Rover.say()": "hi"})
+    assert taken == [(42.0, True, "hi")]
+
+
+def test_a_draft_has_sensors_and_calls_of_what_was_observed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv(OBSERVE, str(tmp_path / "seen.json"))
+    (tmp_path / "rover_code.py").write_text(SCRIPT, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    replace_modules("rover_lib")
+    from rover_code import RoverError, main  # type: ignore[import-not-found]  # it was just written
+
+    def body() -> None:
+        with pytest.raises(RoverError):
+            main()
+
+    run(body)
+    first = read_observations(tmp_path / "seen.json")
+    model = CodeReader("rover_code", tmp_path).model(first)
+    draft = Draft(model, "rover", "person", tmp_path.resolve() / "hri")
+    assert [sensor.name for sensor in draft.sensors] == ["Rover_open_eyes.read_mm"]
+    (text,) = [text for name, text in files(draft) if name == "conftest.py"]
+    # It is not what the code compares it with: that ended the code. So the next runs show more.
+    assert '"Rover.open_eyes().read_mm()": 0.5,  # rover_code.py:12' in text
+    assert 'replace_modules("rover_lib")' in text
