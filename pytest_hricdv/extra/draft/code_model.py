@@ -210,7 +210,8 @@ class Port:
 
     Args:
         role: "bus", "clock", "publish" (a function that is called with each message), "queue", "connection" (a
-            socket or stream that the code makes), "parameter" (a number or text), "settings" (an object of numbers and
+            socket or stream that the code makes), "program" (a function that starts one; `annotation` is its dotted
+            name), "parameter" (a number or text), "settings" (an object of numbers and
             texts), "device" (hardware, or whatever else the code gets).
         annotation: source text; empty if there is none.
         default: source text; empty if there is none.

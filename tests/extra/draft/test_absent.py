@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.draft import replace_modules
+from pytest_hricdv.draft import Program, Replace, replace_modules
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
 from pytest_hricdv.extra.draft.project.draft import Draft
@@ -53,12 +53,12 @@ def without_modules() -> Iterator[None]:
         del sys.modules[name]
 
 
-def run(body: Callable[[], Any], senses: dict[str, Any] | None = None) -> RunBorder:
+def run(body: Callable[[RunBorder], Any], senses: dict[str, Any] | None = None) -> RunBorder:
     """The border after a run in which a node does something."""
     kernel, recorder = Kernel(), Recorder()
     made: Any = SimpleNamespace(kernel=kernel, bus=Bus(kernel, [], recorder), recorder=recorder)
     border = RunBorder(made, frozenset(), {}, senses or {})
-    kernel.spawn("robot", body)
+    kernel.spawn("robot", lambda: body(border))
     with cross_border(border):
         kernel.run(60.0)
     border.close()
@@ -103,7 +103,7 @@ def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.Monk
     lib = library()
     early = lib.Rover()  # as code does that makes it while it is imported
 
-    def body() -> None:
+    def body(_: RunBorder) -> None:
         distance = early.eyes().read_mm()
         assert not distance > 3
         assert distance == 0
@@ -129,7 +129,7 @@ def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.Monk
 def test_it_returns_what_a_person_sets() -> None:
     lib, taken = library(), []
 
-    def body() -> None:
+    def body(_: RunBorder) -> None:
         rover = lib.Rover()
         taken.append((rover.eyes().read_mm() * 2, rover.button.pressed, rover.say("hello")))
 
@@ -144,7 +144,7 @@ def test_a_draft_has_sensors_and_calls_of_what_was_observed(monkeypatch: pytest.
     replace_modules("rover_lib")
     from rover_code import RoverError, main  # type: ignore[import-not-found]  # it was just written
 
-    def body() -> None:
+    def body(_: RunBorder) -> None:
         with pytest.raises(RoverError):
             main()
 
@@ -157,3 +157,47 @@ def test_a_draft_has_sensors_and_calls_of_what_was_observed(monkeypatch: pytest.
     # It is not what the code compares it with: that ended the code. So the next runs show more.
     assert '"Rover.open_eyes().read_mm()": 0.5,  # rover_code.py:12' in text
     assert 'replace_modules("rover_lib")' in text
+
+
+SPEAKER = """
+import subprocess
+from os import system
+
+
+def main():
+    if system("amixer set PCM 100") != 0:
+        print("no sound")
+    done = subprocess.run(["espeak", "hello"])
+    while done.returncode:
+        done = subprocess.run(["espeak", "again"])
+"""
+
+
+def test_programs_that_the_code_starts_do_not_run_and_a_person_is_at_their_end(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv(OBSERVE, str(tmp_path / "seen.json"))
+    (tmp_path / "speaker_code.py").write_text(SPEAKER, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    import speaker_code  # type: ignore[import-not-found]  # it was just written
+
+    model = CodeReader("speaker_code", tmp_path).model()
+    assert {port.made_from: port.annotation for port in model.inner} == {
+        "speaker_code:system": "os.system",
+        "speaker_code:subprocess.run": "subprocess.run",
+    }
+
+    def body(border: RunBorder) -> None:
+        undo = [Replace(port.made_from, Program(port.annotation)).apply(border, port.name) for port in model.inner]
+        speaker_code.main()
+        for put_back in undo:
+            put_back()
+
+    run(body)
+    seen = read_observations(tmp_path / "seen.json")
+    assert seen.calls["os.system()"].compared == [0.0]
+    assert set(seen.calls["subprocess.run().returncode"].result.kinds) == {"bool"}
+    draft = Draft(CodeReader("speaker_code", tmp_path).model(seen), "speaker", "person", tmp_path.resolve() / "hri")
+    assert [sensor.name for sensor in draft.sensors] == ["os_system", "subprocess_run.returncode"]
+    (text,) = [text for name, text in files(draft) if name == "conftest.py"]
+    assert 'Replace("speaker_code:subprocess.run", Program("subprocess.run"))' in text

@@ -16,6 +16,10 @@ SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server", 
            "asyncio.open_connection")  # fmt: skip
 """Calls that make a connection to the outside."""
 
+PROGRAMS = ("subprocess.run", "subprocess.call", "subprocess.check_call", "subprocess.check_output", "subprocess.Popen",
+            "subprocess.getoutput", "subprocess.getstatusoutput", "os.system", "os.popen")  # fmt: skip
+"""Calls that start another program."""
+
 
 class InnerObjects:
     """Finds them."""
@@ -31,7 +35,8 @@ class InnerObjects:
             faulty: names of libraries that are missing, or fail; of classes of the code that fail, with a dot before.
         """
         done: set[str] = set()
-        for port in (*self._attributes(scope, faulty), *self._modules(faulty), *self._sockets(entry, scope)):
+        every = (*self._attributes(scope, faulty), *self._modules(faulty), *self._sockets(entry, scope))
+        for port in (*every, *self._programs()):
             if not done & {port.name, port.made_from}:
                 done |= {port.name, port.made_from}
                 yield port
@@ -83,6 +88,14 @@ class InnerObjects:
             name = name_with_dots(above.targets[0]) if isinstance(above, ast.Assign) else ""
             made_from = f"{module.name}:{name_with_dots(node.func)}"
             yield replace(ports.variable(module, name or "connection", node), role="connection", made_from=made_from)
+
+    def _programs(self) -> Iterator[Port]:
+        """Functions that start other programs, once for each module that calls them."""
+        for module, _, node in self._flow.nodes:
+            dotted = resolve_import(module, node.func) if isinstance(node, ast.Call) else ""
+            if dotted in PROGRAMS and isinstance(node, ast.Call):
+                target, location = f"{module.name}:{name_with_dots(node.func)}", module.location(node)
+                yield Port(target, "program", dotted, "", (), location, made_from=target)
 
 
 def _is_bus(sources: Sources, scope: Scope) -> bool:

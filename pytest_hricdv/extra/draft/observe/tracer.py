@@ -199,10 +199,15 @@ def state_text(value: Any) -> str | None:
         return value.value if isinstance(value.value, str) else value.name
     if value is None or isinstance(value, str):
         return value
-    if hasattr(type(value), "tip"):  # of py_trees
+    if _is_tree(value):  # of py_trees
         value = value.tip()
     names = (getattr(value, "id", None), getattr(value, "name", None), type(value).__name__)
     return next((name for name in names if isinstance(name, str)), None) if value is not None else None
+
+
+def _is_tree(value: Any) -> bool:
+    """Whether it is of py_trees; a class of a module that is not installed has whatever it is asked for."""
+    return any("tip" in vars(each) for each in type(value).__mro__)
 
 
 def texts_of(owner: Any) -> Mapping[str, str]:
@@ -214,7 +219,7 @@ def texts_of(owner: Any) -> Mapping[str, str]:
         parts = {f"{name}.{key}": part for key, part in list(inner.items())[:50]} if inner and is_own else {}
         for path, part in {name: value, **parts}.items():
             is_object = path == name and inner is not None and is_own
-            if is_object or isinstance(part, Enum | str) or hasattr(type(part), "tip"):
+            if is_object or isinstance(part, Enum | str) or _is_tree(part):
                 text = state_text(part)
                 if text is not None and len(text) <= MAX_LENGTH:
                     found[path] = text

@@ -159,6 +159,8 @@ def _port(draft: Draft, port: Port, table: ImportTable) -> str:
             is_item = message.form == "item"
             kinds.append(f"{{{_conversion(message, table)}}}" if is_item else table.use(message.module, message.name))
         return f"InboxPort({', '.join(kinds)})"
+    if port.role == "program":
+        return f"Program({json.dumps(port.annotation)})"
     if port.role == "connection":
         return _connection(draft, port, table)
     if port.role == "device":

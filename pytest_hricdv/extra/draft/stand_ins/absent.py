@@ -12,6 +12,7 @@ import sys
 from abc import ABCMeta
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
@@ -79,6 +80,21 @@ class AbsentPart(UnknownValue):
     def _note_use(self, other: object) -> None:
         if _borders:
             _borders[-1].note_absent_use(self.__dict__["_path"], other, place_of(sys._getframe(2)))
+
+
+@dataclass(frozen=True)
+class Program:
+    """Another program that the code starts, which no run does: what it hands over and gets crosses the border.
+
+    Args:
+        path: of the function that starts it, as "subprocess.run".
+    """
+
+    path: str
+
+    def make(self, border: RunBorder, name: str) -> AbsentPart:
+        """The function of a run."""
+        return AbsentPart(self.path)
 
 
 class _AbsentType(ABCMeta):

@@ -143,6 +143,7 @@ class ActiveRobot:
         self._waiting: list[Callable[[], Any]] = []
         self._loop: asyncio.AbstractEventLoop | None = None
         self._state: str | None = None
+        self._is_looking = False
         self.hits: list[tuple[str, str]] = []
         border.on_crossing, border.on_said = self.look, self.note
 
@@ -287,7 +288,16 @@ class ActiveRobot:
             self.hits.append((value if isinstance(value, str) else text_of(value), self._visit.manner))
 
     def look(self) -> None:
-        """Publish the state if it has changed."""
+        """Publish the state if it has changed; what is looked at may be a stand-in, whose use is seen, too."""
+        if self._is_looking:
+            return
+        self._is_looking = True
+        try:
+            self._look()
+        finally:
+            self._is_looking = False
+
+    def _look(self) -> None:
         self._border.note_states()
         if not self._driver.state or self._border.instance is None or self._driver.state_message is None:
             return

@@ -10,6 +10,7 @@ from inspect import isfunction
 from types import ModuleType
 from typing import Any, Protocol
 
+from pytest_hricdv.extra.draft.stand_ins.absent import AbsentPart
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.device import Device, DeviceStandIn
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
@@ -90,13 +91,18 @@ class Replace:
         for number, each in enumerate(owners):
             inner = getattr(owner, each)
             if isinstance(inner, ModuleType) and number == len(owners) - 1:  # others use the module, too
-                maker = made if isfunction(made) else _Maker(getattr(inner, last), made)
+                maker = made if _is_itself(made) else _Maker(getattr(inner, last), made)
                 setattr(owner, each, _ModuleWith(inner, last, maker))
                 return partial(setattr, owner, each, inner)
             owner = inner
         before = getattr(owner, last)
-        setattr(owner, last, _Maker(before, made) if callable(before) and not isfunction(made) else made)
+        setattr(owner, last, _Maker(before, made) if callable(before) and not _is_itself(made) else made)
         return partial(setattr, owner, last, before)
+
+
+def _is_itself(made: Any) -> bool:
+    """Whether the stand-in is called itself; others are what a call makes."""
+    return isfunction(made) or isinstance(made, AbsentPart)
 
 
 class _ModuleWith(ModuleType):
