@@ -23,6 +23,7 @@ from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope
 from pytest_hricdv.extra.draft.code.stimuli import StimulusReader, is_reader
 from pytest_hricdv.extra.draft.code.usage import read_calls
+from pytest_hricdv.extra.draft.code.uses import find_identity_tests
 from pytest_hricdv.extra.draft.code.waits import parameters
 from pytest_hricdv.extra.draft.code_model import (
     OWN_MODULE,
@@ -138,7 +139,8 @@ class CodeReader:
         if seen is not None:
             model = with_ports(replace(model, entry=entry), seen)
             known = {port.name for port in model.inner}
-            more = (port for port in absent_ports(seen, Path(model.root)) if port.name not in known)
+            absent = absent_ports(seen, Path(model.root), find_identity_tests(self._flow))
+            more = (port for port in absent if port.name not in known)
             model, entry = replace(model, inner=(*model.inner, *more)), model.entry or entry
         messages = list(_carry_by_ports(self._carry(model), (*entry.ports, *entry.method_ports, *model.inner)))
         items = list(self._items((*entry.ports, *entry.method_ports, *model.inner), messages))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.code_model import CodeLine, MessageField, Operation, Port
@@ -13,16 +14,20 @@ MAX_SENSES = 12
 """Values of one class or module that a person sets."""
 
 
-def absent_ports(seen: Observations, root: Path) -> Iterator[Port]:
+def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -> Iterator[Port]:
     """A device for each class and module that the code uses; what it tests or compares is a sensor.
 
     Args:
         seen: in first runs.
         root: folder of the code.
+        truths: names of methods and attributes that the code tests for identity with a truth.
     """
     for name, place in seen.absent.items():
         operations = [_operation(key.partition(".")[2], site, root) for key, site in sorted(seen.calls.items())
                       if key.startswith(f"{name}.")]  # fmt: skip
+        known = {each.name for each in operations if each.result is not None}
+        operations += [_truth(each) for each in operations if each.name.rpartition(".")[2] in truths
+                       and each.is_method and f"{each.name}()" not in known]  # fmt: skip
         sensed = [each for each in operations if each.result is not None][:MAX_SENSES]
         called = [each for each in operations if each.result is None and each.is_method]
         results = {each.name.removesuffix("()") for each in sensed}
@@ -40,6 +45,11 @@ def _operation(name: str, site: Site, root: Path) -> Operation:
     is_sensed = kind in ("bool", "float") or bool(values)
     return Operation(name, bool(site.count), location, is_registration=is_registration,
                      result=part if is_sensed and not site.count else None)  # fmt: skip
+
+
+def _truth(called: Operation) -> Operation:
+    """The result of a method as a truth."""
+    return replace(called, name=f"{called.name}()", result=MessageField("value", "", "bool", called.location))
 
 
 def _line(place: str, root: Path) -> CodeLine:

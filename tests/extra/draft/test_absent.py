@@ -31,14 +31,14 @@ def main():
     eyes = rover.open_eyes()
     while True:
         distance = eyes.read_mm()
+        if rover.button.read() is True:
+            rover.light("red")
         if distance == 0:
             raise RoverError("no sensor")
         if distance < 150:
             rover.stop()
         else:
             rover.drive(distance / 10)
-        if rover.button.pressed:
-            rover.light("red")
         sleep(0.1)
 """
 
@@ -109,6 +109,7 @@ def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.Monk
         assert distance == 0
         early.drive(2.5, "slowly")
         assert lib.input(4) != lib.HIGH or True
+        assert not lib.scan()[0]["range_m"] > 1.5
         early.on_bump = body
         early.mode = "fast"
 
@@ -118,6 +119,7 @@ def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.Monk
     assert seen.calls["Rover.eyes().read_mm"].location.startswith(f"{__file__}:")
     assert seen.calls["Rover.drive"].arguments["1"].texts == {"slowly": 1}
     assert seen.calls["Rover.set_mode"].count == 1
+    assert seen.calls["rover_lib.scan()[range_m]"].compared == [1.5]
     assert set(seen.calls["rover_lib.input()"].result.kinds) == {"bool"}
     assert [*border.callbacks] == ["Rover.on_bump"]
     assert {*seen.absent} == {"Rover", "rover_lib"}
@@ -132,8 +134,17 @@ def test_it_returns_what_a_person_sets() -> None:
     def body(_: RunBorder) -> None:
         rover = lib.Rover()
         taken.append((rover.eyes().read_mm() * 2, rover.button.pressed, rover.say("hello")))
+        assert lib.scan()[0]["range_m"] == 0.5
 
-    run(body, {"Rover.eyes().read_mm()": 21.0, "Rover.button.pressed": True, "Rover.say()": "hi"})
+    run(
+        body,
+        {
+            "rover_lib.scan()[range_m]": 0.5,
+            "Rover.eyes().read_mm()": 21.0,
+            "Rover.button.pressed": True,
+            "Rover.say()": "hi",
+        },
+    )
     assert taken == [(42.0, True, "hi")]
 
 
@@ -152,10 +163,10 @@ def test_a_draft_has_sensors_and_calls_of_what_was_observed(monkeypatch: pytest.
     first = read_observations(tmp_path / "seen.json")
     model = CodeReader("rover_code", tmp_path).model(first)
     draft = Draft(model, "rover", "person", tmp_path.resolve() / "hri")
-    assert [sensor.name for sensor in draft.sensors] == ["Rover_open_eyes.read_mm"]
+    assert [sensor.name for sensor in draft.sensors] == ["Rover_open_eyes.read_mm", "Rover_button.read"]
     (text,) = [text for name, text in files(draft) if name == "conftest.py"]
     # It is not what the code compares it with: that ended the code. So the next runs show more.
-    assert '"Rover.open_eyes().read_mm()": 0.5,  # rover_code.py:12' in text
+    assert '"Rover.open_eyes().read_mm()": 0.5,  # rover_code.py:14' in text
     assert 'replace_modules("rover_lib")' in text
 
 

@@ -17,8 +17,11 @@ SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server", 
 """Calls that make a connection to the outside."""
 
 PROGRAMS = ("subprocess.run", "subprocess.call", "subprocess.check_call", "subprocess.check_output", "subprocess.Popen",
-            "subprocess.getoutput", "subprocess.getstatusoutput", "os.system", "os.popen")  # fmt: skip
-"""Calls that start another program."""
+            "subprocess.getoutput", "subprocess.getstatusoutput", "os.system", "os.popen", "urllib.request.urlopen",
+            "urllib.request.urlretrieve", "http.client.HTTPConnection", "http.client.HTTPSConnection", "requests.get",
+            "requests.post", "requests.put", "requests.patch", "requests.delete", "requests.head", "requests.request",
+            "requests.Session")  # fmt: skip
+"""Calls that start another program, or ask a server."""
 
 
 class InnerObjects:
@@ -90,7 +93,7 @@ class InnerObjects:
             yield replace(ports.variable(module, name or "connection", node), role="connection", made_from=made_from)
 
     def _programs(self) -> Iterator[Port]:
-        """Functions that start other programs, once for each module that calls them."""
+        """Functions that start or ask other programs, once for each module that calls them."""
         for module, _, node in self._flow.nodes:
             dotted = resolve_import(module, node.func) if isinstance(node, ast.Call) else ""
             if dotted in PROGRAMS and isinstance(node, ast.Call):

@@ -54,8 +54,11 @@ class AbsentPart(UnknownValue):
         self.__dict__[name] = value
         _set(self.__dict__["_path"], name, value)
 
-    def __getitem__(self, _: Any) -> Any:
-        return AbsentPart(self.__dict__["_path"])
+    def __getitem__(self, key: Any) -> Any:
+        """A value of a dict has its key in its path; the elements of a list have one path."""
+        path = self.__dict__["_path"]
+        part = f"{path}[{key}]" if isinstance(key, str) and key.isidentifier() else path
+        return _sensed(_borders[-1], part) if _borders and part in _borders[-1].senses else AbsentPart(part)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """The code calls it; of a decorator, the function is kept as a callback."""
