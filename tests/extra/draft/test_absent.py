@@ -110,6 +110,9 @@ def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.Monk
         early.drive(2.5, "slowly")
         assert lib.input(4) != lib.HIGH or True
         assert not lib.scan()[0]["range_m"] > 1.5
+        (x, (y, *rest)), z = early.position()
+        assert (list(early.others()), rest) == ([], [])
+        assert [x > 7, y > 8, z > 9] == [False, False, False]
         early.on_bump = body
         early.mode = "fast"
 
@@ -119,6 +122,12 @@ def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.Monk
     assert seen.calls["Rover.eyes().read_mm"].location.startswith(f"{__file__}:")
     assert seen.calls["Rover.drive"].arguments["1"].texts == {"slowly": 1}
     assert seen.calls["Rover.set_mode"].count == 1
+    positions = {key: site.compared for key, site in seen.calls.items() if key.startswith("Rover.position()")}
+    assert positions == {
+        "Rover.position()[0][0]": [7.0],
+        "Rover.position()[0][1][0]": [8.0],
+        "Rover.position()[1]": [9.0],
+    }
     assert seen.calls["rover_lib.scan()[range_m]"].compared == [1.5]
     assert set(seen.calls["rover_lib.input()"].result.kinds) == {"bool"}
     assert [*border.callbacks] == ["Rover.on_bump"]

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from opcode import opname
 from types import ModuleType
 from typing import Any
 
@@ -57,8 +58,14 @@ class AbsentPart(UnknownValue):
     def __getitem__(self, key: Any) -> Any:
         """A value of a dict has its key in its path; the elements of a list have one path."""
         path = self.__dict__["_path"]
-        part = f"{path}[{key}]" if isinstance(key, str) and key.isidentifier() else path
-        return _sensed(_borders[-1], part) if _borders and part in _borders[-1].senses else AbsentPart(part)
+        return _part(f"{path}[{key}]" if isinstance(key, str) and key.isidentifier() else path)
+
+    def __iter__(self) -> Iterator[Any]:
+        """As many parts as it is unpacked into, as by `x, y = arm.position()`; otherwise none."""
+        frame = sys._getframe(1)
+        operation, count = frame.f_code.co_code[frame.f_lasti : frame.f_lasti + 2]
+        count = count if opname[operation] in ("UNPACK_SEQUENCE", "UNPACK_EX") else 0
+        return iter([_part(f"{self.__dict__['_path']}[{number}]") for number in range(count)])
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """The code calls it; of a decorator, the function is kept as a callback."""
@@ -151,7 +158,12 @@ def _read(path: str, name: str) -> Any:
         return AbsentPart(part)
     border = _borders[-1]
     border.pass_time()
-    return _sensed(border, part) if part in border.senses else AbsentPart(part)
+    return _part(part)
+
+
+def _part(path: str) -> Any:
+    """What a person has set, or something of which nothing is known."""
+    return _sensed(_borders[-1], path) if _borders and path in _borders[-1].senses else AbsentPart(path)
 
 
 def _set(path: str, name: str, value: Any) -> None:
