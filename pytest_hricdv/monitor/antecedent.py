@@ -71,6 +71,11 @@ class NearMissSearch:
                 if candidate < self._best:
                     self._best, self._missing, self._time_ns = candidate, false, moment.now_ns
 
+    @property
+    def is_met(self) -> bool:
+        """Whether the antecedent was true, so that there is no near miss."""
+        return self._best[0] == 0
+
     def nearest(self) -> NearMiss:
         """The near miss among all instants up to now."""
         return NearMiss(

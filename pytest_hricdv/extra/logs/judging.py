@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import math
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import groupby
 from typing import Any
 
 from msgspec.structs import replace
@@ -20,12 +20,12 @@ from pytest_hricdv.monitor.analysis import names_of, names_read, topics_of, topi
 from pytest_hricdv.monitor.antecedent import NearMissSearch
 from pytest_hricdv.monitor.evaluation_state import nanoseconds
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
+from pytest_hricdv.monitor.log import Update
 from pytest_hricdv.monitor.logged import masked, what_masks
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.monitor.verdict import NearMiss, Verdict
-from pytest_hricdv.recordings.bags import Value
+from pytest_hricdv.monitor.verdict import Verdict
 from pytest_hricdv.report.formatting import plural
 
 MAX_KEPT = 1000
@@ -84,11 +84,8 @@ def judge(
     judges = [_judges(reader, run, requirements, known_when) for run in runs]
     if any(judges) or reader.made.cross or actions is not None:
         _read(reader, judged, judges, actions)
-    for each in (each for mine in judges for each in mine):
-        each.finish()
-    misses = _near_misses(reader, runs, judges)
-    for number, made in enumerate(judged):
-        _add_verdicts(made, requirements, judges[number], misses.get(number, {}))
+    for made, mine in zip(judged, judges, strict=True):
+        _add_verdicts(made, requirements, mine)
     return judged
 
 
@@ -99,27 +96,22 @@ def _read(
     actions: LoggedActions | None,
 ) -> None:
     """Read the log once, for all judges of its runs."""
-    readers = [_by_name(each, reader) for each in judges]
+    readers: list[dict[str, list[Callable[[float, str, Any], None]]]] = [{} for _ in judged]
+    for by_name, mine in zip(readers, judges, strict=True):
+        for each in mine:
+            for name in each.reads:
+                by_name.setdefault(name, []).append(each.add)
     for part, time_s, event, value in reader.events([made.run for made in judged]):
         made = judged[part]
         if event.is_judged:
-            for read in readers[part].get(event.name, ()):
-                read(time_s, event.name, value)
+            for add in readers[part].get(event.name, ()):
+                add(time_s, event.name, value)
             if made.picture is not None:
                 made.picture.add(time_s, event.name, value)
         elif isinstance(event.source, CrossSource):
             made.hits.setdefault(event.name, set()).add(tuple(value.items()))  # type: ignore[arg-type, union-attr]
         elif isinstance(event.source, ActionSource) and actions is not None:
             made.commands.add(actions.command(made.run.name, event.source, value))  # type: ignore[arg-type]
-
-
-def _by_name(judges: Sequence[StretchJudge], reader: LogReader) -> dict[str, list[Callable[[float, str, Any], None]]]:
-    """Signal or message -> the functions that take its values."""
-    by_name: dict[str, list[Callable[[float, str, Any], None]]] = {}
-    for each in judges:
-        for name in each.reads:
-            by_name.setdefault(name, []).append(each.signal if name in reader.made.signals else each.message)
-    return by_name
 
 
 def reads(requirement: Requirement) -> frozenset[str]:
@@ -164,39 +156,41 @@ class StretchJudge:
         self._known = {requirement.id: known[requirement.id] for requirement in requirements if requirement.id in known}
         conditions = (_names_of(condition) for condition in self._known.values() if condition is not None)
         self.reads = frozenset().union(*map(reads, requirements), *conditions)
-        self.verdicts: list[tuple[Verdict, ...]] = []
+        self.verdicts: list[Verdict] = []
         self._spans, self._is_whole = deque(spans), len(spans) == 1
-        self._masks = {
-            requirement.id: what for requirement in requirements if (what := what_masks(requirement.formula))
+        self._masks = {requirement.id: what_masks(requirement.formula) for requirement in requirements}
+        self._masking = frozenset(topic for topics in self._masks.values() for topic in topics)
+        self._searches = {
+            requirement.id: NearMissSearch(requirement.formula.antecedent)
+            for requirement in requirements
+            if self._is_whole
         }
-        self._masking = frozenset(topic for what in self._masks.values() for topic in what)
-        self._values: dict[str, bool | float | str] = {}
+        self._values: dict[str, Any] = {}
         self._next()
 
     def _next(self) -> None:
-        self._begin_s, self._end_s = self._spans.popleft() if self._spans else (float("inf"), float("inf"))
+        self._begin_s, self._end_s = self._spans.popleft() if self._spans else (math.inf, math.inf)
         self._monitors: MonitorSet | None = None
         self._conditions: dict[str, ConditionMonitor] = {}
-        self._instant: tuple[float, dict[str, list[Mapping[str, Value]]]] = (-1.0, {})
-        self._masked: dict[str, dict[str, int]] = {}
+        self._masked: dict[str, Counter[str]] = {}
+        self._instant_s, self._instant = -math.inf, list[Update]()
 
-    def signal(self, time_s: float, name: str, value: bool | float | str) -> None:
-        """Take a new value of a signal."""
+    def add(self, time_s: float, name: str, value: Any) -> None:
+        """Take a new value of a signal, or a message."""
         while time_s > self._end_s:
             self._close()
         if time_s >= self._begin_s:
-            (self._monitors or self._open()).signal(time_s, name, value)
-        if self._spans or self._monitors is None:
+            monitors = self._monitors or self._open()
+            if type(value) is dict:
+                monitors.message(time_s, name, value)
+            else:
+                monitors.signal(time_s, name, value)
+            if self._searches or name in self._masking:
+                if time_s != self._instant_s:
+                    self._end_instant(time_s)
+                self._instant.append((name, value))
+        if (self._spans or self._monitors is None) and type(value) is not dict:
             self._values[name] = value
-
-    def message(self, time_s: float, name: str, fields: Mapping[str, Value]) -> None:
-        """Take a message."""
-        while time_s > self._end_s:
-            self._close()
-        if time_s >= self._begin_s:
-            (self._monitors or self._open()).message(time_s, name, fields)
-            if name in self._masking:
-                self._note_message(time_s, name, fields)
 
     def _open(self) -> MonitorSet:
         monitors = self._monitors = MonitorSet(self.requirements, most=MAX_KEPT)
@@ -205,97 +199,60 @@ class StretchJudge:
         for name, value in self._values.items():
             monitors.signal(self._begin_s, name, value)
         monitors.advance(self._begin_s)
+        self._instant_s, self._instant = self._begin_s, [*self._values.items()]
         return monitors
 
-    def _note_message(self, time_s: float, name: str, fields: Mapping[str, Value]) -> None:
-        if time_s != self._instant[0]:
-            self._count_masked()
-            self._instant = (time_s, {})
-        self._instant[1].setdefault(name, []).append(fields)
-
-    def _count_masked(self) -> None:
-        for topic, messages in self._instant[1].items():
-            for requirement, what in self._masks.items() if len(messages) > 1 else ():
-                if topic in what and (count := masked(messages, *what[topic])):
-                    counts = self._masked.setdefault(requirement, {})
-                    counts[topic] = counts.get(topic, 0) + count
+    def _end_instant(self, next_s: float) -> None:
+        """Count masked messages, and search for the near miss of each requirement until it is triggered."""
+        time_s, updates = self._instant_s, self._instant
+        self._instant_s, self._instant = next_s, []
+        messages: dict[str, list[Any]] = {}
+        for name, value in updates if len(updates) > 1 else ():
+            messages.setdefault(name, []).append(value)
+        for requirement, topics in self._masks.items() if messages else ():
+            for topic in topics.keys() & messages.keys():
+                self._masked.setdefault(requirement, Counter())[topic] += masked(messages[topic], *topics[topic])
+        for requirement, search in [*self._searches.items()]:
+            found = [update for update in updates if update[0] in search.topics or update[0] in search.signals]
+            if found or time_s in (self._begin_s, self._end_s):
+                search.add(nanoseconds(time_s), found, last=time_s == self._end_s)
+            if search.is_met:
+                del self._searches[requirement]
 
     def _close(self) -> None:
         """Add the verdicts on the present stretch; there are none if a signal has no value in it."""
         with suppress(*(() if self._is_whole else (MonitorError,))):
             monitors = self._monitors or self._open()
-            self._count_masked()
-            verdicts = monitors.finish(self._end_s)
-            self.verdicts.append(tuple(map(self._complete, verdicts)))
+            if self._instant_s < self._end_s:
+                self._end_instant(self._end_s)
+            self._end_instant(math.inf)
+            self.verdicts += map(self._complete, monitors.finish(self._end_s))
         self._next()
 
     def _complete(self, verdict: Verdict) -> Verdict:
-        """Add the masked messages, and mark violations that are not known ones."""
+        """Add masked messages and the near miss, and mark violations that are not known ones."""
         name = verdict.requirement
-        verdict = replace(verdict, masked_messages=self._masked.get(name, {}))
+        counts = {topic: count for topic, count in self._masked.get(name, {}).items() if count}
+        miss = self._searches[name].nearest() if verdict.untriggered and name in self._searches else None
+        verdict = replace(verdict, masked_messages=counts, near_miss=miss)
         return mark_outside(verdict, self._conditions.get(name)) if name in self._known else verdict
 
-    def finish(self) -> None:
-        """End the run."""
-        while self._begin_s < float("inf"):
+    def finish(self) -> list[Verdict]:
+        """The verdicts on all stretches, at the end of the run."""
+        while self._begin_s < math.inf:
             self._close()
-
-    @property
-    def untriggered(self) -> Iterator[Requirement]:
-        """The requirements that were never triggered in a run without gaps."""
-        if self._is_whole and self.verdicts:
-            for requirement, verdict in zip(self.requirements, self.verdicts[0], strict=True):
-                if verdict.untriggered:
-                    yield requirement
+        return self.verdicts
 
 
-def _near_misses(
-    reader: LogReader, runs: list[LoggedRun], judges: Sequence[Sequence[StretchJudge]]
-) -> dict[int, dict[str, NearMiss]]:
-    """Number of a run -> requirement that was never triggered -> its near miss; in one more pass."""
-    searches = {
-        number: {
-            requirement.id: NearMissSearch(requirement.formula.antecedent)
-            for each in mine
-            for requirement in each.untriggered
-        }
-        for number, mine in enumerate(judges)
-    }
-    if not any(searches.values()):
-        return {}
-    wanted = {
-        name for mine in searches.values() for search in mine.values() for name in (*search.signals, *search.topics)
-    }
-    ends_ns = [nanoseconds(run.end_s) for run in runs]
-    last_ns: list[float] = [-1] * len(runs)
-    instants = groupby(reader.events(runs), key=lambda entry: (entry[0], nanoseconds(entry[1])))
-    for (part, now_ns), entries in instants:
-        updates: list[tuple[str, Any]] = [(event.name, value) for _, _, event, value in entries if event.name in wanted]
-        for search in searches[part].values():
-            found = [update for update in updates if update[0] in search.topics or update[0] in search.signals]
-            if found or last_ns[part] < 0:
-                search.add(now_ns, found, last=now_ns == ends_ns[part])
-        last_ns[part] = now_ns
-    for part, of_run in searches.items():
-        for search in of_run.values():
-            if last_ns[part] < ends_ns[part]:
-                search.add(ends_ns[part], (), last=True)
-    return {part: {name: search.nearest() for name, search in mine.items()} for part, mine in searches.items()}
-
-
-def _add_verdicts(
-    made: JudgedRun, requirements: Iterable[Requirement], judges: Sequence[StretchJudge], misses: Mapping[str, NearMiss]
-) -> None:
+def _add_verdicts(made: JudgedRun, requirements: Iterable[Requirement], judges: Sequence[StretchJudge]) -> None:
     stretches: dict[str, list[Verdict]] = {}
-    for verdict in (verdict for each in judges for verdicts in each.verdicts for verdict in verdicts):
+    for verdict in (verdict for each in judges for verdict in each.finish()):
         stretches.setdefault(verdict.requirement, []).append(verdict)
     for requirement in requirements:
         name, parts = requirement.id, stretches.get(requirement.id, [])
         unknown = _unknown(made.run, reads(requirement)) or ("" if parts else "no data")
         if unknown:
             made.unknown[name] = unknown
-        elif name in misses:
-            parts = [replace(part, near_miss=misses[name]) for part in parts]
         made.verdicts[name] = _join(name, parts) if unknown else parts[0]
 
 
