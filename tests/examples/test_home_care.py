@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,27 @@ PROJECT = Path(__file__).parents[2] / "examples" / "home_care"
 pytestmark = pytest.mark.slow
 
 
+@pytest.fixture(scope="module", autouse=True)
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """One cache for all sessions: what one has learned, the others need not learn."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HOME_CARE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 def run(*options: str, faults: str = "", timeout_s: float = 900.0) -> subprocess.CompletedProcess[str]:
     """Run pytest in the project's folder; nothing is audited unless asked for."""
     variables = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "CAREBOT_"))}
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--hri-audit=off", *options],
+        [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-o",
+            f"cache_dir={os.environ['HOME_CARE_CACHE']}",
+            "--hri-audit=off",
+            *options,
+        ],
         cwd=PROJECT,
         env={**variables, "CAREBOT_FAULTS": faults},
         capture_output=True,
@@ -52,9 +69,9 @@ def test_its_own_tests_pass() -> None:
 def test_one_command_learns_a_hundred_tests_which_run(tmp_path: Path) -> None:
     learned = run("--hri-suite=rl", "--collect-only", "-q")
     assert learned.stdout.count("test_home_care[rl-") >= 100
-    done = run("--hri-suite=rl", "--hri-tests=12", "-n", "2", "--hri-audit=1", f"--hri-report={tmp_path}", "-q")
+    done = run("--hri-suite=rl", "--hri-tests=4", "-n", "2", "--hri-audit=1", f"--hri-report={tmp_path}", "-q")
     assert done.returncode == 0, done.stdout[-4000:]
-    assert len(report(tmp_path)["tests"]) == 12
+    assert len(report(tmp_path)["tests"]) == 4
 
 
 def test_what_was_found_stays_mended(tmp_path: Path) -> None:

@@ -65,12 +65,12 @@ def _hashes(folder: Path) -> list[str]:
 
 def test_a_run_is_the_same_in_each_repeat_worker_process_and_hash_seed(cell: Path) -> None:
     found = []
-    for seed, options in (("0", []), ("1", []), ("2", ["-n", "2"])):
+    for seed, options in (("0", []), ("2", ["-n", "2"])):
         environment = {**os.environ, "PYTHONHASHSEED": seed}
         subprocess.run([sys.executable, "-m", "pytest", *options], cwd=cell, env=environment, check=True)
         found.append(_hashes(cell))
     assert len(found[0]) == 6
-    assert found[0] == found[1] == found[2]
+    assert found[0] == found[1]
 
 
 def _report(folder: Path) -> list[Any]:

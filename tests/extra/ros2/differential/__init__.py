@@ -10,42 +10,40 @@ if TYPE_CHECKING:
 
 NAMES = {
     "topics": (
-        *("topic", "two listeners", "messages of all kinds", "late listener", "late volatile listener"),
-        *("wait for message", "keep last", "keep all", "best effort", "raw messages", "about messages"),
-        *("coming and going", "names", "wrong names"),
+        *("topic", "two listeners", "messages of all kinds", "late listener"),
+        *("late volatile listener", "wait for message", "keep last", "keep all", "best effort"),
+        *("coming and going", "names"),
     ),
     "qos": (
-        *("incompatible", "incompatible reliability", "incompatible durability", "incompatible deadline"),
-        *("incompatible liveliness", "all profiles", "matched events", "deadline", "liveliness", "lifespan"),
-        *("overridden profile", "two types"),
+        *("incompatible", "incompatible reliability", "incompatible durability"),
+        *("incompatible deadline", "incompatible liveliness", "matched events", "deadline"),
+        *("lifespan",),
     ),
     "services": (
-        *("service", "requests in a row", "nested services", "services as coroutines", "late answers"),
-        *("call with a time-out", "error in a service", "no response", "services come and go"),
-        *("two clients", "futures", "introspection", "calls in callbacks"),
+        *("service", "requests in a row", "nested services", "services as coroutines"),
+        *("late answers", "call with a time-out", "error in a service", "no response"),
+        *("introspection", "calls in callbacks"),
     ),
     "actions": (
         *("action", "cancelled action", "rejected action", "aborted goals", "refused cancellation"),
-        *("all goals cancelled", "deferred goals", "goals that replace others", "two goals at a time"),
-        *("identifiers and kept results", "states of goals", "actions as coroutines", "blocking goal"),
-        *("action servers come and go",),
+        *("all goals cancelled", "deferred goals", "identifiers and kept results"),
+        *("actions as coroutines", "blocking goal"),
     ),
     "parameters": (
-        *("parameters", "services of parameters", "callbacks of parameters", "descriptors of parameters"),
-        *("parameters from arguments", "events of parameters"),
+        *("parameters", "services of parameters", "callbacks of parameters"),
+        *("parameters from arguments",),
     ),
     "managed": (*("managed node", "errors of a managed node", "transitions", "lifecycle publisher"),),
     "timing": (
-        *("timers", "timers that are changed", "calls of timers", "slow callbacks", "rates"),
-        *("times and clocks", "simulated time", "sleep in simulated time"),
+        *("timers", "timers that are changed", "calls of timers", "rates", "simulated time"),
+        *("sleep in simulated time",),
     ),
     "executors": (
-        *("errors in callbacks", "errors in threads", "order of callbacks", "one thread"),
-        *("threads, one exclusive group", "threads, two exclusive groups", "threads, a reentrant group"),
-        *("one by one", "time-outs", "tasks", "coroutines", "guard conditions", "nodes of executors"),
-        *("executors in threads", "asyncio", "futures in asyncio"),
+        *("errors in callbacks", "order of callbacks", "one thread", "threads, one exclusive group"),
+        *("threads, two exclusive groups", "threads, a reentrant group", "time-outs", "tasks"),
+        *("coroutines", "asyncio"),
     ),
-    "contexts": (*("several contexts", "the end of a context", "before and after", "the end from outside", "logs"),),
+    "contexts": (*("the end of a context", "the end from outside", "logs"),),
     "graph": (*("graph", "wait for nodes"),),
 }
 """Module -> its systems: their names are known without `rclpy`."""

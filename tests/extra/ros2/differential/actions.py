@@ -8,13 +8,11 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
-from action_msgs.msg import GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from test_msgs.action import Fibonacci
 from unique_identifier_msgs.msg import UUID
 
@@ -26,14 +24,12 @@ from tests.extra.ros2.differential.common import (
     alone,
     answered,
     elapse,
-    raised,
     serving,
     together,
     until,
 )
 
 _STEP_S = 0.05
-_ABORTED, _CANCELED, _SUCCEEDED = GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_SUCCEEDED
 
 
 def _count(goal: Any) -> Any:
@@ -193,54 +189,6 @@ def deferring(log: Log) -> None:
     both.close()
 
 
-def replacing(log: Log) -> None:
-    """A new goal ends the one before, as single-goal servers do it."""
-    current: list[Any] = []
-    lock = threading.Lock()
-
-    def accept(goal: Any) -> None:
-        with lock:
-            if current and current[-1].is_active:
-                log("ends", current[-1].request.order)
-                current[-1].abort()
-            current.append(goal)
-        goal.execute()
-
-    def execute(goal: Any) -> Any:
-        for _ in range(goal.request.order):
-            if not goal.is_active:
-                return Fibonacci.Result(sequence=[-1])
-            time.sleep(_STEP_S)
-        goal.succeed()
-        return Fibonacci.Result(sequence=[goal.request.order])
-
-    both = _Both(execute, handle_accepted_callback=accept)
-    first = both.sent(1000)
-    second = both.sent(2)
-    log("first", both.result(first)[0])
-    log("second", both.result(second))
-    both.close()
-
-
-def several(log: Log) -> None:
-    """Two goals at a time: each hears its own feedback."""
-    both = _Both()
-    heard: dict[int, list[int]] = {2: [], 3: []}
-    goals = []
-    for order, lengths in heard.items():
-        goals.append(
-            both.sent(
-                order, feedback_callback=lambda each, lengths=lengths: lengths.append(len(each.feedback.sequence))
-            )
-        )
-    for goal in goals:
-        log("result", both.result(goal))
-    until(both.spun, lambda: [len(each) for each in heard.values()] == [2, 3])
-    for order, lengths in heard.items():
-        log(f"feedback of {order}", lengths)
-    both.close()
-
-
 def identified(log: Log) -> None:
     """Identifiers that the client chooses, the same one twice, and results that are asked for twice and forgotten."""
     both = _Both(result_timeout=1)
@@ -252,19 +200,6 @@ def identified(log: Log) -> None:
     log("twice", both.sent(0, goal_uuid=own).accepted)
     elapse(both.spun, 2.0)
     log("forgotten", both.result(goal))
-    both.close()
-
-
-def watching(log: Log) -> None:
-    """The topic of states, which also who comes late hears."""
-    both = _Both()
-    heard: list[Any] = []
-    goal = both.sent(1)
-    log("result", both.result(goal))
-    profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    both.caller.create_subscription(GoalStatusArray, "fibonacci/_action/status", heard.append, profile)
-    until(both.spun, lambda: len(heard) > 0 and heard[-1].status_list[0].status == GoalStatus.STATUS_SUCCEEDED)
-    log("states", [each.status for each in heard[-1].status_list])
     both.close()
 
 
@@ -305,24 +240,6 @@ def blocking(log: Log) -> None:
     both.close()
 
 
-def coming_and_going(log: Log) -> None:
-    """A server is destroyed: it is not there any more, and another one takes its name."""
-    rclpy.init()
-    node, caller = Node("server"), Node("caller")
-    client = ActionClient(caller, Fibonacci, "fibonacci")
-    log("nobody", [client.server_is_ready(), client.wait_for_server(timeout_sec=0.1)])
-    spun = together(node, caller)
-    for number in range(2):
-        server = _server(node)
-        log("there", client.wait_for_server(timeout_sec=PATIENCE_S))
-        goal = answered(spun, client.send_goal_async(Fibonacci.Goal(order=number)))
-        log("status", answered(spun, goal.get_result_async()).status)
-        server.destroy()
-        log("gone", until(spun, lambda: not client.server_is_ready()))
-    log("wrong goal", raised(lambda: client.send_goal_async(Fibonacci.Result())))
-    client.destroy()
-
-
 SYSTEMS = {
     "action": System({"caller": calling(5)}, {"server": serving(fibonacci, threads=4)}),
     "cancelled action": System({"caller": calling(100, cancels=True)}, {"server": serving(fibonacci, threads=4)}),
@@ -331,11 +248,7 @@ SYSTEMS = {
     "refused cancellation": alone(refusing),
     "all goals cancelled": alone(cancelling_all),
     "deferred goals": alone(deferring),
-    "goals that replace others": alone(replacing),
-    "two goals at a time": alone(several),
     "identifiers and kept results": alone(identified),
-    "states of goals": alone(watching),
     "actions as coroutines": alone(awaiting),
     "blocking goal": alone(blocking),
-    "action servers come and go": alone(coming_and_going),
 }

@@ -8,45 +8,14 @@ from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import Log as LogMessage
-from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Int32
 from test_msgs.srv import BasicTypes
 
-from tests.extra.ros2.differential.common import Log, System, alone, elapse, raised, together, until
-
-
-def several(log: Log) -> None:
-    """Contexts of two domains: nodes of one domain hear each other, those of the other do not."""
-    contexts = [Context(), Context(), Context()]
-    for context, domain in zip(contexts, (151, 151, 152), strict=True):
-        context.init(domain_id=domain)
-    log("domains", [context.get_domain_id() for context in contexts])
-    heard: dict[int, list[int]] = {0: [], 1: [], 2: []}
-    nodes = [Node(f"node{number}", context=context) for number, context in enumerate(contexts)]
-    executors = [SingleThreadedExecutor(context=context) for context in contexts]
-    for number, (node, executor) in enumerate(zip(nodes, executors, strict=True)):
-        node.create_subscription(Int32, "numbers", lambda each, number=number: heard[number].append(each.data), 10)
-        executor.add_node(node)
-    publisher = nodes[0].create_publisher(Int32, "numbers", 10)
-    until(executors[0], lambda: publisher.get_subscription_count() == 2)
-    publisher.publish(Int32(data=1))
-    for number in (0, 1):
-        until(executors[number], lambda number=number: bool(heard[number]))
-    elapse(executors[2], 0.2)
-    log("heard", list(heard.values()))
-    log("mixed", executors[0].add_node(nodes[2]))
-    contexts[1].shutdown()
-    log("ok", [context.ok() for context in contexts])
-    log("shut down", raised(lambda: executors[1].spin_once(timeout_sec=0.1)))
-    until(executors[0], lambda: publisher.get_subscription_count() == 1, 0.5)
-    publisher.publish(Int32(data=2))
-    log("goes on", until(executors[0], lambda: len(heard[0]) == 2))
-    for context in (contexts[0], contexts[2]):
-        context.shutdown()
+from tests.extra.ros2.differential.common import Log, System, alone, raised, together, until
 
 
 def ending(log: Log) -> None:
@@ -71,27 +40,6 @@ def ending(log: Log) -> None:
     rclpy.init()
     other = Node("other")
     log("a new life", [rclpy.ok(), other.get_name()])
-
-
-def beginning(log: Log) -> None:
-    """What is not possible before `init`, and twice."""
-    log("ok", rclpy.ok())
-    log("node", raised(lambda: Node("node")))
-    log("shutdown", [raised(rclpy.shutdown), raised(rclpy.try_shutdown)])
-    rclpy.init(args=["--ros-args", "--log-level", "warn"])
-    log("twice", raised(rclpy.init))
-    node = Node("node")
-    log("level", [node.get_logger().get_effective_level().name])
-    log("destroyed", [raised(node.destroy_node), raised(node.destroy_node)])
-    log(
-        "after the end",
-        [raised(lambda: node.create_publisher(Int32, "numbers", 10)), raised(node.get_topic_names_and_types)],
-    )
-    rclpy.shutdown()
-    with rclpy.init() as context:
-        log("context manager", context.context.ok())
-    log("context manager", rclpy.ok())
-    log("wrong arguments", raised(lambda: rclpy.init(args=["--ros-args", "--remap", "wrong"])))
 
 
 def ending_from_outside(log: Log) -> None:
@@ -156,9 +104,7 @@ def hearing_logs(log: Log) -> None:
 
 
 SYSTEMS = {
-    "several contexts": alone(several),
     "the end of a context": alone(ending),
-    "before and after": alone(beginning),
     "the end from outside": alone(ending_from_outside),
     "logs": System({"logging": logging_, "hearing": hearing_logs}),
 }

@@ -51,24 +51,6 @@ def raising(log: Log) -> None:
         timer.cancel()
 
 
-def raising_in_threads(log: Log) -> None:
-    """An error in a thread of an executor ends its `spin`."""
-    rclpy.init()
-    for kind in ("timer", "task"):
-        node = Node("node")
-        done: list[Any] = []
-        executor = MultiThreadedExecutor(num_threads=2)
-        executor.add_node(node)
-        if kind == "timer":
-            node.create_timer(0.02, lambda done=done: None if done else _fail("timer", done))
-        else:
-            executor.create_task(lambda done=done: _fail("task", done))
-        node.create_timer(0.05, lambda: None)  # the error comes out when something else happens
-        log("spin", [kind, raised(executor.spin), done])
-        executor.shutdown()
-        node.destroy_node()
-
-
 async def _coroutine(done: list[str]) -> None:
     _fail("coroutine", done)
 
@@ -148,27 +130,6 @@ def concurrent(kind: type[CallbackGroup] | None, threads: int) -> Main:
         executor.shutdown()
 
     return main
-
-
-def one_by_one(log: Log) -> None:
-    """`spin_once` calls one callback; nothing to do ends it after its time-out."""
-    rclpy.init()
-    node, heard = Node("node"), []
-    publisher = node.create_publisher(Int32, "numbers", 10)
-    node.create_subscription(Int32, "numbers", lambda each: heard.append(each.data), 10)
-    executor = together(node)
-    until(executor, lambda: publisher.get_subscription_count() == 1)
-    elapse(executor, 0.1)
-    for number in range(3):
-        publisher.publish(Int32(data=number))
-    publisher.wait_for_all_acked(Duration(seconds=PATIENCE_S))
-    for _ in range(4):
-        executor.spin_once(timeout_sec=0.1)
-        log("heard", len(heard))
-    for timeout_s in (0, 0.0, 1e-9, 0.1):
-        start_s = time.monotonic()
-        executor.spin_once(timeout_sec=timeout_s)
-        log("time-out", timeout_s <= time.monotonic() - start_s + 0.02 < timeout_s + 5.0)
 
 
 def waiting(log: Log) -> None:
@@ -254,84 +215,6 @@ def coroutines(log: Log) -> None:
         node.destroy_node()
 
 
-def guarded(log: Log) -> None:
-    """Guard conditions: triggered twice they call once, also from another thread."""
-    rclpy.init()
-    node, calls = Node("node"), []
-    guard = node.create_guard_condition(lambda: calls.append(1))
-    executor = together(node)
-    for _ in range(3):
-        guard.trigger()
-    until(executor, lambda: len(calls) > 0)
-    elapse(executor, 0.1)
-    log("calls", len(calls))
-    thread = threading.Thread(target=guard.trigger)
-    thread.start()
-    until(executor, lambda: len(calls) == 2)
-    thread.join()
-    log("calls", len(calls))
-    log("destroyed", node.destroy_guard_condition(guard))
-    log("after the end", raised(guard.trigger))
-
-
-def adding(log: Log) -> None:
-    """Nodes are added to executors, taken away, and destroyed while they are in one."""
-    rclpy.init()
-    left, right, ticks = Node("left"), Node("right"), {"left": 0, "right": 0}
-
-    def tick(name: str) -> None:
-        ticks[name] += 1
-
-    for name, node in (("left", left), ("right", right)):
-        node.create_timer(0.02, lambda name=name: tick(name))
-    executor, other = SingleThreadedExecutor(), SingleThreadedExecutor()
-    log("added", [executor.add_node(left), executor.add_node(left), other.add_node(right), executor.add_node(right)])
-    log("nodes", [sorted(node.get_name() for node in each.get_nodes()) for each in (executor, other)])
-    until(executor, lambda: min(ticks.values()) > 1)
-    log("executor", [left.executor is executor, right.executor is executor])
-    executor.remove_node(left)
-    log("removed", left.executor is None)
-    ticks["left"] = 0
-    elapse(executor, 0.1)
-    log("ticks", ticks["left"])
-    right.destroy_node()
-    ticks["right"] = 0
-    elapse(executor, 0.1)
-    log("ticks", ticks["right"])
-    log("shut down", [executor.shutdown(), raised(lambda: executor.spin_once(timeout_sec=0.0))])
-
-
-def threaded(log: Log) -> None:
-    """Executors in threads: a publisher in one, its listener in another; work for them from a third."""
-    rclpy.init()
-    talker, listener, heard = Node("talker"), Node("listener"), []
-    publisher = talker.create_publisher(Int32, "numbers", 10)
-    done = threading.Event()
-
-    def hear(message: Any) -> None:
-        heard.append(message.data)
-        if len(heard) == 5:
-            done.set()
-
-    listener.create_subscription(Int32, "numbers", hear, 10)
-    executors = [together(talker), together(listener)]
-    threads = [threading.Thread(target=executor.spin) for executor in executors]
-    for thread in threads:
-        thread.start()
-    while publisher.get_subscription_count() == 0:
-        time.sleep(0.01)
-    for number in range(3):
-        publisher.publish(Int32(data=number))
-    for number in (3, 4):
-        executors[0].create_task(lambda number=number: publisher.publish(Int32(data=number)))
-    log("in time", done.wait(PATIENCE_S))
-    for executor in executors:
-        executor.shutdown()
-    for thread in threads:
-        thread.join()
-    log("numbers", heard)
-
-
 def with_asyncio(log: Log) -> None:
     """`asyncio` beside an executor that is spun in it bit by bit."""
     rclpy.init()
@@ -359,57 +242,15 @@ def with_asyncio(log: Log) -> None:
     log("numbers", heard)
 
 
-def awaited_by_asyncio(log: Log) -> None:
-    """Futures of `rclpy` that tasks of `asyncio` await: with a result, an error, too late; a task of an executor."""
-    rclpy.init()
-    node = Node("node")
-    executor = together(node)
-    late, failing = Future(), Future()
-    node.create_timer(0.1, lambda: failing.done() or failing.set_exception(ValueError("no result")))
-
-    async def inner() -> str:
-        return str(await later)
-
-    later = Future()
-    node.create_timer(0.2, lambda: later.done() or later.set_result("later"))
-    task = executor.create_task(inner)
-
-    async def spin() -> None:
-        while True:
-            executor.spin_once(timeout_sec=0.01)
-            await asyncio.sleep(0.001)
-
-    async def talk() -> None:
-        spinning = asyncio.ensure_future(spin())
-        try:
-            await failing
-        except ValueError as error:
-            log("error", str(error))
-        log("results", await asyncio.gather(later, task))
-        try:
-            await asyncio.wait_for(late, 0.1)
-        except TimeoutError:
-            log("late", late.done())
-        spinning.cancel()
-
-    asyncio.run(asyncio.wait_for(talk(), PATIENCE_S))
-
-
 SYSTEMS = {
     "errors in callbacks": alone(raising),
-    "errors in threads": alone(raising_in_threads),
     "order of callbacks": alone(in_order),
     "one thread": alone(concurrent(ReentrantCallbackGroup, 1)),
     "threads, one exclusive group": alone(concurrent(None, 4)),
     "threads, two exclusive groups": alone(concurrent(MutuallyExclusiveCallbackGroup, 4)),
     "threads, a reentrant group": alone(concurrent(ReentrantCallbackGroup, 4)),
-    "one by one": alone(one_by_one),
     "time-outs": alone(waiting),
     "tasks": alone(tasks),
     "coroutines": alone(coroutines),
-    "guard conditions": alone(guarded),
-    "nodes of executors": alone(adding),
-    "executors in threads": alone(threaded),
     "asyncio": alone(with_asyncio),
-    "futures in asyncio": alone(awaited_by_asyncio),
 }

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import rclpy
 from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
     ParameterDescriptor,
-    ParameterEvent,
-    ParameterType,
     SetParametersResult,
 )
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.parameter_event_handler import ParameterEventHandler
 
 from tests.extra.ros2.differential.common import (
     PATIENCE_S,
@@ -24,11 +17,8 @@ from tests.extra.ros2.differential.common import (
     System,
     alone,
     answered,
-    elapse,
     raised,
     serving,
-    together,
-    until,
 )
 
 
@@ -131,46 +121,6 @@ def called_back(log: Log) -> None:
     log("values", [node.get_parameter(name).value for name in names])
 
 
-def described(log: Log) -> None:
-    """Ranges, types that may change, what is declared twice or not at all."""
-    rclpy.init()
-    node = Node("node")
-    steps = IntegerRange(from_value=0, to_value=10, step=5)
-    node.declare_parameter("steps", 5, ParameterDescriptor(integer_range=[steps]))
-    ratio = FloatingPointRange(from_value=0.0, to_value=1.0)
-    node.declare_parameter("ratio", 0.5, ParameterDescriptor(floating_point_range=[ratio]))
-    node.declare_parameter("fixed", 1, ParameterDescriptor(read_only=True))
-    node.declare_parameter("any", 1, ParameterDescriptor(dynamic_typing=True))
-    node.declare_parameter("typed", Parameter.Type.INTEGER)
-    for name, value in (
-        *(("steps", 10), ("steps", 7), ("steps", 15), ("steps", 5.0), ("ratio", 1.0), ("ratio", 1.5)),
-        *(("fixed", 2), ("any", "text"), ("any", [1, 2]), ("typed", 3), ("typed", "text")),
-    ):
-        try:
-            result = node.set_parameters([Parameter(name, value=value)])[0]
-            log("set", [name, value, result.successful])
-        except Exception as error:
-            log("set", [name, value, type(error).__name__])
-    log("twice", raised(lambda: node.declare_parameter("steps", 1)))
-    log("out of range", raised(lambda: node.declare_parameter("new", 11, ParameterDescriptor(integer_range=[steps]))))
-    log("undeclared", raised(lambda: node.get_parameter("missing")))
-    log("undeclared", raised(lambda: node.set_parameters([Parameter("missing", value=1)])))
-    log("undeclared", node.get_parameter_or("missing", Parameter("missing", value=7)).value)
-    log(
-        "not initialized", raised(lambda: node.get_parameter(node.declare_parameter("empty", Parameter.Type.BOOL).name))
-    )
-    log("has", [node.has_parameter(name) for name in ("steps", "missing", "typed", "empty")])
-    log("fixed", raised(lambda: node.undeclare_parameter("fixed")))
-    node.undeclare_parameter("any")
-    log("has", node.has_parameter("any"))
-    descriptor = node.describe_parameter("steps")
-    log("descriptor", [descriptor.name, descriptor.type == ParameterType.PARAMETER_INTEGER, descriptor.dynamic_typing])
-    log("kind", raised(lambda: node.declare_parameter("set", {1, 2})))
-    log("mixed", raised(lambda: node.declare_parameter("list", [1, "a"])))
-    log("inferred", [Parameter("x", value=value).type_.name for value in (True, 1, 1.0, "a", [b"a"], [1], [1.0], [])])
-    log("not inferred", raised(lambda: Parameter("x", value=b"a")))
-
-
 def overridden(log: Log) -> None:
     """Values from the command line, for all nodes and for one, also those that are not declared."""
     arguments = ["--ros-args", "-p", "speed:=2", "-p", "right:speed:=3", "-p", "names:=[a, b]", "-p", "use:=true"]
@@ -195,40 +145,9 @@ def overridden(log: Log) -> None:
         log(name, ["set", raised(lambda node=node: node.set_parameters([Parameter("new", value=1)]))])
 
 
-def eventful(log: Log) -> None:
-    """What is published about changes, and a handler that looks for some of them."""
-    rclpy.init()
-    node, watcher = Node("node"), Node("watcher")
-    heard: list[Any] = []
-    handled: list[Any] = []
-
-    def hear(event: Any) -> None:
-        if event.node == "/node":
-            heard.append(event)
-
-    watcher.create_subscription(ParameterEvent, "/parameter_events", hear, 100)
-    handler = ParameterEventHandler(watcher)
-    handler.add_parameter_callback("speed", "/node", lambda each: handled.append(each.value.double_value))
-    until(watcher, lambda: node.count_subscribers("/parameter_events") == 2)
-    spun = together(node, watcher)
-    node.declare_parameter("speed", 0.5)
-    node.declare_parameter("limit", 1.0)
-    node.set_parameters([Parameter("speed", value=0.6), Parameter("limit", value=2.0)])
-    node.set_parameters_atomically([Parameter("speed", value=0.7), Parameter("limit", value=3.0)])
-    node.undeclare_parameter("limit")
-    until(spun, lambda: len(heard) == 5 and len(handled) == 3)
-    elapse(spun, 0.1)
-    for event in heard:
-        parts = (event.new_parameters, event.changed_parameters, event.deleted_parameters)
-        log("events", [[each.name for each in part] for part in parts])
-    log("handled", handled)
-
-
 SYSTEMS = {
     "parameters": System({"configuring": configuring}, {"configurable": serving(configurable)}),
     "services of parameters": System({"asking": asking}, {"many": serving(many)}),
     "callbacks of parameters": alone(called_back),
-    "descriptors of parameters": alone(described),
     "parameters from arguments": alone(overridden),
-    "events of parameters": alone(eventful),
 }

@@ -15,14 +15,12 @@ from rclpy.qos import (
     QoSPolicyKind,
     QoSProfile,
     ReliabilityPolicy,
-    qos_check_compatible,
     qos_profile_sensor_data,
     qos_profile_system_default,
 )
-from rclpy.qos_overriding_options import QoSOverridingOptions
-from std_msgs.msg import Int32, String
+from std_msgs.msg import Int32
 
-from tests.extra.ros2.differential.common import Log, Main, System, alone, elapse, raised, serving, together, until
+from tests.extra.ros2.differential.common import Log, Main, System, alone, elapse, serving, together, until
 
 _OFTEN = Duration(seconds=0.2)
 _SELDOM = Duration(seconds=0.6)
@@ -100,25 +98,6 @@ def matching(offered: QoSProfile, requested: QoSProfile) -> Main:
     return main
 
 
-def comparing(log: Log) -> None:
-    """Each profile with each other one, as `rclpy` compares them, and as they come to match in the graph."""
-    rclpy.init()
-    node, pairs = Node("node"), []
-    for offered_name, offered in PROFILES.items():
-        for requested_name, requested in PROFILES.items():
-            compatibility, reason = qos_check_compatible(offered, requested)
-            log("compared", [offered_name, requested_name, compatibility.name, bool(reason)])
-    for name, profile in PROFILES.items():
-        pairs.append((name, node.create_publisher(Int32, "numbers", profile)))
-    subscriptions = [(name, node.create_subscription(Int32, "numbers", print, each)) for name, each in PROFILES.items()]
-    elapse(node, 0.2)
-    until(node, lambda: pairs[0][1].get_subscription_count() > 0)
-    for name, publisher in pairs:
-        log("publishers", [name, publisher.get_subscription_count()])
-    for name, subscription in subscriptions:
-        log("subscriptions", [name, subscription.get_publisher_count()])
-
-
 def matched(log: Log) -> None:
     """Who comes and goes, as both ends hear it."""
     rclpy.init()
@@ -174,42 +153,6 @@ def missing(log: Log) -> None:
     log("late", [counts["talker"] > counts["listener"] > 0, len(heard) > 5])
 
 
-def living(log: Log) -> None:
-    """Liveliness that a talker asserts itself, until it does no more."""
-    rclpy.init()
-    talker, listener = Node("talker"), Node("listener")
-    lost: list[int] = []
-    changes: list[tuple[int, int]] = []
-    profile = PROFILES["asserted"]
-    publisher = talker.create_publisher(
-        Int32,
-        "numbers",
-        profile,
-        event_callbacks=PublisherEventCallbacks(liveliness=lambda event: lost.append(event.total_count)),
-    )
-    listener.create_subscription(
-        Int32,
-        "numbers",
-        print,
-        profile,
-        event_callbacks=SubscriptionEventCallbacks(
-            liveliness=lambda event: changes.append((event.alive_count, event.not_alive_count))
-        ),
-    )
-    spun = together(talker, listener)
-    until(spun, lambda: publisher.get_subscription_count() == 1)
-    timer = talker.create_timer(0.05, publisher.assert_liveliness)
-    until(spun, lambda: (1, 0) in changes)
-    elapse(spun, 0.5)
-    log("alive", [lost, changes[-1]])
-    timer.cancel()
-    until(spun, lambda: changes[-1][1] == 1 and bool(lost))
-    log("not alive", [lost[-1], changes[-1]])
-    publisher.publish(Int32())
-    until(spun, lambda: changes[-1] == (1, 0))
-    log("alive again", changes[-1])
-
-
 def short_lived(log: Log) -> None:
     """Messages that nobody takes before their lifespan is over are gone."""
     rclpy.init()
@@ -225,46 +168,13 @@ def short_lived(log: Log) -> None:
     log("numbers", heard)
 
 
-def overridden(log: Log) -> None:
-    """Policies that parameters set."""
-    arguments = ["--ros-args"]
-    for name, value in (("depth", "3"), ("reliability", "best_effort"), ("history", "keep_last")):
-        arguments += ["-p", f"qos_overrides./numbers.publisher.{name}:={value}"]
-    rclpy.init(args=arguments)
-    node = Node("node")
-    options = QoSOverridingOptions.with_default_policies()
-    publisher = node.create_publisher(Int32, "numbers", 10, qos_overriding_options=options)
-    profile = publisher.qos_profile
-    log("profile", [profile.depth, profile.reliability.name, profile.history.name, profile.durability.name])
-    prefix = "qos_overrides./numbers.publisher"
-    log("parameters", {name: each.value for name, each in sorted(node.get_parameters_by_prefix(prefix).items())})
-
-
-def differing(log: Log) -> None:
-    """One topic with two types: not in one process, and between two of them nothing is heard."""
-    rclpy.init()
-    node = Node("texts")
-    heard: list[Any] = []
-    subscription = node.create_subscription(String, "numbers", heard.append, 10)
-    log("in one process", raised(lambda: node.create_publisher(Int32, "numbers", 10)))
-    log("in one process", raised(lambda: node.create_subscription(Int32, "numbers", print, 10)))
-    until(node, lambda: node.count_publishers("numbers") == 1)
-    elapse(node, 0.3)
-    log("counts", [subscription.get_publisher_count(), len(heard)])
-    log("types", sorted(dict(node.get_topic_names_and_types())["/numbers"]))
-
-
 SYSTEMS = {
     "incompatible": System({"listener": demanding}, {"talker": serving(unreliable)}),
     "incompatible reliability": alone(matching(BEST_EFFORT, RELIABLE)),
     "incompatible durability": alone(matching(VOLATILE, LATCHED)),
     "incompatible deadline": alone(matching(PROFILES["seldom"], PROFILES["often"])),
     "incompatible liveliness": alone(matching(PROFILES["alive"], PROFILES["asserted"])),
-    "all profiles": alone(comparing),
     "matched events": alone(matched),
     "deadline": alone(missing),
-    "liveliness": alone(living),
     "lifespan": alone(short_lived),
-    "overridden profile": alone(overridden),
-    "two types": System({"texts": differing}, {"talker": serving(unreliable)}),
 }

@@ -11,7 +11,6 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_system_default
 from rclpy.service_introspection import ServiceIntrospectionState
-from rclpy.task import Future
 from test_msgs.srv import BasicTypes
 
 from tests.extra.ros2.differential.common import (
@@ -186,64 +185,6 @@ def forgetting(log: Log) -> None:
         log(name, future.done())
 
 
-def coming_and_going(log: Log) -> None:
-    """A service is destroyed, and made anew."""
-    rclpy.init()
-    server, asker = Node("server"), Node("asker")
-    spun = together(server, asker)
-    client = asker.create_client(BasicTypes, "add")
-    log("not yet", [client.service_is_ready(), client.wait_for_service(timeout_sec=0.1)])
-    for number in range(2):
-        service = server.create_service(BasicTypes, "add", _add)
-        log("there", client.wait_for_service(timeout_sec=PATIENCE_S))
-        log("sum", answered(spun, client.call_async(_numbers(number, 1))).int64_value)
-        log("destroyed", server.destroy_service(service))
-        log("gone", until(spun, lambda: not client.service_is_ready()))
-    lost = client.call_async(_numbers(3, 3))
-    elapse(spun, 0.2)
-    log("lost", lost.done())
-    log("destroyed client", asker.destroy_client(client))
-    log("after the end", raised(client.service_is_ready))
-
-
-def crossing(log: Log) -> None:
-    """Two clients of one service: each gets the answers to its own requests."""
-    rclpy.init()
-    nodes = [Node(name) for name in ("server", "left", "right")]
-    nodes[0].create_service(BasicTypes, "add", _add)
-    clients = [node.create_client(BasicTypes, "add") for node in nodes[1:]]
-    for client in clients:
-        client.wait_for_service(timeout_sec=PATIENCE_S)
-    spun = together(*nodes)
-    futures = [
-        client.call_async(_numbers(number, 10 * index)) for number in range(3) for index, client in enumerate(clients)
-    ]
-    log("sums", [answered(spun, future).int64_value for future in futures])
-
-
-def told(log: Log) -> None:
-    """Callbacks of futures, in the order in which they were added; also of one that is done already."""
-    rclpy.init()
-    server, asker, order = Node("server"), Node("asker"), []
-    server.create_service(BasicTypes, "add", _add)
-    client = asker.create_client(BasicTypes, "add")
-    client.wait_for_service(timeout_sec=PATIENCE_S)
-    spun = together(server, asker)
-    future = client.call_async(_numbers(1, 2))
-    future.add_done_callback(lambda done: order.append(["first", done.result().int64_value]))
-    future.add_done_callback(lambda done: order.append(["second", done.done()]))
-    until(spun, lambda: len(order) == 2)
-    future.add_done_callback(lambda done: order.append(["late", done.done()]))
-    until(spun, lambda: len(order) == 3)
-    log("order", order)
-    cancelled: Future = Future()
-    cancelled.cancel()
-    log("cancelled", [cancelled.cancelled(), cancelled.done(), cancelled.result()])
-    failed: Future = Future()
-    failed.set_exception(ValueError("failed"))
-    log("failed", [failed.done(), raised(failed.result), str(failed.exception())])
-
-
 def introspected(log: Log) -> None:
     """What is published about requests and responses."""
     rclpy.init()
@@ -312,9 +253,6 @@ SYSTEMS = {
     "call with a time-out": alone(calling_with_time_out),
     "error in a service": alone(failing),
     "no response": alone(forgetting),
-    "services come and go": alone(coming_and_going),
-    "two clients": alone(crossing),
-    "futures": alone(told),
     "introspection": alone(introspected),
     "calls in callbacks": alone(exclusive),
 }

@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import Any
 
 import rclpy
-from builtin_interfaces.msg import Time as TimeMessage
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -89,21 +88,6 @@ def informed(log: Log) -> None:
     log("period", [later - earlier for earlier, later in pairwise(expected)])
 
 
-def overrun(log: Log) -> None:
-    """A callback that takes longer than the period: what was missed is skipped, the phase is kept."""
-    rclpy.init()
-    node, starts = Node("node"), []
-
-    def slow() -> None:
-        starts.append(time.monotonic())
-        if len(starts) == 1:
-            time.sleep(0.9)  # over two periods
-
-    node.create_timer(0.4, slow)
-    until(node, lambda: len(starts) == 4)
-    log("gaps in periods", [round((later - earlier) / 0.4) for earlier, later in pairwise(starts)])
-
-
 def rating(log: Log) -> None:
     """Rates, in a thread beside the one that spins; destroyed while something sleeps in it."""
     rclpy.init()
@@ -126,65 +110,6 @@ def rating(log: Log) -> None:
     log("wrong", raised(lambda: node.create_rate(0.0)))
     spun.shutdown()
     thread.join()
-
-
-def calculating(log: Log) -> None:
-    """Times and durations: sums, comparisons, messages, limits, clocks of different kinds."""
-    rclpy.init()
-    ros, steady = Time(seconds=5, nanoseconds=1), Time(seconds=5, clock_type=ClockType.STEADY_TIME)
-    log(
-        "kinds",
-        [ros.clock_type.name, steady.clock_type.name, raised(lambda: ros < steady), raised(lambda: ros - steady)],
-    )
-    log("sum", (ros + Duration(seconds=1.5)).nanoseconds)
-    log("difference", (ros - Time(seconds=4)).nanoseconds)
-    log("negative", [(Time(seconds=4) - ros).nanoseconds, raised(lambda: Time(seconds=1) - Duration(seconds=2))])
-    log(
-        "limits",
-        [
-            raised(lambda: Time(seconds=-1)),
-            raised(lambda: Time(nanoseconds=2**63)),
-            raised(lambda: Duration(nanoseconds=2**63)),
-        ],
-    )
-    log(
-        "fractions",
-        [Duration(seconds=0.1).nanoseconds, Time(seconds=1.5).nanoseconds, Duration(nanoseconds=1e9).nanoseconds],
-    )
-    log("message", [ros.to_msg().sec, ros.to_msg().nanosec, Time.from_msg(TimeMessage(sec=3, nanosec=4)).nanoseconds])
-    log("message", [Duration(seconds=-0.5).to_msg().sec, Duration(seconds=-0.5).to_msg().nanosec])
-    log("pair", [Time(nanoseconds=1_500_000_000).seconds_nanoseconds(), str(ros), repr(Duration(seconds=1))])
-    log(
-        "equal",
-        [
-            ros == Time(seconds=5, nanoseconds=1),
-            raised(lambda: ros != steady),
-            Duration(seconds=1) == Duration(nanoseconds=10**9),
-        ],
-    )
-    for kind in (ClockType.ROS_TIME, ClockType.SYSTEM_TIME, ClockType.STEADY_TIME):
-        clock = Clock(clock_type=kind)
-        before = clock.now()
-        slept = clock.sleep_for(Duration(seconds=0.05))
-        passed_s = (clock.now() - before).nanoseconds / 1e9
-        log("sleep", [kind.name, slept, 0.05 <= passed_s < 0.5, clock.now().clock_type.name])
-        log("until the past", clock.sleep_until(before))
-    log("wrong clock", raised(lambda: Clock(clock_type=ClockType.STEADY_TIME).sleep_until(ros)))
-    log("ended", _ended_sleep())
-
-
-def _ended_sleep() -> bool:
-    """Whether a sleep is over, and says so, when its context is shut down."""
-    context = rclpy.context.Context()
-    context.init()
-    slept: list[bool] = []
-    clock = Clock(clock_type=ClockType.STEADY_TIME)
-    thread = threading.Thread(target=lambda: slept.append(clock.sleep_for(Duration(seconds=15.0), context)))
-    thread.start()
-    time.sleep(0.1)
-    context.shutdown()
-    thread.join()
-    return slept == [False]
 
 
 def simulated(log: Log) -> None:
@@ -253,9 +178,7 @@ SYSTEMS = {
     "timers": alone(ticking),
     "timers that are changed": alone(resetting),
     "calls of timers": alone(informed),
-    "slow callbacks": alone(overrun),
     "rates": alone(rating),
-    "times and clocks": alone(calculating),
     "simulated time": alone(simulated),
     "sleep in simulated time": alone(sleeping_in_simulated_time),
 }

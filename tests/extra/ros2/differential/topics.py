@@ -9,9 +9,8 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.wait_for_message import wait_for_message
-from std_msgs.msg import Int32, String
+from std_msgs.msg import Int32
 from test_msgs.msg import Arrays, BasicTypes, Defaults, MultiNested, Nested, Strings, UnboundedSequences
 
 from tests.extra.ros2.differential.common import (
@@ -189,38 +188,6 @@ def unreliable(log: Log) -> None:
     log("best-effort listeners", publisher.get_subscription_count())
 
 
-def raw(log: Log) -> None:
-    """Bytes instead of messages, in both directions."""
-    rclpy.init()
-    node = Node("both")
-    heard: list[Any] = []
-    publisher = node.create_publisher(String, "texts", 10)
-    node.create_subscription(String, "texts", heard.append, 10, raw=True)
-    until(node, lambda: publisher.get_subscription_count() == 1)
-    publisher.publish(String(data="a message"))
-    publisher.publish(serialize_message(String(data="bytes")))
-    until(node, lambda: len(heard) == 2)
-    log("texts", [deserialize_message(each, String).data for each in heard])
-    log("kind", [type(each).__name__ for each in heard])
-    log("bytes", heard[0] == serialize_message(String(data="a message")))
-
-
-def informed(log: Log) -> None:
-    """A callback that takes the information about a message, too."""
-    rclpy.init()
-    node, heard = Node("both"), []
-    publisher = node.create_publisher(Int32, "numbers", 10)
-    node.create_subscription(Int32, "numbers", lambda message, about: heard.append((message.data, about)), 10)
-    until(node, lambda: publisher.get_subscription_count() == 1)
-    for message in _numbers(2):
-        publisher.publish(message)
-    until(node, lambda: len(heard) == 2)
-    for number, about in heard:
-        log("keys", [number, sorted(about)])
-        log("times", 0 < about["source_timestamp"] <= about["received_timestamp"])
-        log("sequence", about["publication_sequence_number"])
-
-
 def coming_and_going(log: Log) -> None:
     """Publishers and subscriptions are destroyed and made anew."""
     rclpy.init()
@@ -265,23 +232,6 @@ def named(log: Log) -> None:
             log(about, node.create_publisher(Int32, name, 1).topic_name)
 
 
-def misnamed(log: Log) -> None:
-    """Names that there cannot be, and arguments of a wrong kind."""
-    rclpy.init()
-    node = Node("node")
-    for name in ("two words", "1st", "a//b", "~tilde", "a/", "", "a-b", "/"):
-        log("topics", [name, raised(lambda name=name: node.create_publisher(Int32, name, 1))])
-        log("subscriptions", [name, raised(lambda name=name: node.create_subscription(Int32, name, print, 1))])
-        log("nodes", [name, raised(lambda name=name: Node(name))])
-        log("namespaces", [name, raised(lambda name=name: Node("node", namespace=name))])
-    log("depth", raised(lambda: node.create_publisher(Int32, "a", -1)))
-    log("profile", raised(lambda: node.create_publisher(Int32, "a", "best effort")))
-    log("history", raised(lambda: QoSProfile()))
-    log("no depth", raised(lambda: QoSProfile(history=HistoryPolicy.KEEP_LAST)))
-    log("message", raised(lambda: node.create_publisher(Int32, "a", 1).publish(String())))
-    log("kind", raised(lambda: node.create_publisher(int, "a", 1)))
-
-
 SYSTEMS = {
     "topic": System({"talker": publishing(_numbers(20), 50), "listener": listening([Int32], 20, 50)}),
     "two listeners": System(
@@ -300,9 +250,6 @@ SYSTEMS = {
     "keep last": alone(keeping(QoSProfile(depth=3))),
     "keep all": alone(keeping(QoSProfile(history=HistoryPolicy.KEEP_ALL))),
     "best effort": alone(unreliable),
-    "raw messages": alone(raw),
-    "about messages": alone(informed),
     "coming and going": alone(coming_and_going),
     "names": alone(named),
-    "wrong names": alone(misnamed),
 }
