@@ -211,25 +211,6 @@ def test_a_pipe_beside_the_sources_is_not_waited_for(tmp_path: Path) -> None:
         Model(tmp_path / "m.mas2j").sha256()
 
 
-OPTIONS = {
-    "seed": "--hri-seed=" + "9" * 5000,
-    "seed in other digits": "--hri-seed=٣",
-    "tests": "--hri-tests=99999999999",
-    "concretizations": "--hri-concretizations=1000000",
-    "shards": "--hri-shard=1/99999999",
-    "shard in other digits": "--hri-shard=١/٣",
-    "threshold": "--hri-fail-under=plans=" + "9" * 3000,
-    "known": "--hri-known=" + "\x1b[31m\u202e" * 500,
-    "suite": "--hri-suite=" + "../" * 1000 + "x",
-    "pipe": "--hri-suite=pipe.txt",
-    "replay of a pipe": "--hri-replay=pipe.txt",
-    "suite of a name": "--hri-suite=escaped.txt",
-    "baseline": "--hri-baseline=deep.json",
-    "start": "--hri-rl-start=deep.json",
-    "constant": "--hri-rl=suite_size=" + "9" * 30,
-}
-
-
 @pytest.fixture(scope="module")
 def lamps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A project, with some bad files."""
@@ -239,21 +220,6 @@ def lamps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "escaped.txt").write_text(TEXTS["tests"]["suite"])
     (folder / "deep.json").write_text(BROKEN_JSON["deep"])
     return folder
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("option", OPTIONS.values(), ids=OPTIONS)
-def test_a_session_with_bad_input_ends_with_one_located_line(lamps: Path, option: str) -> None:
-    suite = [] if option.startswith(("--hri-suite", "--hri-replay")) else ["--hri-suite=rl"]
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *suite, option]
-    done = subprocess.run(command, cwd=lamps, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == pytest.ExitCode.USAGE_ERROR
-    name = option.partition("=")[0]
-    assert_located(
-        done.stderr.strip(), {"--hri-known": "known violation of", "--hri-rl": "suite_size = "}.get(name, name)
-    )
-    assert "Traceback" not in done.stdout
-    assert not (lamps / "hri-report").exists()
 
 
 @pytest.mark.slow

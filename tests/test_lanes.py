@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 
 import pytest
 
@@ -86,18 +85,6 @@ def test_a_disturbance_comes_with_the_action_below_it_or_at_the_end() -> None:
     assert run.begun == [0, 1, 2, 3, 4, 5]
 
 
-def test_one_actor_may_be_named_or_not() -> None:
-    def body(run: Run, name: str) -> None:
-        assert [*run.actions(name)]
-
-    for name in ("", "nurse"):
-        run = make_run(ConcreteTest("t", "s", 1, (ConcreteAction("a"), ConcreteAction("b"))))
-        run.actors = ("nurse",)
-        run.kernel.spawn("nurse", partial(body, run, name))
-        run.go(60.0)
-        assert run.taken == list(run.test.actions)
-
-
 @pytest.mark.parametrize(
     ("actor", "complaint"),
     [
@@ -131,15 +118,3 @@ def test_a_world_that_has_the_whole_test_reports_what_begins_in_its_own_order() 
         run.report_action(number)
     assert run.begun == [1, 0]
     assert run.idle_actors() == ()
-
-
-def test_what_one_does_while_another_waits_is_told() -> None:
-    # The child is free at 1 s, and may begin once the nurse's second action is done, at 4 s.
-    run = lanes("nurse: a", "nurse: b", "child: x", "child: y", "nurse: c", after={4: (2,)}, wait_s=0.0)
-    assert enact(run, {"child": 1.0}) == ["0 nurse: a", "0 child: x", "2 nurse: b", "4 nurse: c", "4 child: y"]
-    assert run.overlap_bins("child", "nurse") == (("y", "a"), ("y", "b"))
-    assert run.overlap_bins("nurse", "child") == ()
-    # For its turn it waits until the other one begins, not until this is done.
-    run = lanes("nurse: a", "nurse: b", "child: x", turns={3: 0.7})
-    assert enact(run) == ["0 nurse: a", "2 nurse: b", "2 child: x"]
-    assert run.overlap_bins("child", "nurse") == (("x", "a"),)

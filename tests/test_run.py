@@ -102,18 +102,6 @@ def test_a_run_that_is_stopped_goes_on_as_far_though_it_is_stopped_again() -> No
     assert run.kernel.now_s == 1.5 + 5.0
 
 
-def test_a_stop_at_a_time_without_a_binary_form_ends_a_run_with_an_open_deadline() -> None:
-    run = asking(0.5)
-
-    def stop() -> None:
-        run.kernel.sleep(20.1)
-        run.kernel.stop("over")
-
-    run.kernel.spawn("stopping", stop)
-    # 20.1 s and a microsecond is a little more than the clock can say.
-    assert run.go(60.0) == "over"
-
-
 def enact(run: Run, ends_s: float = 100.0) -> None:
     """Let a person take one action after the other."""
 

@@ -86,12 +86,3 @@ def test_a_folder_that_others_can_write_to_is_not_used(cache: Path, grammar: Pat
     lark_parser(grammar)
     assert len(built) == 2
     assert not list(cache.iterdir())
-
-
-def test_without_a_cache_folder_the_parser_is_built(
-    tmp_path: Path, grammar: Path, built: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert lark_parser(grammar).parse("b") == lark_parser(grammar).parse("b")
-    assert len(built) == 2

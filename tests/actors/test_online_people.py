@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import pytest
 
@@ -19,7 +18,6 @@ from pytest_hricdv.generate.suite_files import dump_tests, parse_tests
 from pytest_hricdv.monitor import load_requirements
 from pytest_hricdv.online.chooser import ANY_INTERACTION, ANY_STATE, Weight
 from pytest_hricdv.testbench import (
-    Constant,
     Disturbance,
     InteractiveAgent,
     Outcome,
@@ -30,7 +28,7 @@ from pytest_hricdv.testbench import (
     TestbenchError,
 )
 from pytest_hricdv.testbench_faults import check_testbench
-from tests.actors.corridor.bench import COMMANDS, nurse, running, ward
+from tests.actors.corridor.bench import nurse, running, ward
 
 PEOPLE = (InteractiveAgent("nurse", idle_timeout_s=2.0), InteractiveAgent("child", idle_timeout_s=3.0))
 
@@ -143,14 +141,6 @@ def child_who_does_nothing(run: Run, corridor: object) -> None:
         run.kernel.sleep(0.1)
 
 
-def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
-    alone = check_testbench(replace(bench(), run=running((nurse,))), "tests")
-    result, _ = decided(alone, 1, [])
-    assert [fault for fault in result.ending_faults if "child" in fault] == [
-        "no node enacts the actions of child: expected a node of the testbench's run that takes run.actions('child')"
-    ]
-
-
 def test_waiting_is_not_for_the_testbench_to_say() -> None:
     def waiting(run: Run) -> Outcome:
         run.set_idle_handler(lambda: None)
@@ -184,24 +174,3 @@ def test_waiting_is_not_for_the_testbench_to_say() -> None:
 def test_a_declaration_that_is_none_is_refused(online: object, complaint: str) -> None:
     with pytest.raises(TestbenchError, match=complaint):
         check_testbench(replace(ward(), people=People(online)), "tests")  # type: ignore[arg-type]
-
-
-def test_what_an_agent_gives_up_while_its_person_does_it_leads_to_nothing(tmp_path: Path) -> None:
-    people = {
-        "nurse": "+!work <- rest; send_on. +stop <- .drop_intention(work); call_out.",
-        "child": "+!play <- step_in; .send(nurse, tell, stop); step_out.",
-    }
-    made = bench()
-    for source in made.model.path.parent.iterdir():
-        (tmp_path / source.name).write_text(people.get(source.stem, source.read_text("utf-8")), encoding="utf-8")
-    beliefs = replace(made.beliefs, default_beliefs=made.beliefs.beliefs)
-    model = replace(made.model, path=tmp_path / made.model.path.name, covered=("meta",))
-    commands = {line: {"takes_s": Constant(4.0 if line == "nurse: rest" else 1.0, "s")} for line in COMMANDS}
-    testbench = check_testbench(
-        replace(made, model=model, beliefs=beliefs, concretization=replace(made.concretization, commands=commands)),
-        "tests",
-    )
-    result, test = decided(testbench, 1, [])
-    assert test.lines == ("nurse: rest", "child: step_in", "child: step_out", "nurse: call_out")
-    assert test.after == {4: (2,)}
-    assert again(testbench, test).record.sha256 == result.record.sha256

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from itertools import combinations, pairwise
 
 import pytest
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.extra.closing.online_strategy import OnlineRun, roles_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import actor_of
 from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.monitor import load_requirements
 from pytest_hricdv.testbench import Testbench
 from pytest_hricdv.testbench_faults import check_testbench
-from tests.actors.hospital.bench import COMMANDS, hospital, running
+from tests.actors.hospital.bench import hospital
 
 LINES = ("nurse: load", "nurse: send", "porter: open", "porter: close")
 FATAL = (
@@ -68,22 +66,3 @@ def test_without_the_fault_or_one_of_them_nothing_fails() -> None:
     for actor in ("nurse", "porter"):
         alone = tuple(line for line in LINES if actor_of(line) == actor)
         assert run(AbstractTest("t", "s", "t", (), alone, seed=1), bench()).failed == ()
-
-
-def test_who_only_tells_others_something_needs_no_node() -> None:
-    """Of the child there are no commands, so nobody has to take its actions; its agent is in the run all the same."""
-    commands = {line: ranges for line, ranges in COMMANDS.items() if actor_of(line) != "child"}
-    concretization = replace(bench().concretization, commands=commands)
-    testbench = check_testbench(
-        replace(
-            bench(online=True), concretization=concretization, run=running(looks_late=False, actors=("nurse", "porter"))
-        ),
-        "tests",
-    )
-    empty = concretize(AbstractTest("t", "closure", "t", (), (), seed=3), testbench.commands)
-    people = OnlineRun(roles_of(testbench), testbench.commands, 3)
-    settings = RunSettings(testbench, load_requirements(testbench.requirements, testbench.vocabulary()))
-    result = execute(settings, empty, producing=people.actions, watching=[people.watcher])
-    assert result.ending_faults == ()
-    assert {actor_of(action.command) for action in result.test.actions} == {"nurse", "porter"}
-    assert run(people.to_test(result), testbench).record.sha256 == result.record.sha256

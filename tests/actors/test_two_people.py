@@ -8,16 +8,14 @@ from functools import cache
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.shrink import shrink
-from pytest_hricdv.extra.closing.pool import with_disturbances
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.actors import actor_of
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from, concretize
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import METHODS
 from pytest_hricdv.monitor import Requirement, load_requirements
 from pytest_hricdv.testbench import Testbench
 from pytest_hricdv.testbench_faults import check_testbench
-from tests.actors.corridor.bench import nurse, ward
+from tests.actors.corridor.bench import ward
 
 
 @cache
@@ -55,12 +53,6 @@ def test_the_fault_is_found_and_shrunk_to_an_action_of_each() -> None:
     assert run(shrunk).failed == ("R1",)
 
 
-def test_each_of_them_alone_is_harmless() -> None:
-    for actor in ("nurse", "child"):
-        places = [place for place, action in enumerate(found().actions) if actor_of(action.command) == actor]
-        assert run(found().keep(places)).failed == ()
-
-
 def test_without_the_fault_nothing_fails() -> None:
     assert run(found(), bench(obeys=False)).failed == ()
 
@@ -95,17 +87,3 @@ def test_the_same_seed_gives_the_same_tests() -> None:
         ("playful", "hurried"),
         ("playful", "watchful"),
     }
-
-
-def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
-    alone = check_testbench(ward((nurse,)), "tests")
-    (fault,) = (text for text in run(found(), alone).errors if "child" in text)
-    assert fault == (
-        "no node enacts the actions of child: expected a node of the testbench's run that takes run.actions('child')"
-    )
-
-
-def test_a_disturbance_between_lanes_moves_the_numbers_of_the_order() -> None:
-    lines = ["disturb a", "nurse: x", "child: y", "disturb b", "nurse: z", "child: w"]
-    assert with_disturbances({4: (1,)}, lines) == {6: (2,)}
-    assert with_disturbances({}, lines) == {}

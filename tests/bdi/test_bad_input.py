@@ -131,13 +131,6 @@ def test_files_that_include_others_twice_end_at_a_limit(tmp_path: Path) -> None:
         system_of(tmp_path, a='{ include("f0.asl") }')
 
 
-def test_files_that_include_each_the_next_end_at_a_limit(tmp_path: Path) -> None:
-    for number in range(500):
-        (tmp_path / f"f{number}.asl").write_text(f'{{ include("f{number + 1}.asl") }}')
-    with pytest.raises(BdiSyntaxError, match=r"f\d+\.asl:1:\d+: more than 50 files in a chain of includes"):
-        system_of(tmp_path, a='{ include("f0.asl") }')
-
-
 @pytest.mark.parametrize("text", ["root:x:0:0:secret", "\xff secret"])
 @pytest.mark.parametrize("included", [False, True])
 def test_nothing_of_a_file_outside_of_the_project_is_shown(tmp_path: Path, text: str, included: bool) -> None:
@@ -175,23 +168,6 @@ def test_beliefs_of_many_copies_end_at_a_limit(tmp_path: Path) -> None:
     (tmp_path / "a.asl").write_text("p. " * 200)
     with pytest.raises(BdiSyntaxError, match=r"mas\.mas2j:1:17: more than 1,000,000 beliefs of all agents"):
         MultiAgentSystem.load(tmp_path / "mas.mas2j")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "text",
-    [
-        "MAS m { agents:\n" + "\n".join(f"a{number} at h;" for number in range(9_000)) + "}",
-        'MAS m { agents: a [beliefs="' + "p," * 100_000 + '"] #9000; }',
-        "MAS m { aslSourcePath: " + '"a";' * 100_000 + " agents: a; }",
-        "MAS m { agents: " + "a [x=1];" * 100_000 + "}",
-    ],
-    ids=["lines", "options", "folders", "same"],
-)
-def test_a_long_project_is_read_soon(tmp_path: Path, text: str) -> None:
-    (tmp_path / "mas.mas2j").write_text(text)
-    with ends(), contextlib.suppress(BdiError):
-        read_project(tmp_path / "mas.mas2j")
 
 
 @pytest.mark.parametrize(

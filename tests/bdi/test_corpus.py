@@ -60,11 +60,6 @@ def test_all_prints_each_error_with_its_place(tmp_path: Path, capsys: pytest.Cap
     assert f"{folder}/also.asl:1:3: expected" in out
 
 
-def test_included_files_need_not_be_there(tmp_path: Path) -> None:
-    corpus = read_corpus(_folder(tmp_path, a_asl='{ include("$library/common.asl") } p.'))
-    assert not corpus.failures
-
-
 def test_bytes_that_are_no_text_and_broken_links_are_refused_not_raised(tmp_path: Path) -> None:
     (tmp_path / "bytes.asl").write_bytes(b"p(\xff).")
     (tmp_path / "link.asl").symlink_to(tmp_path / "nowhere.asl")
@@ -86,21 +81,3 @@ def test_folder_without_models_is_one_sentence_and_exit_code_2(
         read_corpus(folder)
     assert main(["corpus", str(folder)]) == 2
     assert capsys.readouterr().err.startswith(f"error: {folder}: no ")
-
-
-def test_calls_of_java_do_not_refuse_a_file_and_are_counted_once_for_each(tmp_path: Path) -> None:
-    corpus = read_corpus(
-        _folder(
-            tmp_path,
-            a_asl="+!g <- ia.a(1); jia.b(2); .list_files(x); .my_name.",
-            b_asl="+!g <- ia.c(1).",
-        )
-    )
-    assert not corpus.failures
-    kinds = [kind for result in corpus.results for kind, _ in result.calls]
-    assert sorted(kinds) == [
-        ".my_name takes 1 argument, found 0: .my_name",
-        "an internal action in Java",
-        "an internal action in Java",
-        "unknown internal action .list_files",
-    ]

@@ -11,7 +11,6 @@ from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.bdi.__main__ import main
 from pytest_hricdv.bdi.lint import CHECKS, Mistake, lint
 from tests.bdi.models import TABLE, system_of
-from tests.hanging import ends
 
 MODELS = TABLE.parent
 
@@ -147,18 +146,6 @@ def test_source_on_its_own_may_be_told_things_by_others(tmp_path: Path) -> None:
     assert [(finding.check, finding.location.line) for finding in lint([tmp_path / "a.asl"])] == [("unknown-belief", 2)]
 
 
-def test_percepts_can_be_named(tmp_path: Path) -> None:
-    (tmp_path / "a.asl").write_text("+light <- act. +sound <- act.")
-    assert lint([tmp_path / "a.asl"], percepts=["light", "sound"]) == []
-    assert main(["lint", str(tmp_path / "a.asl"), "--percepts", "light,sound"]) == 0
-
-
-def test_copies_of_an_agent_are_looked_at_once(tmp_path: Path) -> None:
-    (tmp_path / "a.asl").write_text("!go.")
-    (tmp_path / "mas.mas2j").write_text("MAS m { agents: a #3; }")
-    assert len(lint([tmp_path / "mas.mas2j"])) == 1
-
-
 def test_finding_shows_place_line_caret_and_reason(tmp_path: Path) -> None:
     (finding,) = _lint(tmp_path, a="!go.\n+!go : ready <- act.")
     assert str(finding) == (
@@ -254,10 +241,3 @@ def test_file_that_cannot_be_read_is_an_error(tmp_path: Path, capsys: pytest.Cap
         lint([tmp_path / name])
     assert main(["lint", str(tmp_path / name)]) == 2
     assert capsys.readouterr().err.startswith("error: ")
-
-
-@pytest.mark.slow
-def test_a_long_chain_of_plans_is_checked_soon(tmp_path: Path) -> None:
-    plans = "".join(f"@l{n} +!g{n} : b{n}(X) & not c{n}(X) <- !g{n + 1}.\n" for n in range(2_000))
-    with ends():
-        assert len(_lint(tmp_path, a=f"!g0.\n{plans}+!g2000.\n")) == 4_000

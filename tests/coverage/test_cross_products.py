@@ -52,15 +52,6 @@ def test_a_product_that_makes_no_sense_is_refused(arguments: tuple[Any, ...], me
         CrossProduct(*arguments)
 
 
-def test_coordinates_named_after_requirements_get_their_verdicts() -> None:
-    cross = CrossProduct({"R1": ("Passed", "NC"), "outcome": ("kept", "given"), "R2": ("Passed", "Failed")})
-    verdicts = {"R1": "NC", "R2": "Failed", "R3": "Passed"}
-    checked = cross.check([("kept",), ("given",)], verdicts)
-    assert checked == CheckedHits((("NC", "given", "Failed"), ("NC", "kept", "Failed")), ())
-    (fault,) = cross.check([("NC", "kept", "Failed")], verdicts).faults
-    assert fault.endswith("is not a bin; coordinates are outcome")
-
-
 hits = st.lists(st.lists(st.sampled_from(CrossProduct(KINDS).bins()), max_size=4), max_size=5)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, SourceFile
 from pytest_hricdv.coverage.cross_records import ExplorationRecord, PlannedBin, ProductDeclaration, Proof
-from pytest_hricdv.coverage.gaps import bin_gaps, code_gaps, functions, plan_gaps
+from pytest_hricdv.coverage.gaps import bin_gaps, code_gaps, plan_gaps
 from pytest_hricdv.coverage.records import Gap, WaiverRecord
 from pytest_hricdv.coverage.suite_coverage import RunCoverage
 
@@ -47,16 +47,6 @@ def run(name: str, covered: Bits) -> RunCoverage:
 
 def found(*runs: RunCoverage, total: Bits) -> list[Gap]:
     return list(code_gaps(CODE, total, runs))
-
-
-def test_functions_have_their_qualified_name() -> None:
-    names = [function.name for function in functions(SOURCE)]
-    assert sorted(names) == ["Arm.move", "Arm.stop", "spare", "spare.inner", "the module"]
-    inner = next(function for function in functions(SOURCE) if 12 in function)
-    assert inner.name == "spare.inner"
-    assert [function.name for function in functions("no python (")] == ["the module"]
-    for deep in ("not " * 5000 + "x", "-" * 5000 + "1", " + ".join(["x"] * 5000)):
-        assert [function.name for function in functions(deep)] == ["the module"]
 
 
 def test_an_uncalled_function_and_a_waived_line_are_different_gaps() -> None:

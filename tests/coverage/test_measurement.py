@@ -81,52 +81,6 @@ def test_greenlets_that_the_code_makes_itself_are_measured_with_it(tmp_path: Pat
     assert execute(tmp_path, script.format(before="", between="", after="")) == ["", MISSING]
 
 
-SWITCHING = """
-import greenlet
-
-
-def use():
-    def coroutine():
-        got = home.switch(5)
-        if got:
-            got += 1
-        return got
-    home = greenlet.getcurrent()
-    child = greenlet.greenlet(coroutine)
-    value = child.switch()
-    value += 1
-    if value:
-        value += 2
-    other = child.switch(3)
-    other += 1
-    return value + other
-"""
-
-RECORDING = """
-import greenlet, sys, switching
-from pytest_hricdv.coverage.own_coverage import OwnCoverage
-
-own, hub = OwnCoverage([switching.__file__]), greenlet.getcurrent()
-
-def body():
-    with own.record("run"):
-        switching.use()
-        hub.switch()
-        switching.use()
-
-node = greenlet.greenlet(body)
-node.switch()
-assert sys.gettrace() is None
-node.switch()
-print(sorted(own.data().lines(switching.__file__)))
-"""
-
-
-def test_no_line_is_lost_where_code_switches_between_greenlets_itself(tmp_path: Path) -> None:
-    (tmp_path / "switching.py").write_text(SWITCHING.lstrip("\n"), encoding="utf-8")
-    assert execute(tmp_path, RECORDING) == [*range(5, 19)]
-
-
 def test_a_running_measurement_is_joined_and_goes_on(tmp_path: Path) -> None:
     # The user's own figures must be complete: line 11 ran outside of our greenlets, line 15 after them.
     after = "graded.never(); user.stop(); f = str(code.files[0].path)\n"
@@ -163,45 +117,3 @@ def test_a_module_that_cannot_be_imported_again_has_its_reason(
     monkeypatch.syspath_prepend(tmp_path)
     answer = import_again([f"broken_{name}"], [str(file)])
     assert answer.problems == {f"broken_{name}": reason}
-
-
-TOGETHER = """
-import json, sys
-from pathlib import Path
-from pytest_hricdv.coverage.measurement import choose
-from pytest_hricdv.coverage.code_map import map_code
-from pytest_hricdv.runtime import Kernel
-
-{before}
-import graded
-code = map_code(["graded"], Path.cwd())
-measurement = choose(code, contexts_by_test=False)
-missing = dict()
-for context, numbers in (("all", (5, 0, 1)), ("two", (5, 0)), ("one", (0,))):
-    kernel = Kernel()
-
-    def grader(number, started_s, ended_s):
-        def body():
-            kernel.sleep(started_s)
-            graded.grade(number)
-            kernel.sleep(ended_s - started_s)
-            graded.grade(number)
-        return measurement.measure("hricdv|" + context, body)
-
-    for place, number in enumerate(numbers):
-        kernel.spawn(str(number), grader(number, 1.0 + place, 5.0 + place % 2))
-    kernel.run(100.0)
-    kernel.close()
-    bits = measurement.take("hricdv|" + context)
-    missing[context] = None if bits is None else [list(lines) for _, lines, _ in code.list_misses(bits)][0]
-print(json.dumps([measurement.reason, missing, sys.gettrace() is None]))
-"""
-
-
-@pytest.mark.parametrize("before", ["", JOIN])
-def test_several_greenlets_are_measured_at_once(tmp_path: Path, before: str) -> None:
-    write_package(tmp_path, "graded")
-    reason, missing, untraced = execute(tmp_path, TOGETHER.format(before=before))
-    together = sorted(set(MISSING["5"]) & set(MISSING["0"]))
-    assert missing == {"all": [15], "two": together, "one": MISSING["0"]}
-    assert (reason, untraced) == ("", not before)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import py_compile
 import sys
-import zipfile
 from pathlib import Path
 
 import pytest
@@ -96,34 +95,3 @@ def test_code_of_which_there_is_no_source_at_all_is_unmeasured(folder: Path) -> 
     (folder / "quick.so").write_bytes(b"\x7fELF")
     code = map_code(["quick"], folder)
     assert code.nothing == "code under test, quick: it has no Python source"
-
-
-def test_a_package_in_an_archive_is_read_there(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    archive = folder / "robot.zip"
-    with zipfile.ZipFile(archive, "w") as opened:
-        opened.writestr("zipped/__init__.py", "x = 1\n")
-        opened.writestr("zipped/arm.py", "def move():\n    return 1\n")
-        opened.writestr("other/leg.py", "y = 1\n")
-    monkeypatch.syspath_prepend(str(archive))
-    code = map_code(["zipped"], folder)
-    assert names(code) == ["robot.zip/zipped/__init__.py", "robot.zip/zipped/arm.py"]
-    assert code.files[1].statements == (1, 2)
-    assert len(code.contents["robot.zip/zipped/arm.py"]) == 64
-
-
-def test_a_template_that_is_no_python_is_unmeasured_and_the_others_are_not(folder: Path) -> None:
-    write(folder, {"made/__init__.py": "", "made/arm.py": "x = 1\n", "made/templates/node.py": "class {{ name }}:\n"})
-    code = map_code(["made"], folder)
-    assert names(code) == ["made/__init__.py", "made/arm.py"]
-    assert "made/templates/node.py" in code.unmeasured
-    assert "line 1" in code.unmeasured["made/templates/node.py"]
-
-
-def test_installed_files_of_equal_names_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for place in ("a", "b"):
-        site = tmp_path / place / "site-packages"
-        write(site, {"twice/arm.py": "x = 1\n", f"twice/only_{place}.py": "x = 1\n"})
-        monkeypatch.syspath_prepend(str(site))
-    code = map_code(["twice"], tmp_path)
-    full = sorted((tmp_path / place / "site-packages/twice/arm.py").as_posix() for place in ("a", "b"))
-    assert sorted(names(code)) == sorted([*full, "twice/only_a.py", "twice/only_b.py"])

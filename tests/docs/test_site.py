@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from tests.docs.page import DOCS, blocks
+from tests.docs.page import DOCS
 from tests.docs.test_continuous_integration import environment
 
 pytestmark = pytest.mark.slow
@@ -114,12 +114,6 @@ def test_the_search_leaves_studies_out(window: Any, address: str) -> None:
     assert [link for link in window.locator("ul.search li a").all() if "studies/" in link.get_attribute("href")] == []
 
 
-def test_the_sidebar_is_short(window: Any, address: str) -> None:
-    window.goto(f"{address}/index.html")
-    shown = [link for link in window.locator(".sidebar-tree a").all() if link.is_visible()]
-    assert 20 < len(shown) <= 30
-
-
 def test_the_site_is_built_with_its_dependency_group_alone(tmp_path: Path) -> None:
     programs = environment(tmp_path / "venv")
     for command in (
@@ -139,14 +133,6 @@ def test_pages_load_nothing_from_elsewhere(site: Path) -> None:
         assert re.findall(r"<(?:script|link|img|iframe)[^>]*(?:src|href)=\"(?:https?:)?//[^\"]*", text) == [], page
     for sheet in site.rglob("*.css"):
         assert "url(http" not in sheet.read_text(encoding="utf-8").replace('"', "").replace("'", ""), sheet
-
-
-def test_blocks_that_are_files_have_their_names_and_colours(site: Path) -> None:
-    text = (site / "tutorial.html").read_text(encoding="utf-8")
-    names = [block.name for block in blocks("tutorial.md") if block.name]
-    assert re.findall(r'"code-block-caption"><span class="caption-text">([^<]+)<', text) == names
-    assert 'class="highlight-asl' in text
-    assert re.search(r'<span class="nl">@\w+</span>', text), "labels of plans"
 
 
 def test_each_public_name_is_in_the_index(site: Path) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
-import subprocess
 import sys
 from collections import deque
 from collections.abc import Generator
@@ -56,39 +54,6 @@ def test_items_may_be_added_and_removed_while_others_are_worked_on() -> None:
             queue.appendleft("again")
             queue.remove("c")
     assert ended == ["a", "again", "b"]
-
-
-PAUSED = """
-import time
-from collections import deque
-from pytest_hricdv.execution.process_pool import ProcessPool
-
-def work(item, send):
-    for number in range(12):
-        send(str(number))
-        time.sleep(0.2)  # what is tried: a process that gives a sign of life each 0.2 s
-
-for event in ProcessPool(work, processes=1, silent_s=1.5).run(deque("a")):
-    print(event, flush=True)
-"""
-
-
-@pytest.mark.slow
-def test_a_pause_of_pool_and_processes_is_no_silence() -> None:
-    with subprocess.Popen(
-        [sys.executable, "-c", PAUSED], stdout=subprocess.PIPE, text=True, start_new_session=True
-    ) as pool:
-        assert pool.stdout is not None
-        lines = [pool.stdout.readline()]
-        os.killpg(pool.pid, signal.SIGSTOP)
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            pool.wait(3.0)  # the pause
-        os.killpg(pool.pid, signal.SIGCONT)
-        lines += pool.stdout.readlines()
-    assert lines == [
-        *(f"OutputLine(item='a', text='{number}')\n" for number in range(12)),
-        "End(item='a', problem='')\n",
-    ]
 
 
 def test_no_process_outlives_an_abandoned_pool() -> None:

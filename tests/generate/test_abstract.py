@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.generate import GenerateError, abstract
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import (
     AbstractDraft,
     AbstractTest,
@@ -130,11 +130,3 @@ def test_chosen_values_distinguish_drafts_but_keep_the_seed() -> None:
     first, second = identify("s", 0, [drafts[1]] * 2)
     assert first == tests[1]
     assert first.seed != second.seed
-
-
-def test_colliding_short_ids_are_made_longer(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = abstract.content_digest
-    monkeypatch.setattr(abstract, "content_digest", lambda *key: "0" * 8 + real(*key))
-    one, other = identify("s", 0, [AbstractDraft("a", ("x",), ("bored",)), AbstractDraft("a", ("y",), ("bored",))])
-    assert one.id != other.id
-    assert len(one.id) == len("s-a-") + 16

@@ -17,7 +17,7 @@ from pytest_hricdv.generate.abstract import (
     command_from_action,
     identify,
 )
-from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, after_of_kept, interleave
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, interleave
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, abstract_from, concretize
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import METHODS
@@ -96,14 +96,6 @@ def test_an_interleaving_keeps_lanes_and_causes(lines: list[str], data: st.DataO
     assert interleave(lines, [0.5] * len(lines), after) == tuple(sorted(order)), "equal turns: the text's order"
 
 
-def test_the_effects_of_a_dropped_action_come_after_its_causes() -> None:
-    lines = ["a: x", "b: x", "c: x", "a: y"]
-    after = {2: (1,), 3: (2,), 4: (3,)}
-    assert after_of_kept(after, [1, 3, 4], lines) == {2: (1,), 3: (2,)}
-    assert after_of_kept(after, [1, 4], lines) == {}, "of one lane: in order anyway"
-    assert after_of_kept(after, [2, 3], lines) == {2: (1,)}
-
-
 def test_a_command_that_does_not_say_who_does_it_is_refused() -> None:
     with pytest.raises(GenerateError, match=r"of 'call': who does it\? Expected 'nurse: call' or 'child: call'"):
         Concretization({"call": {}}).with_turns(("nurse", "child"))
@@ -115,16 +107,6 @@ def test_the_names_of_turns_are_taken(name: str) -> None:
     space = Concretization({"nurse: call": own if name == TURN else {}}, own)
     with pytest.raises(GenerateError, match=f"{name!r} is the name of a parameter of tests with several actors"):
         space.with_turns(("nurse",))
-
-
-def test_one_actor_is_as_it_was() -> None:
-    path = Path("m.mas2j")
-    one, same = Model(path, actor="nurse", covered=("nurse",)), Model(path, actors=("nurse",), covered=("nurse",))
-    assert one == same
-    assert one.parts() == same.parts()
-    assert "actors" not in {name for name, _ in one.parts()}
-    assert Model(path, actors=("nurse", "child")).covered == ("nurse", "child", "robot_code")
-    assert Model(path).covered == ("human", "robot_code")
 
 
 @pytest.mark.parametrize("actors", ["nurse", ("nurse", "nurse"), ("Nurse",), ("the nurse", "child")])

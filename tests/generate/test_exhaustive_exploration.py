@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from itertools import combinations
-from pathlib import Path
 
 import pytest
 
@@ -14,7 +13,6 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Exploration
 from pytest_hricdv.generate.model_runner import NOT_ENUMERABLE, TOO_LARGE, ModelRunner, explore_exhaustively
-from tests.generate.toy import LAMPS, lamps
 
 TABLE = conftest.pytest_hricdv_testbench(None)  # type: ignore[arg-type]
 #: Small enough to try all sets; with what makes trouble: boredom, and several poses for one leg.
@@ -85,14 +83,6 @@ def test_an_invalid_cache_is_an_error(change: dict[str, object]) -> None:
         Exploration.from_json(data | change)
     with pytest.raises(GenerateError):
         Exploration.from_json({})
-
-
-def test_a_small_space_of_another_model_is_explored_set_by_set(tmp_path: Path) -> None:
-    runner = ModelRunner(lamps(tmp_path), LAMPS)
-    found = explore_exhaustively(runner)
-    assert found.complete
-    expected = run_all_sets(ModelRunner(lamps(tmp_path), LAMPS), found.plans)
-    assert {(run.lines, run.plans) for run in found.runs} == expected.keys()
 
 
 def test_an_exploration_that_is_not_possible_is_not_complete(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,12 +24,6 @@ model_runs = st.lists(
 )
 
 
-def _chosen(found: Sequence[ModelRun], count: int) -> list[ModelRun]:
-    selector = GreedySelector()
-    selector.choose(found, count)
-    return selector.chosen
-
-
 def _chosen_by_plain_loop(rounds: Sequence[tuple[Sequence[ModelRun], int]]) -> list[ModelRun]:
     """The reference: each step compares all remaining candidates."""
     executed: Counter[tuple[str, str]] = Counter()
@@ -59,10 +53,3 @@ def test_the_heap_chooses_the_same_as_a_plain_greedy_loop(rounds: list[tuple[lis
         selector.choose(candidates, count)
     # By identity: equal runs at different places are different choices.
     assert [id(each) for each in selector.chosen] == [id(each) for each in _chosen_by_plain_loop(rounds)]
-
-
-@given(model_runs)
-def test_every_plan_is_covered_while_there_is_room(found: list[ModelRun]) -> None:
-    plans = {(agent, plan) for each in found for agent, own in each.plans.items() for plan in own}
-    covered = {(agent, plan) for each in _chosen(found, 7) for agent, own in each.plans.items() for plan in own}
-    assert covered == plans

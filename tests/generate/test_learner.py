@@ -58,37 +58,11 @@ def test_softmax_is_a_distribution_in_the_order_of_the_values(values: list[float
     assert ranked == sorted(ranked)
 
 
-def test_the_last_iteration_with_a_new_plan_is_reported() -> None:
-    """Only the first three different subsets execute a new plan."""
-    seen: dict[frozenset[str], None] = {}
-
-    def plans(subset: frozenset[str]) -> dict[str, set[str]]:
-        seen[subset] = None
-        return {"a": {f"p{len(seen)}" if len(seen) < 4 else "p3"}}
-
-    learned = learn(FakeRunner(plans), TWO, QLearning(iterations=40, stop_when_converged=False), seed=0)
-    asked = [frozenset({"s", "x"}), frozenset({"s", "y"}), frozenset({"s", "x", "y"})]
-    assert set(asked) <= set(seen)
-    assert 1 <= learned.last_new_plan_at < 40
-    again = learn(FakeRunner(plans), TWO, QLearning(iterations=40), seed=0, suite={("a", "p3"): 1})
-    assert again.last_new_plan_at == 0
-
-
 def test_learning_continues_from_a_learned_table() -> None:
     fake = FakeRunner(lambda subset: {"a": {"p", "q"}, "b": {"p"}})
     learned = learn(fake, ONE_WAY, QLearning(iterations=1), 0, start=WarmStart(q={"s": {"x": 100.0}}, maxima={"a": 3}))
     assert learned.q["s"]["x"] == pytest.approx(0.9 * 100 + 0.1 * (5 + 100))
     assert learned.maxima == {"a": 3, "b": 1}
-
-
-def test_belief_sets_of_a_warm_start_are_run_first() -> None:
-    fake = FakeRunner(lambda subset: {"a": set(subset)})
-    start = WarmStart(subsets=(("s", "x", "y"), ("s", "y")))
-    learned = learn(fake, TWO, QLearning(iterations=1, min_beliefs=2, max_beliefs=2, model_runs=2), 0, start=start)
-    assert [len(subset) for subset in fake.asked] == [1, 2, 3, 1, 2, 1, 2]
-    assert fake.asked[4] == ("s", "y")
-    assert learned.bdi_runs == 7
-    assert len(learned.q_delta) == 1
 
 
 def test_a_space_without_a_choice_is_an_error() -> None:

@@ -56,8 +56,6 @@ def test_an_error_of_a_text_names_file_line_and_column(text: str, message: str) 
 
 
 CONTEXT = GenerationContext(commands=COMMANDS)
-RECORDED = """{"day one": [{"n": 1, "steps": ["tell leg", "set_param gaze=1"]}, {"n": 2, "steps": null}],
- "day two": [{"n": 1, "steps": ["bored"]}]}"""
 
 
 def test_an_exported_suite_reads_back_with_the_same_ids(tmp_path: Path) -> None:
@@ -67,17 +65,6 @@ def test_an_exported_suite_reads_back_with_the_same_ids(tmp_path: Path) -> None:
         back = Files(path).generate(replace(CONTEXT, seed=99))
         assert back.tests == suite.tests
         assert back.name == "pseudorandom"
-
-
-def test_a_folder_is_read_in_the_order_of_its_names(tmp_path: Path) -> None:
-    (tmp_path / "b.txt").write_text("bored\n")
-    (tmp_path / "deeper").mkdir()
-    (tmp_path / "deeper" / "c.txt").write_text("tell leg\n")
-    (tmp_path / "a.txt").write_text("receivesignal\n\nreceivesignal\n")
-    suite = Files(tmp_path).generate(CONTEXT)
-    assert [test.lines[0] for test in suite.tests] == ["receivesignal", "receivesignal", "bored", "tell leg"]
-    assert [test.suite for test in suite.tests] == ["a", "a", "b", "c"]
-    assert suite.name == Files(tmp_path).name
 
 
 def test_a_test_in_two_files_of_a_folder_is_an_error_that_names_both(tmp_path: Path) -> None:
@@ -116,28 +103,6 @@ def test_a_misspelt_field_is_no_comment(comment: str, form: str) -> None:
     with pytest.raises(GenerateError, match=f"t.txt:1:1: .*nearest: '# {form}: ...'"):
         parse_tests(f"{comment}\nbored\n", file="t.txt", suite="t")
     assert len(parse_tests("# note 1: the person is slow\nbored\n", file="t.txt", suite="t")) == 1
-
-
-def test_keys_of_recorded_runs_that_no_test_has_are_named(tmp_path: Path) -> None:
-    (tmp_path / "r.json").write_text('{"s": [{"steps": ["bored"], "legs": 2}]}')
-    (note,) = Files(tmp_path / "r.json").generate(CONTEXT).generation.notes
-    assert note.endswith("suite 's': not read: 'legs'")
-    (tmp_path / "r.json").write_text('{"s": [{"steps": ["bored"], "step": 2}]}')
-    with pytest.raises(GenerateError, match="suite 's': unknown key 'step'; nearest: steps"):
-        Files(tmp_path / "r.json").generate(CONTEXT)
-
-
-def test_recorded_runs_without_steps_are_left_out_and_counted(tmp_path: Path) -> None:
-    path = tmp_path / "recorded runs.json"
-    path.write_text(RECORDED)
-    suite = Files(path).generate(CONTEXT)
-    assert suite.name == "recorded-runs"
-    assert [(test.suite, test.lines) for test in suite.tests] == [
-        ("day-one", ("tell leg", "set_param gaze = 1")),
-        ("day-two", ("bored",)),
-    ]
-    assert suite.generation.notes == ("day one: 1 of 2 entries have no steps and are left out",)
-    assert suite.tests[0].name == "day one 1"
 
 
 def test_fewer_tests_are_evenly_spaced_and_more_give_a_note(tmp_path: Path) -> None:

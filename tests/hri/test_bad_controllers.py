@@ -79,14 +79,6 @@ def test_a_controller_that_computes_for_ever(monkeypatch: pytest.MonkeyPatch) ->
     fails("Wait0", computes_for_ever, text, monkeypatch)
 
 
-def test_a_controller_that_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(machine.TRANSITIONS, ("Send1", "told"), machine.DONE)
-    (fault,) = bench.run(LEG).errors
-    assert "the controller ended without a table; it last said LegReady(turn=1) at" in fault
-    monkeypatch.undo()
-    assert bench.run(LEG).outcome.outcomes == ("released",)
-
-
 def test_a_pose_out_of_reach_ends_the_turn_and_not_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     beyond = ((3.0, *[0.0] * 8),)
     with pytest.raises(PlanningError, match=r"hip_rotor at 3\.0 rad is outside"):

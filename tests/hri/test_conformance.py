@@ -60,10 +60,6 @@ def test_the_controller_as_it_is_conforms(test: ConcreteTest) -> None:
     assert verdict.passes > 7
 
 
-def test_a_run_in_which_nobody_asks_checks_nothing() -> None:
-    assert judged(bench.concrete(["bored"])).verdict == "NC"
-
-
 def _twice(robot: Robot) -> None:
     turn = robot.journal.add(robot.outcome, robot.reason, robot.turn_began_s, robot.clock.now_s())
     for _ in range(2):

@@ -42,18 +42,6 @@ def test_a_release_that_a_grip_delays_is_known(grip_s: float) -> None:
     assert [bool(gripped) for gripped in result.record.signals["hand_gripped"][1]] == [False, True, False]
 
 
-def test_a_robot_that_gives_up_under_a_grip_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    def once(robot: Robot) -> str:
-        if not robot.hand.open():
-            robot.hand.close()
-        return finishing.discard(robot)
-
-    monkeypatch.setitem(machine.STATES, "Release", once)
-    result = bench.run(bench.concrete(bench.leg(), grip_s=6.0))
-    assert result.outcome.outcomes == ("discarded",)
-    assert marks(result, "R1") == [True]
-
-
 def test_a_robot_that_is_slow_without_a_grip_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     release = finishing.release
 

@@ -52,15 +52,6 @@ def test_the_turn_goes_on_as_if_it_had_been_said_when_it_was_heard(
     assert not result.errors
 
 
-@pytest.mark.parametrize(
-    "disturbance", [Delay("reading", Constant(4.0)), Duplicate("reading", Constant(0.05))], ids=str
-)
-def test_a_reading_that_comes_after_the_decision_asks_for_nothing(disturbance: MessageDisturbance) -> None:
-    result = disturbed(disturbance)
-    assert "unheard reading" in [message.topic for message in result.record.messages]
-    assert not result.failed
-
-
 def test_a_person_who_does_not_hear_that_the_turn_is_over_takes_the_leg_away() -> None:
     """Who stood there with it for 150 s was hit by the next leg, with more than 0.25 rad/s in the arm (R4)."""
     *answered, ready = bench.leg()

@@ -59,17 +59,6 @@ def test_every_run_of_a_suite_ends_with_a_defined_outcome(name: str) -> None:
         assert_whole(bench.run(test))
 
 
-def test_silent_sensors_end_the_turn_with_a_sensing_timeout_and_the_next_one_goes_well() -> None:
-    lines = [*bench.leg(), *bench.leg()]
-    result = bench.run(bench.concrete(lines, outage_turn=1.5, sensing_timeout_s=90.0))
-    assert_whole(result)
-    assert result.outcome.outcomes == ("sensing-timeout", "released")
-    assert result.outcome.cross["decision"][0] == ("none", "sensing-timeout")
-    sensing_s = bench.times(result, "state", name="Sensing")[0]
-    (timeout_s,) = bench.times(result, "state", name="Timeout3")
-    assert timeout_s - sensing_s == pytest.approx(90.0, abs=0.1)
-
-
 def test_four_good_legs_make_a_table_on_time() -> None:
     result = bench.run(bench.concrete(bench.leg() * 4, seed=4))
     assert_whole(result)
@@ -79,14 +68,6 @@ def test_four_good_legs_make_a_table_on_time() -> None:
     assert done["released"] == 4
     assert done["on_time"] is True
     assert done["duration_s"] == pytest.approx(result.sim_s)
-
-
-def test_no_request_is_lost_when_it_comes_around_a_timeout() -> None:
-    for voice_s in (2.99, 3.02, 3.04, 6.03):
-        result = bench.run(bench.concrete(bench.leg(), voice_s=voice_s))
-        assert len(result.outcome.outcomes) == 1
-        (asked_s,), (heard_s,) = bench.times(result, "request"), bench.times(result, "state", name="Move_hand")
-        assert 0.0 <= heard_s - asked_s <= 0.05
 
 
 def test_a_run_that_ends_at_the_limit_is_a_fault_of_a_robot_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,20 +34,6 @@ def test_an_alternative_by_which_the_response_never_held_is_told(response: str) 
     assert unused(formula, (0.5, "x", 2.0), (0.5, "near", True)) == ("x < 1",)
 
 
-def test_the_first_one_that_holds_decides() -> None:
-    assert unused("always(asked -> x < 1 | near)", (0.5, "near", True)) == ("near",)
-
-
-def test_of_an_eventually_it_is_the_one_that_ends_it() -> None:
-    formula = "always(asked -> eventually[0:5](on(answer) | near | x > 1))"
-    assert unused(formula, (2.0, "answer", True), (3.0, "near", True)) == ("near", "x > 1")
-    assert unused(formula, (2.0, "x", 3.0)) == ("on(answer)", "near")
-
-
-def test_a_violated_response_used_none() -> None:
-    assert unused("always(asked -> x > 1 | near)") == ("x > 1", "near")
-
-
 def test_what_guards_a_later_alternative_is_not_passed_by() -> None:
     """The field has no value before the first answer: an alternative behind another one is not read then."""
     formula = "always(asked -> !once(on(answer)) | answer.yes)"

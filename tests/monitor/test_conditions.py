@@ -20,7 +20,7 @@ from tests.monitor.logged_run import TICK_S, LoggedRun
 from tests.monitor.logs import feed_trace, log_of
 from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import pasts, small_traces
-from tests.monitor.vocabulary import SMALL, Update, feed, requirement
+from tests.monitor.vocabulary import SMALL, Update, feed
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])
 Changes = list[tuple[float, bool]]
@@ -91,24 +91,6 @@ def test_a_condition_is_asked_while_the_run_goes_on() -> None:
     monitors.advance(1.5)
     assert monitor.holds
     assert (monitor.holds_at(0.999), monitor.holds_at(1.0), monitor.holds_at(math.inf)) == (False, True, True)
-
-
-def test_conditions_and_requirements_of_one_run_do_not_change_each_other() -> None:
-    watched_requirement = requirement("always(on(a) -> eventually[0:3](p))")
-    monitors = MonitorSet([watched_requirement])
-    monitor = monitors.watch(parse_condition("q & x < 1", SMALL))
-    feed(monitors, [(0.0, "p", False), (0.0, "x", 2.0), (0.0, "q", True), (1.0, "a", {}), (2.0, "x", 0.0)])
-    assert monitors.so_far() == {"R": "NC"}
-    [verdict] = monitors.finish(9.0)
-    assert (verdict.verdict, verdict.violations[0].values) == ("Failed", {"p": False})
-    assert monitor.began_s == (2.0,)
-
-
-def test_a_condition_is_watched_from_the_start() -> None:
-    monitors = MonitorSet()
-    monitors.signal(0.0, "p", True)
-    with pytest.raises(MonitorError, match=r"watch p: there was an update at 0\.0 s"):
-        monitors.watch(parse_condition("p", SMALL))
 
 
 def test_a_signal_that_never_comes_is_an_error_that_names_the_condition() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,8 +9,7 @@ import pytest
 
 from pytest_hricdv.monitor import Log, RequirementError, Vocabulary, check_requirement, evaluate
 from pytest_hricdv.monitor.build import requirement, signal
-from pytest_hricdv.monitor.patterns import contact_limits, contact_limits_template, protective_separation
-from pytest_hricdv.monitor.patterns.contact_limits import BODY_REGIONS
+from pytest_hricdv.monitor.patterns import contact_limits, protective_separation
 
 VOCABULARY = Vocabulary(signals={"region": str, "force": float, "pressure": float})
 LIMITS = """
@@ -37,18 +35,6 @@ def made(folder: Path, text: str = LIMITS) -> dict[str, str]:
     for each in found:
         check_requirement(each, VOCABULARY)
     return {each.id: each.text for each in found}
-
-
-def test_there_is_one_for_each_region_and_quantity(tmp_path: Path) -> None:
-    found = made(tmp_path)
-    assert list(found) == [
-        "CONTACT-hands-and-fingers-force",
-        "CONTACT-hands-and-fingers-pressure",
-        "CONTACT-chest-force",
-    ]
-    assert found["CONTACT-chest-force"] == (
-        'always(region == "chest" & force > 0 -> force <= 50 & !(force > 25 [for 0.5]))'
-    )
 
 
 @pytest.mark.parametrize(
@@ -108,14 +94,6 @@ def test_limits_of_what_is_not_simulated_are_refused(tmp_path: Path) -> None:
         contact_limits(tmp_path / "limits.toml", region=signal("region"), force=signal("force"))
     with pytest.raises(RequirementError, match="no such file"):
         contact_limits(tmp_path / "limit.toml", region=signal("region"))
-
-
-def test_the_template_has_all_regions_and_no_figure(tmp_path: Path) -> None:
-    text = contact_limits_template()
-    assert all(f'# [regions."{region}"]' in text for region in BODY_REGIONS)
-    assert tomllib.loads(text) == {"source": "", "transient_s": 0.0, "regions": {}}
-    with pytest.raises(RequirementError, match="source: expected"):
-        made(tmp_path, text)
 
 
 @pytest.mark.parametrize(

@@ -45,11 +45,6 @@ def test_operands_of_a_long_formula_are_all_evaluated(tmp_path: Path) -> None:
     assert not program.condition(values | {"x": 298.5}, {}, {})  # type: ignore[arg-type]
 
 
-def test_what_groups_in_parentheses_keeps_them(tmp_path: Path) -> None:
-    text = "always((p & x > 1) & !p -> (p | x > 1) | on(m) & (p | p))"
-    assert str(loaded(tmp_path, text).formula) == text
-
-
 DOUBLING = 'd0 = "p"\n' + "\n".join(f'd{n} = "d{n - 1} & d{n - 1}"' for n in range(1, 31))
 LINE = 'd0 = "p"\n' + "\n".join(f'd{n} = "!d{n - 1}"' for n in range(1, 900))
 
@@ -85,11 +80,6 @@ def test_what_grows_is_refused_with_its_place(tmp_path: Path, formula: str, defi
     assert message in str(raised.value)
     assert "r.toml:" in str(raised.value)
     assert len(str(raised.value)) <= 1000
-
-
-def test_a_window_built_in_python_has_the_same_limit() -> None:
-    with pytest.raises(ValueError, match=r"a window has times of at most 1e\+09 s"):
-        always(on("m") >> eventually(signal("p"), 0, 1e300))
 
 
 @pytest.mark.parametrize(("depth", "is_accepted"), [(63, True), (64, False), (150, False)])

@@ -14,8 +14,8 @@ from pytest_hricdv.monitor import Log, MonitorError, Requirement, Verdict, evalu
 from pytest_hricdv.monitor.formula import Formula
 from tests.monitor.logged_run import LoggedRun
 from tests.monitor.logs import Logged, log_of, run
-from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.vocabulary import R1, R2, R3, R4, R5, SMALL, Update, judge, requirement
+from tests.monitor.strategies import formulas, small_traces
+from tests.monitor.vocabulary import SMALL, Update, judge, requirement
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])
 Series = tuple[Sequence[float], Sequence[float]]
@@ -27,15 +27,6 @@ SHOWN = ("x", "y")
 def test_a_run_that_starts_late_is_judged_as_by_monitors_that_are_fed(formula: Formula, trace: LoggedRun) -> None:
     watched, log = [Requirement("R", "", "", "", formula, SHOWN)], log_of(trace, 299.999999999)
     assert evaluate(watched, log) == explain([run(formula, trace, 299.999999999, SHOWN)], watched, log)
-
-
-@given(trace=table_traces)
-@RUNS
-def test_requirements_that_are_judged_together_have_the_verdicts_of_each_alone(trace: LoggedRun) -> None:
-    log, watched = log_of(trace), [R1, R2, R3, R4, R5]
-    assert evaluate(watched, log) == tuple(
-        verdict for requirement in watched for verdict in evaluate([requirement], log)
-    )
 
 
 def fed(text: str, log: Log) -> Verdict:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements, parse_condition, parse_formula
+from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements, parse_condition
 from pytest_hricdv.monitor.past_formula import NumberComparison
 from pytest_hricdv.monitor.terms import NumberTerm
 from pytest_hricdv.monitor.units import unit_names, unit_of
@@ -68,18 +67,6 @@ MEASURED = Vocabulary(
 def test_a_number_is_converted_to_the_unit_of_the_other_side(text: str, plain: str) -> None:
     without_units = Vocabulary(MEASURED.signals, MEASURED.messages)
     assert parse_condition(text, MEASURED) == parse_condition(plain, without_units)
-
-
-def test_an_angle_in_degrees_is_converted_to_radians() -> None:
-    parsed = parse_condition("angle < 40 deg", MEASURED)
-    assert isinstance(parsed, NumberComparison)
-    assert isinstance(parsed.right, NumberTerm)
-    assert parsed.right.value == pytest.approx(math.radians(40), rel=1e-15)
-
-
-def test_responses_have_times_with_units() -> None:
-    text = "always(p -> eventually[100 ms:0.5 min](q))"
-    assert str(parse_formula(text, MEASURED)) == "always(p -> eventually[0.1:30](q))"
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.coupling.percept_mapping import PerceptMapping
-from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Situation
-from pytest_hricdv.online.decisions import MAX_GOALS
+from pytest_hricdv.online.chooser import ACT, GOAL, NONE, Choice, Situation
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 from tests.online.toy import Life, Wish, role
 
@@ -93,22 +92,6 @@ def test_a_goal_can_be_posted_where_the_agent_decides_what_to_do(tmp_path: Path)
     goal, act = chooser.asked[1], chooser.asked[3]
     assert (goal.about, goal.options) == (GOAL, (NONE, "fetch", "thank"))
     assert (act.about, act.options) == (ACT, ("press", "shout"))
-
-
-def test_somebody_who_never_runs_out_of_ideas_comes_to_an_end(tmp_path: Path) -> None:
-    life = Life(role(tmp_path), Wish(goal=["fetch"]))
-    assert life.commands() == ["press"] * (MAX_GOALS + 1)
-
-
-def test_a_disturbance_can_be_chosen_before_a_command_but_not_two_in_a_row(tmp_path: Path) -> None:
-    chooser = Wish(disturbance=["disturb wind"], voice=["quiet"])
-    life = Life(role(tmp_path, disturbances=("disturb wind", "disturb rain")), chooser)
-    assert life.commands() == ["disturb wind", "press", "disturb wind"]
-    life.said("offer", size="small")
-    assert life.commands() == ["refuse", "disturb wind"]
-    asked = [decision for decision in chooser.asked if decision.about == DISTURBANCE]
-    assert [decision.situation.taken[-1:] for decision in asked] == [(), ("press",), ("refuse",)]
-    assert asked[0].options == (NONE, "disturb wind", "disturb rain")
 
 
 def test_after_waiting_it_does_only_what_follows_from_what_it_heard(tmp_path: Path) -> None:

@@ -67,30 +67,6 @@ def test_no_view_calls_it_known(lamps: pytest.Pytester) -> None:
     assert not [line for line in merged.stdout.splitlines() if line.startswith("FAILED")]
 
 
-@pytest.mark.slow
-def test_a_strict_xfail_fails_what_passes_and_nothing_else(lamps: pytest.Pytester) -> None:
-    declare_nothing(lamps)
-    write_test(lamps, 'reason="flaky rig", strict=True')
-    result = lamps.runpytest_inprocess(SUITE)
-    assert result.ret == 1
-    result.assert_outcomes(failed=3, xfailed=1)
-    tests = by_outcome(lamps)
-    assert {outcome: len(group) for outcome, group in tests.items()} == {"failed": 3, "expected-failure": 1}
-    assert {test["failure"] for test in tests["failed"]} == {"[XPASS(strict)] flaky rig"}
-
-
-def test_an_error_before_the_run_is_expected_too(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "test_lamps.py", TEST, f"import pytest\n\n\n@pytest.mark.xfail\n{TEST}")
-    change(lamps.path, "test_lamps.py", "    hri_case.check(hri_case.run())\n", '    raise OSError("no rig")\n')
-    result = lamps.runpytest_inprocess(SUITE)
-    result.assert_outcomes(xfailed=4)
-    (outcome, tests), *others = by_outcome(lamps).items()
-    assert (outcome, len(tests), others) == ("expected-failure", 4, [])
-    assert tests[0]["failure"].startswith("xfail without a reason\n\n")
-    assert "OSError: no rig" in tests[0]["failure"]
-    assert {each["verdict"] for each in tests[0]["requirements"].values()} == {"NC"}
-
-
 ENDINGS = """
 import pytest
 

@@ -99,45 +99,6 @@ def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester) -> N
     assert kept.runpytest_inprocess(*BY_HAND).ret == 0
 
 
-@pytest.mark.slow
-def test_tests_that_the_baseline_has_not_are_new_and_not_changed(kept: pytest.Pytester) -> None:
-    change(kept.path, "by_hand.toml", '"curt", "d*"', '"curt", "bright"')
-    result = kept.runpytest_inprocess(*BY_HAND, GATE, "-k", "hall-curt")
-    assert result.ret == 1  # a gate that compares nothing must not hold
-    result.stdout.fnmatch_lines(["FAILED the behaviour of no test was compared with the baseline"])
-    result = kept.runpytest_inprocess("--hri-suite=by-hand", "-q", BASE)
-    result.stdout.fnmatch_lines(
-        [
-            "all 2 tests behave as in the baseline",
-            "  1 test not in the baseline: by-hand-hall-curt-*",
-            "  2 tests only in the baseline: by-hand-hall-curt-*, and 1 more",
-        ]
-    )
-    changes = report(kept.path)["changes"]
-    assert (changes["compared"], len(changes["new"]), len(changes["removed"])) == (2, 1, 2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--hri-suite=rl"], "base.json: of the suite by-hand; this run has rl: choose the baseline's suite, add"),
-        (
-            ["--hri-suite=by-hand", "--hri-seed=7"],
-            "base.json: of suite by-hand with seed 0; this run has seed 7, so other tests: run it with seed 0",
-        ),
-    ],
-)
-def test_a_baseline_of_another_suite_or_seed_is_refused_before_anything_runs(
-    kept: pytest.Pytester, options: list[str], told: str
-) -> None:
-    result = kept.runpytest_inprocess(*options, BASE)
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines([f"ERROR: --hri-baseline: *{told}*"])
-    assert kept.runpytest_inprocess(*options, BASE, "--hri-update-baseline").ret == 0
-    assert kept.runpytest_inprocess(*options, BASE, GATE).ret == 0
-
-
 def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it_lacks(kept: pytest.Pytester) -> None:
     edit(
         kept.path, tests=None, seed=None, code_sha256=None, environment=None, violations={"R1": [], "R2": [], "R3": []}

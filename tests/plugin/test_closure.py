@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, command, report
+from tests.plugin.project import command, report
 
 
 def covered(written: dict[str, Any]) -> dict[str, Any]:
@@ -84,29 +84,3 @@ def test_a_requirement_that_nobody_triggered_is_open_with_the_nearest_test(lamps
     assert open_["location"] == "R3"
     assert open_["test"] in {test["id"] for test in report(lamps.path)["tests"]}
     assert open_["suggestion"].startswith(f"vary {open_['test']}, which lacked ")
-
-
-@pytest.mark.slow
-def test_nothing_is_open_where_all_is_covered(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "lamps/guide.py", '\n\ndef serviced():\n    return "by hand"\n', "\n")
-    lamps.runpytest_inprocess("--hri-suite=rl")
-    assert report(lamps.path)["closure"]["gaps"] == []
-
-
-def test_a_report_without_tests_is_closed_too(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-shard=1/9999")
-    written = report(lamps.path)
-    assert (written["selected"], written["tests"]) == (0, [])
-    assert written["closure"]["minimal"] == []
-    assert written["suites"][0]["code"]["statements"] is None
-    done = command("minimal", "hri-report", "small")
-    assert (done.returncode, done.stdout) == (0, "0 of 0 tests cover all 0 points in 0 of 0 simulated s\n")
-
-
-def test_a_report_without_closure_is_refused(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
-    path = lamps.path / "hri-report" / "report.json"
-    path.write_text(path.read_text(encoding="utf-8").replace('"closure"', '"closures"'), encoding="utf-8")
-    done = command("minimal", "hri-report", "small")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("error: hri-report/report.json: Object missing required field `closure`")

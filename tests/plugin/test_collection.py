@@ -30,23 +30,6 @@ def test_the_second_collection_comes_from_the_cache(lamps: pytest.Pytester, monk
     uncached.stdout.fnmatch_lines([learning])
 
 
-def test_listing_writes_no_report_and_prints_no_section(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("--collect-only", "--hri-suite=rl", "--hri-fail-under=statements=100")
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])
-    result.stdout.no_fnmatch_line("*= human-robot interaction =*")
-    assert not (lamps.path / "hri-report").exists()
-
-
-def test_number_of_tests_and_of_concretizations(lamps: pytest.Pytester) -> None:
-    few = nodeids(lamps.runpytest_inprocess(*COLLECT, "--hri-tests=3"))
-    doubled = nodeids(lamps.runpytest_inprocess(*COLLECT, "--hri-tests=3", "--hri-concretizations=2"))
-    assert len(few) == 3
-    assert len(doubled) == 6
-    assert doubled[::2] == few
-    assert doubled[1::2] == [nodeid.replace("]", "-k1]") for nodeid in few]
-
-
 @pytest.mark.parametrize(
     ("selection", "suites"),
     [
@@ -59,13 +42,6 @@ def test_several_suites(lamps: pytest.Pytester, selection: str, suites: set[str]
     listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", f"--hri-suite={selection}", "--hri-tests=4"))
     assert len(listed) == len(set(listed)) == 4 * len(suites)
     assert {suite for suite in suites for line in listed if f"[{suite}-" in line} == suites
-
-
-def test_a_file_of_bare_commands_is_a_suite(lamps: pytest.Pytester) -> None:
-    (lamps.path / "recorded.txt").write_text("enter hall\nset_lamp level=10\n\ngreet  # and nothing else\n")
-    listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=recorded.txt"))
-    assert len(listed) == 2
-    assert all("[recorded-" in nodeid for nodeid in listed)
 
 
 @pytest.mark.slow

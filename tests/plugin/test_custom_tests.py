@@ -118,11 +118,6 @@ def test_what_cannot_be_run_is_said_at_the_users_own_line(lamps: pytest.Pytester
     result.stdout.no_fnmatch_line("*custom_tests.py*")
 
 
-def test_check_wants_what_hri_run_returned(lamps: pytest.Pytester) -> None:
-    (lamps.path / "test_mine.py").write_text("def test_mine(hri_run):\n    hri_run.check(None)\n", encoding="utf-8")
-    lamps.runpytest_inprocess("test_mine.py").stdout.fnmatch_lines(["E *ValueError: hri_run.check: expected*None"])
-
-
 def test_a_missing_or_wrong_testbench_is_said_in_one_message(pytester: pytest.Pytester, lamps: pytest.Pytester) -> None:
     (lamps.path / "test_mine.py").write_text("def test_mine(hri_run):\n    hri_run('enter hall')\n", encoding="utf-8")
     change(lamps.path, "requirements.toml", "lamp_level > 0", "lamp_levl > 0")

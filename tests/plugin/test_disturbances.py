@@ -174,14 +174,6 @@ def test_a_wrong_declaration_is_refused_before_the_first_test(
     assert "conftest.py" in line
 
 
-def test_a_parameter_can_be_chosen(disturbed: pytest.Pytester) -> None:
-    lines = ["# values 2: level 1.75", "enter hall", "disturb brownout"]
-    (disturbed.path / "mine.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    disturbed.runpytest_inprocess("--hri-suite=mine.txt")
-    (test,) = report(disturbed.path)["tests"]
-    assert test["concrete"]["actions"][1] == {"command": "disturb brownout", "parameters": {"level": 1.75}}
-
-
 def test_an_unknown_line_is_refused_with_the_known_ones(disturbed: pytest.Pytester) -> None:
     (disturbed.path / "mine.txt").write_text("enter hall\ndisturb brownin\n", encoding="utf-8")
     result = disturbed.runpytest_inprocess("--hri-suite=mine.txt")

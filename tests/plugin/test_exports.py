@@ -97,15 +97,6 @@ def test_github_gets_annotations_and_one_more_summary(lamps: pytest.Pytester, mo
     assert (lamps.path / "job.md").read_text().count("## Human-robot interaction") == 2
 
 
-def test_unmeasured_code_leaves_no_coverage_file_and_the_rest(lamps: pytest.Pytester) -> None:
-    files = ("--hri-cobertura=c.xml", "--hri-lcov=l.info", "--hri-summary=s.md")
-    result = lamps.runpytest_inprocess(SUITE, "--hri-no-cov", *files)
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["cobertura: not written, the code was not measured: *", "lcov: not written, *"])
-    assert not (lamps.path / "c.xml").exists()
-    assert "unmeasured" in (lamps.path / "s.md").read_text()
-
-
 @pytest.mark.parametrize("name", ["cobertura", "lcov", "summary"])
 def test_a_file_that_cannot_be_written_is_said_before_the_first_test(lamps: pytest.Pytester, name: str) -> None:
     (lamps.path / "file").write_text("")

@@ -48,14 +48,6 @@ def test_commands_on_reports_print_no_such_character(hostile: pytest.Pytester) -
         assert odd(done.stdout + done.stderr) == set()
 
 
-def test_a_syntax_error_prints_no_such_character(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "models/visitor.asl", "<- greet; set_lamp(level, 100)", "<- greet \x1b[31m\u202e")
-    result = lamps.runpytest_inprocess(SUITE, "--color=no")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    assert "visitor.asl:4" in result.stderr.str()
-    assert odd(result.stderr.str()) == set()
-
-
 def test_what_agents_print_and_findings_have_no_such_character(pytester: pytest.Pytester) -> None:
     (pytester.path / "m.mas2j").write_text("MAS m { agents: a; }")
     sound = '!g. +!g <- .print("\x1b[31m\u202e\tx"). // lint: other \x1b'

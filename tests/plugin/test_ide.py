@@ -32,14 +32,6 @@ def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(d
         assert saved["suites"]
 
 
-def test_a_node_id_that_is_not_there_is_explained(lamps: pytest.Pytester) -> None:
-    saved = "test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]"
-    other = lamps.runpytest_inprocess(saved, "--hri-suite=by-hand", "--hri-seed=1")
-    text = other.stdout.str() + other.stderr.str()
-    assert "5a5e8c87 is the id of a generated test, and is not among those of --hri-suite=by-hand --hri-seed=1" in text
-    assert other.ret in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED)
-
-
 BDB = '''
 """A debugger as the standard library has it: sets a trace function, and stops at a line."""
 

@@ -88,32 +88,6 @@ def test_however_a_module_is_imported_it_counts_where_it_is(lamps: pytest.Pytest
         assert by_test(lamps.path)[name] == together[name]
 
 
-def test_modules_that_unit_tests_import_count_for_no_generated_test(lamps: pytest.Pytester) -> None:
-    add(lamps, "calibrate.py", CALIBRATE.replace("SUITE", "False"))
-    (lamps.path / "test_a_calibration.py").write_text(
-        "from lamps import calibrate, messages\n\n\ndef test_speed():\n    assert calibrate.SPEED == 2\n"
-    )
-    lamps.runpytest_inprocess(*ALONE, "test_lamps.py")
-    alone = files(lamps.path), by_test(lamps.path)
-    result = lamps.runpytest_inprocess(*ALONE, "test_a_calibration.py", "test_lamps.py")
-    assert result.ret == 0
-    assert (files(lamps.path), by_test(lamps.path)) == alone
-    assert never_imported(lamps.path) == ["lamps/calibrate.py"]
-
-
-def test_an_optional_module_that_cannot_be_imported_is_unmeasured_with_its_reason(lamps: pytest.Pytester) -> None:
-    add(lamps, "hardware.py", '"""Relays."""\nimport RPi.GPIO\n\nPIN = 3\n')
-    guarded = "try:\n    from lamps import hardware\nexcept ImportError:\n    hardware = None\nGLARE = 80.0"
-    change(lamps.path, "lamps/guide.py", "GLARE = 80.0", guarded)
-    result = lamps.runpytest_inprocess("-v", *ALONE)
-    assert result.ret == 0
-    why = "its import raised ModuleNotFoundError: No module named 'RPi'"
-    assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"lamps/hardware.py": why}
-    assert files(lamps.path)["hardware.py"] == (1, 2)
-    assert why in " ".join(result.stdout.str().split())
-    assert why.split(":")[0] in (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize(
     ("text", "raised"),
     [

@@ -76,13 +76,6 @@ def test_a_process_that_dies_is_the_error_of_its_test(lamps: pytest.Pytester, op
     assert set(project.outcomes(lamps.path).values()) == {"error"}
 
 
-def test_a_test_can_end_the_session(lamps: pytest.Pytester) -> None:
-    lamps.makepyfile(test_lamps="import pytest\n\ndef test_lamps(hri_case):\n    pytest.exit('enough', returncode=7)\n")
-    result = lamps.runpytest_subprocess(*ISOLATED)
-    assert result.ret == 7
-    result.stdout.fnmatch_lines(["*Exit: enough*"])
-
-
 def test_an_error_keeps_its_line(lamps: pytest.Pytester) -> None:
     state.say(lamps, "1 / 0")
     lines = []
@@ -91,12 +84,3 @@ def test_an_error_keeps_its_line(lamps: pytest.Pytester) -> None:
         lines.append([line for line in result.outlines if "lamps/guide.py:" in line or "ZeroDivisionError" in line])
     assert lines[1] == lines[0]
     assert lines[0]
-
-
-def test_the_ini_file_switches_it_on(lamps: pytest.Pytester) -> None:
-    state.leave(lamps, "list of a module")
-    lamps.runpytest_subprocess(*ISOLATED)
-    isolated = records(lamps.path)
-    project.change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_isolate = true")
-    lamps.runpytest_subprocess(*RUN)
-    assert records(lamps.path) == isolated

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 import sys
 from collections.abc import Iterator
@@ -104,19 +103,6 @@ def test_the_journal_has_all_of_the_report(lamps: pytest.Pytester, options: tupl
 
 
 @pytest.mark.slow
-def test_the_earlier_report_is_out_of_the_way_before_the_first_test(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(SUITE)
-    first = report(lamps.path)
-    look = 'print("SEEN", sorted(__import__("os").listdir("hri-report")))'
-    dimmed(lamps, f"return ({look}, 10.0)[1]")
-    result = lamps.runpytest_inprocess(SUITE, "-s")
-    result.stdout.fnmatch_lines(["*SEEN *'earlier', *'journal.jsonl'*"])
-    result.stdout.no_fnmatch_line("*SEEN *report.json*")
-    result.stdout.no_fnmatch_line("*SEEN *index.html*")
-    assert json.loads((lamps.path / "hri-report" / "earlier" / "report.json").read_text()) == first
-
-
-@pytest.mark.slow
 def test_the_next_session_says_that_the_one_before_died_and_keeps_its_journal(lamps: pytest.Pytester) -> None:
     killed = '__import__("os").kill(__import__("os").getpid(), 9)'
     dimmed(lamps, killed)
@@ -157,18 +143,6 @@ def test_on_a_full_disk_nothing_is_lost_that_it_could_hold(lamps: pytest.Pyteste
     assert command("gate", "hri-report").returncode == 2
     assert command("rebuild", "hri-report").returncode == 1
     assert report(lamps.path)["reported"] == 2
-
-
-def test_a_report_that_cannot_be_written_is_rebuilt_once_it_can(lamps: pytest.Pytester) -> None:
-    dimmed(lamps, 'return (__import__("os").makedirs("hri-report/report.json/in the way"), 10.0)[1]')
-    result = lamps.runpytest_inprocess(SUITE)
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(["FAILED cannot write the report into *"])
-    assert command("gate", "hri-report").returncode == 2
-    (lamps.path / "hri-report" / "report.json" / "in the way").rmdir()
-    (lamps.path / "hri-report" / "report.json").rmdir()
-    assert command("rebuild", "hri-report").returncode == 0
-    assert report(lamps.path)["reported"] == 4
 
 
 @pytest.mark.slow

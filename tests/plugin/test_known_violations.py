@@ -86,18 +86,6 @@ def test_one_violation_elsewhere_is_enough_and_is_told_first(lamps: pytest.Pytes
     )
 
 
-def test_the_command_line_may_have_a_condition_and_a_reason_and_repeats_them(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "pytest.ini", f"hri_known_violations =\n    {KNOWN}\n", "")
-    glare_in_the_cellar(lamps)
-    given = ("--hri-known=R2 when !wish.cellar: no dimmer, yet", "--hri-known=R1,R3")
-    result = lamps.runpytest_inprocess(SUITE, "-v", *given)
-    result.assert_outcomes(passed=2, xfailed=1, failed=1)
-    result.stdout.fnmatch_lines(["  known only when !wish.cellar: no dimmer, yet"])
-    result.stdout.fnmatch_lines(["*--hri-seed=0 '--hri-known=R2 when !wish.cellar: no dimmer, yet' --hri-known=R1,R3"])
-    known_violations = report(lamps.path)["known_violations"]
-    assert known_violations == {"R2": "no dimmer, yet"} | dict.fromkeys(("R1", "R3"), "named with --hri-known")
-
-
 FORM = (
     "expected 'REQUIREMENT: reason' or "
     "'REQUIREMENT [[]of CAUSE,...[]] [[]when CONDITION[]] [[]until YYYY-MM-DD[]]: reason'"
@@ -130,17 +118,6 @@ def test_a_condition_that_cannot_be_is_refused_before_anything_runs(
     result = lamps.runpytest_inprocess(SUITE, "--hri-strict")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines([f"ERROR: {told}"])
-
-
-def test_conditions_hold_for_runs_of_own_test_functions(lamps: pytest.Pytester) -> None:
-    known(lamps, "R2 when wish.cellar: the cellar has no dimmer")
-    own = "def test_own(hri_run):\n    hri_run.check(hri_run('enter hall\\nset_lamp level = 100'))\n"
-    (lamps.path / "test_own.py").write_text(own, encoding="utf-8")
-    result = lamps.runpytest_inprocess("test_own.py")
-    result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["  known only when wish.cellar: the cellar has no dimmer"])
-    change(lamps.path, "pytest.ini", "when wish.cellar", "when !wish.cellar")
-    lamps.runpytest_inprocess("test_own.py").assert_outcomes(xfailed=1)
 
 
 @pytest.mark.slow

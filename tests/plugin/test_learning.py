@@ -20,33 +20,6 @@ def constants(folder: Path) -> dict[str, object]:
     return learning
 
 
-def test_constants_come_from_the_testbench_the_ini_file_and_the_command_line(lamps: pytest.Pytester) -> None:
-    change(
-        lamps.path,
-        "conftest.py",
-        'HERE / "by_hand.toml"',
-        'HERE / "by_hand.toml", learning=QLearning(gamma=0.3, alpha0=0.2, candidates=2)',
-    )
-    change(lamps.path, "conftest.py", "Testbench, Uniform", "QLearning, Testbench, Uniform")
-    lines = [
-        "hri_rl =",
-        "    alpha0 = 0.4",
-        "    rewards = 10, 1",
-        "    stop_when_converged = false",
-        "    iterations = 60",
-    ]
-    change(lamps.path, "pytest.ini", "pythonpath = .", "\n".join(["pythonpath = .", *lines]))
-    assert lamps.runpytest_inprocess(*COLLECT, "--hri-rl=candidates=3", "--hri-rl-save=q.json").ret == 0
-    found = constants(lamps.path)
-    assert {name: found[name] for name in ("gamma", "alpha0", "candidates", "rewards", "stop_when_converged")} == {
-        "gamma": 0.3,
-        "alpha0": 0.4,
-        "candidates": 3,
-        "rewards": [10, 1],
-        "stop_when_converged": False,
-    }
-
-
 @pytest.mark.slow
 def test_diagnostics_are_in_the_report_and_in_the_summary(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("-v", "--hri-suite=rl,pseudorandom")
@@ -114,14 +87,3 @@ def test_a_table_of_another_model_is_refused(lamps: pytest.Pytester) -> None:
 )
 def test_bad_input(lamps: pytest.Pytester, options: list[str], told: str) -> None:
     assert told in refused(lamps, *options)
-
-
-def test_the_lengths_of_pseudorandom_tests_are_the_testbenchs(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "conftest.py", 'HERE / "by_hand.toml"', 'HERE / "by_hand.toml", random_test_length=(2, 2)')
-    listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=pseudorandom", "--hri-tests=9"))
-    assert len(listed) == 9
-    assert all("[pseudorandom-2-actions-" in nodeid for nodeid in listed)
-    change(lamps.path, "conftest.py", "test_length=(2, 2)", "test_length=(2, 1)")
-    assert "random_test_length (2, 1): expected 1 <= fewest <= most actions" in refused(
-        lamps, "--hri-suite=pseudorandom"
-    )

@@ -53,20 +53,6 @@ def test_levels_are_those_of_the_project(lamps: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(["      2.02 s  DEBUG   guide: level 100.0"])
 
 
-def test_of_many_messages_those_around_the_violation_are_shown(lamps: pytest.Pytester) -> None:
-    log(lamps, "[LOG.warning('check %d', n) for n in range(30)]")
-    lines = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v").outlines
-    start = lines.index("what was logged around then:")
-    assert lines[start + 1 : start + 3] == ["  22 before, and", "      2.02 s  WARNING guide: check 22"]
-    assert lines[start + 9] == "      2.02 s  WARNING guide: check 29"
-
-
-def test_errors_have_their_messages_as_well(lamps: pytest.Pytester) -> None:
-    log(lamps, "LOG.error('no bulb')", "raise ConnectionError('lamp unplugged')")
-    result = lamps.runpytest_inprocess(SUITE)
-    result.stdout.fnmatch_lines(["E * what was logged around then:", "E *.* s  ERROR   guide: no bulb"])
-
-
 def test_what_a_message_raised_for_is_named(lamps: pytest.Pytester) -> None:
     log(lamps, "try: 1 / 0", "except ZeroDivisionError: LOG.exception('odd\\nlevel')")
     result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-v")

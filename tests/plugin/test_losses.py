@@ -100,12 +100,6 @@ def test_a_run_that_nobody_ended_fails_unless_the_testbench_allows_it(lamps: pyt
     assert "errors" not in report(lamps.path)["tests"][0]
 
 
-def test_full_trace_shows_the_frames_of_the_plugin(lamps: pytest.Pytester) -> None:
-    write_dimmed(lamps, 'raise ConnectionError("lamp unplugged")')
-    result = lamps.runpytest_inprocess(SUITE, "--full-trace", "-k", "curt")
-    result.stdout.fnmatch_lines(["*pytest_hricdv/runtime/kernel.py:*"])
-
-
 @pytest.mark.parametrize(
     ("name", "old", "new", "told"),
     [
@@ -154,20 +148,6 @@ def test_a_skipped_test_was_not_run(lamps: pytest.Pytester, options: tuple[str, 
     written = report(lamps.path)
     assert (written["selected"], written["reported"], written["not_run"]) == (4, 2, 2)
     assert all("no lamp today" in test["failure"] for test in written["tests"] if test["outcome"] == "not-run")
-
-
-def test_a_test_whose_fixture_fails_was_not_run(lamps: pytest.Pytester) -> None:
-    change(
-        lamps.path,
-        "test_lamps.py",
-        "def test_lamps(hri_case):",
-        "import pytest\n\n\n@pytest.fixture\ndef power():\n    assert 230 == 0\n\n\ndef test_lamps(hri_case, power):",
-    )
-    result = lamps.runpytest_inprocess(SUITE)
-    result.assert_outcomes(errors=4)
-    written = report(lamps.path)
-    assert written["not_run"] == len(written["not_run_tests"]) == 4
-    assert all("assert 230 == 0" in test["failure"] for test in written["tests"])
 
 
 @pytest.mark.slow

@@ -79,18 +79,3 @@ def test_it_stays_away_where_it_is_not_wanted(
 ) -> None:
     lowest, _ = on_a_terminal(lamps, *options, **environment)
     assert not any(STATUS.fullmatch(line) for line in lowest)
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        pytest.param((), id="plain"),
-        pytest.param(("-n", "2"), id="on two workers", marks=pytest.mark.slow),
-        pytest.param(("--color=yes",), id="in colour", marks=pytest.mark.slow),
-    ],
-)
-def test_a_pipe_gets_no_control_characters(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    run = subprocess.run([*RUN, *options], cwd=lamps.path, capture_output=True, check=True)
-    text = re.sub(r"\x1b\[[\d;]*m", "", run.stdout.decode()) if "--color=yes" in options else run.stdout.decode()
-    assert text.isprintable() or set(text) - {"\n"} == {char for char in text if char.isprintable()}
-    assert "hri: 1 of" not in text

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from tests.plugin import project
@@ -96,17 +94,6 @@ def test_a_node_that_waits_outside_of_its_code_is_an_error_with_the_line(lamps: 
     assert advice in said
 
 
-def test_an_event_loop_outside_of_the_code_waits_in_virtual_time(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
-    hashes = [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
-    resting(lamps, "import asyncio", "asyncio.run(asyncio.sleep(0.3))")
-    project.change(
-        lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",),\n        time=VirtualTime(apis=("asyncio",)),'
-    )
-    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
-    assert [test["record_sha256"] for test in project.report(lamps.path)["tests"]] == hashes
-
-
 def instead_of_the_run(lamps: pytest.Pytester, body: str, head: str = "") -> pytest.RunResult:
     """The testbench's run does something else than to simulate."""
     conftest = lamps.path / "conftest.py"
@@ -147,24 +134,3 @@ def test_a_thread_that_is_no_node_and_sleeps_is_a_fault(lamps: pytest.Pytester) 
     result = lamps.runpytest_subprocess(*RUN, "-W", "ignore")  # in this process our own pytest would hear of it
     result.assert_outcomes(failed=2, deselected=1)
     result.stdout.fnmatch_lines(["*thread ticker, which node guide started at *resting.py:5, waits in real time*"])
-
-
-def test_after_a_run_pythons_own_ways_to_wait_are_as_they_were(lamps: pytest.Pytester) -> None:
-    import asyncio
-    import selectors
-    import subprocess
-    import threading
-
-    def ways() -> list[object]:
-        return [
-            time.sleep,
-            threading.Thread.start,
-            subprocess.Popen.wait,
-            selectors.SelectSelector.select,
-            asyncio.run,
-            asyncio.new_event_loop,
-        ]
-
-    before = ways()
-    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
-    assert ways() == before

@@ -12,21 +12,6 @@ NUMPY = '__import__("numpy")'
 RUN = ("--hri-suite=bdi-random", "--hri-tests=2", "-p", "no:cacheprovider", "-p", "no:xdist")
 
 
-def hashes(lamps: pytest.Pytester) -> list[str]:
-    """Of the records of a run, in a process of its own: numpy does not take being imported twice."""
-    lamps.runpytest_subprocess(*RUN).assert_outcomes(passed=2, deselected=1)
-    return [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["float32", "int64", "asarray"])
-def test_numbers_of_numpy_are_recorded_as_what_they_stand_for(lamps: pytest.Pytester, kind: str) -> None:
-    before = hashes(lamps)
-    project.change(lamps.path, "conftest.py", SIGNAL, SIGNAL.replace(" level)", f" {NUMPY}.{kind}(level))"))
-    project.change(lamps.path, "lamps/guide.py", SWITCHED, SWITCHED.replace("level", f"{NUMPY}.float32(level)"))
-    assert hashes(lamps) == before
-
-
 @pytest.mark.slow
 def test_a_bool_of_numpy_is_a_bool(lamps: pytest.Pytester) -> None:
     project.change(
@@ -56,21 +41,6 @@ def test_a_signal_that_is_not_as_declared_is_an_error_with_its_name(
     result = lamps.runpytest(*RUN)
     result.assert_outcomes(failed=2, deselected=1)
     assert f"TypeError: {said}" in result.stdout.str()
-
-
-@pytest.mark.parametrize("value", ["0.5", "1", "'on'"])
-def test_a_signal_that_no_requirement_reads_has_to_be_as_declared_too(lamps: pytest.Pytester, value: str) -> None:
-    project.change(
-        lamps.path,
-        "conftest.py",
-        '{"lamp_level": Signal(float, "%")}',
-        '{"lamp_level": Signal(float, "%"), "lit": bool}',
-    )
-    lit = f'run.recorder.signal(run.kernel.now_s, "lit", {value})'
-    project.change(lamps.path, "conftest.py", SIGNAL, f"{SIGNAL}\n            {lit}")
-    result = lamps.runpytest(*RUN)
-    result.assert_outcomes(failed=2, deselected=1)
-    assert f"signal lit is {value} at 0.000000 s: the testbench declares it as bool" in result.stdout.str()
 
 
 @pytest.mark.parametrize(

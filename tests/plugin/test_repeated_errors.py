@@ -34,13 +34,6 @@ def test_an_error_of_the_code_under_test_is_shown_once(lamps: pytest.Pytester, o
     assert list(outcomes(lamps.path).values()) == ["failed"] * 4
 
 
-def test_each_has_its_own_where_that_is_asked_for(lamps: pytest.Pytester) -> None:
-    break_guide(lamps)
-    result = lamps.runpytest_inprocess(SUITE, "-vv")
-    assert result.stdout.str().count(">           raise ConnectionError(") == 4
-    result.stdout.no_fnmatch_line("*the same in*")
-
-
 def test_an_error_of_a_fixture_is_shown_once(lamps: pytest.Pytester) -> None:
     head = "import pytest\n\n\n@pytest.fixture\ndef rig():\n    raise OSError('no rig')\n\n\n"
     change(lamps.path, "test_lamps.py", "def test_lamps(hri_case):", f"{head}def test_lamps(hri_case, rig):")
@@ -60,14 +53,6 @@ def test_other_errors_are_shown_each_and_violations_by_an_example(lamps: pytest.
     assert text.count(f">           {error}") == len(
         {name for name in ("ValueError", "KeyError") if f"E       {name}" in text}
     )
-
-
-def test_junit_has_the_text_of_each(lamps: pytest.Pytester) -> None:
-    break_guide(lamps)
-    lamps.runpytest_inprocess(SUITE, "--junit-xml=junit.xml")
-    text = (lamps.path / "junit.xml").read_text(encoding="utf-8")
-    assert text.count("E           ConnectionError: lamp") == 4
-    assert "the same in" not in text
 
 
 def test_tests_of_others_are_not_folded(lamps: pytest.Pytester) -> None:

@@ -164,31 +164,3 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
     assert message.count("ERROR") == 1
     assert "Traceback" not in message + result.stdout.str()
     return message
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ('{"schema": "hricdv-rep', f"{FILE}:1:12: not JSON, perhaps cut off"),
-        ("", f"{FILE}:1:1: not JSON, perhaps cut off"),
-        ("{}", f"{FILE}: expected schema 'hricdv-replay/2', found None"),
-        ("[]", f"{FILE}: Expected `object`, got `array`; expected a replay file"),
-    ],
-)
-def test_a_file_that_was_cut_off_is_refused(failed: pytest.Pytester, text: str, told: str) -> None:
-    (failed.path / FILE).write_text(text, encoding="utf-8")
-    assert told in refused(failed, REPLAY)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ('"set_lamp level = 100": pause,', "", "unknown command 'set_lamp level = 100'"),
-        ('"set_lamp level = 100": pause', '"set_lamp level = 100": {}', "'set_lamp level = 100' has the parameters"),
-        ('{"patience_s": Uniform(5.0, 8.0, "s")}', "{}", "the run has the parameters patience_s; the testbench declar"),
-    ],
-)
-def test_a_test_of_another_testbench_is_refused(failed: pytest.Pytester, old: str, new: str, told: str) -> None:
-    change(failed.path, "conftest.py", old, new)
-    assert told in refused(failed, REPLAY)

@@ -129,9 +129,3 @@ def test_a_journal_that_somebody_doctored_is_not_resumed(lamps: pytest.Pytester)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: *a symbolic link, which is not followed here: remove it*"])
     assert (lamps.path / "requirements.toml").read_text() == before
-
-
-def test_a_session_without_a_journal_is_resumed_from_its_begin(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "--hri-resume")
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["hricdv: nothing to resume in *: all tests run"])

@@ -13,8 +13,6 @@ from tests.plugin.project import (
     MODES,
     change,
     counted_up_to_313,
-    nodeids,
-    plain_and_slowly_on_a_worker,
     report,
 )
 
@@ -113,13 +111,6 @@ def test_a_case_shared_with_other_parameters_and_fixtures_runs_for_each(lamps: p
         assert len({test["nodeid"] for test in written["tests"]}) == 2 * len({test["id"] for test in written["tests"]})
 
 
-def test_tests_of_their_own_stay_out_unless_their_path_is_given(lamps: pytest.Pytester) -> None:
-    collect = ("--collect-only", "-q", "--hri-suite=by-hand")
-    assert all("[by-hand-" in nodeid for nodeid in nodeids(lamps.runpytest_inprocess(*collect)))
-    with_path = nodeids(lamps.runpytest_inprocess(*collect, "test_lamps.py"))
-    assert "test_lamps.py::test_of_their_own" in with_path
-
-
 @pytest.mark.slow
 def test_workers_import_nothing_that_only_their_controller_uses(lamps: pytest.Pytester) -> None:
     lamps.makepyfile(
@@ -137,44 +128,3 @@ def test_workers_import_nothing_that_only_their_controller_uses(lamps: pytest.Py
     only = {"pytest_hricdv.session.reporting", "pytest_hricdv.session.aggregation", "pytest_hricdv.bdi"}
     assert only <= controller
     assert not only & worker
-
-
-def two_fidelities(lamps: pytest.Pytester) -> None:
-    """Lamps that can be simulated in two ways."""
-    change(
-        lamps.path,
-        "conftest.py",
-        "        run=run,\n",
-        '        run=run,\n        simulation=Simulation(fidelities=("real", "plain")),\n',
-    )
-    outcome = 'return Outcome(ended, outcomes=("released",), '
-    change(lamps.path, "conftest.py", outcome, f'{outcome}fidelity=run.fidelity or "real", ')
-
-
-@pytest.mark.slow
-@plain_and_slowly_on_a_worker
-def test_the_fidelity_is_an_option_that_every_run_and_every_command_gets(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    two_fidelities(lamps)
-    lamps.runpytest_inprocess("--hri-suite=by-hand", *options)
-    assert {test["fidelity"] for test in report(lamps.path)["tests"]} == {"real"}
-    result = lamps.runpytest_inprocess("-v", "--hri-suite=by-hand", "--hri-fidelity=plain", "--hri-strict", *options)
-    assert {test["fidelity"] for test in report(lamps.path)["tests"]} == {"plain"}
-    result.stdout.fnmatch_lines(
-        [
-            "*--hri-suite=by-hand --hri-seed=0 --hri-fidelity=plain --hri-strict",
-            "  pytest --hri-replay=* --hri-fidelity=plain --hri-strict",
-            "suite by-hand, seed 0: 4 tests, plain simulation",
-        ]
-    )
-
-
-@pytest.mark.parametrize("declared", [True, False])
-def test_an_unknown_fidelity_is_refused_with_those_that_there_are(lamps: pytest.Pytester, declared: bool) -> None:
-    if declared:
-        two_fidelities(lamps)
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-fidelity=plane")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    known = "real, plain" if declared else "none: give it simulation=Simulation(fidelities=*"
-    result.stderr.fnmatch_lines([f"ERROR: fidelity 'plane': testbench 'lamps' has {known}"])

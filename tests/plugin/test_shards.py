@@ -182,38 +182,8 @@ def test_a_report_that_cannot_be_used_is_told_by_file(
     assert len(merged.stderr.splitlines()) == 1
 
 
-@pytest.mark.slow
-def test_a_missing_report_and_a_folder_that_cannot_be_written_are_told(
-    lamps: pytest.Pytester, after: SessionRunner
-) -> None:
-    after("--hri-suite=by-hand", "-q")
-    missing = command("merge", "hri-report", "elsewhere")
-    assert (missing.returncode, missing.stdout) == (2, "")
-    assert "elsewhere: no such report" in missing.stderr
-    (lamps.path / "file").write_text("in the way", encoding="utf-8")
-    blocked = command("merge", "hri-report", "-o", "file/below")
-    assert blocked.returncode == 2
-    assert "a file is in the way" in blocked.stderr
-
-
 @pytest.mark.parametrize("given", ["0/3", "4/3", "1", "a/b", "1/0", "-1/3", "1/3/5", "١/٣", "1/10000", "1/99999999"])
 def test_a_shard_that_makes_no_sense_is_refused(lamps: pytest.Pytester, given: str) -> None:
     result = lamps.runpytest_inprocess(RL, f"--hri-shard={given}")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines([f"ERROR: --hri-shard={given}: expected INDEX/OF, as in 1/3, with INDEX from 1 to OF*"])
-
-
-@pytest.mark.slow
-def test_a_merge_carries_replay_files_along(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "pytest.ini", "hri_known_violations =\n    R2: the hall has no dimmer\n", "")
-    for index in (1, 2):
-        lamps.runpytest_inprocess(RL, f"--hri-shard={index}/2", f"--hri-report=part{index}")
-    merged = command("merge", "part1", "part2", "-o", "all")
-    assert merged.returncode == 1
-    failed = [test for test in read(lamps.path / "all")["tests"] if test["outcome"] == "failed"]
-    assert {test["replay"] for test in failed} == {f"all/failures/{test['id']}.json" for test in failed}
-    assert len(failed) == 2
-    for part in ("part1", "part2"):
-        (lamps.path / part / "report.json").unlink()
-    again = lamps.runpytest_inprocess("--hri-replay=all/failures")
-    again.assert_outcomes(failed=4)  # also what each is reduced to

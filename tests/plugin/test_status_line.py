@@ -30,20 +30,6 @@ def test_it_says_how_many_tests_ended_the_time_left_and_what_runs(status: Status
     assert status.text(79) == shown
 
 
-@pytest.mark.parametrize(
-    ("columns", "shown"),
-    [
-        (60, "hri: 1037 of 5000, 12 failed, about 2 h 10 min left"),
-        (40, "hri: 1037 of 5000, 12 failed"),
-        (20, "hri: 1037 of 5000"),
-        (8, "hri: 103"),
-    ],
-)
-def test_on_a_narrow_terminal_it_says_less_and_cuts_no_id(columns: int, shown: str) -> None:
-    status = Status(1037, 5000, 12, 7805.0, ("closing-0f3a9c21", "closing-d7650e1d8c"))
-    assert status.text(columns) == shown
-
-
 @given(
     st.builds(
         Status,

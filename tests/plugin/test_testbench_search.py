@@ -89,19 +89,3 @@ def test_one_that_cannot_be_imported_is_located(deep: pytest.Pytester) -> None:
     result = deep.runpytest_inprocess()
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: *conftest.py:*: ModuleNotFoundError: No module named 'nothing_such'"])
-
-
-@pytest.mark.slow
-def test_one_that_is_imported_unseen_is_not_passed_over_in_silence(deep: pytest.Pytester) -> None:
-    (deep.path / BELOW / "conftest.py").rename(deep.path / BELOW / "hri_bench.py")
-    (deep.path / BELOW / "conftest.py").write_text("from hri_bench import *\n", encoding="utf-8")
-    result = deep.runpytest_inprocess()
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: *: the testbench of *hri_bench.py was loaded too late: name its folder on *"])
-    assert deep.runpytest_inprocess("tests/hri").ret == 0
-
-
-def test_without_conftest_files_nothing_is_searched(deep: pytest.Pytester) -> None:
-    result = deep.runpytest_inprocess("--noconftest", "tests/unit")
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["hri: no testbench in tests/unit: *"])

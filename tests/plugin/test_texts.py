@@ -54,10 +54,3 @@ def test_a_value_that_they_never_have_is_refused(toned: pytest.Pytester, formula
     result = toned.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines([told])
-
-
-def test_values_of_what_is_no_text_are_refused(toned: pytest.Pytester) -> None:
-    change(toned.path, "conftest.py", "fields={}", 'fields={"color": Field(values=("white",))}')
-    result = toned.runpytest_inprocess("--hri-suite=by-hand")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*values of 'color': not a signal or topic.field of type str; nearest: colour*"])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from tests.plugin import project
@@ -116,25 +114,6 @@ def test_dates_are_those_of_the_run(lamps: pytest.Pytester) -> None:
     assert shown
     assert shown == [line for line in second.splitlines() if line.startswith("True ")]
     assert " 9466848" in shown[0]
-
-
-def test_a_module_may_ask_for_the_time_when_it_is_imported_and_nobody_else_is_touched(lamps: pytest.Pytester) -> None:
-    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import time\nSTARTED = time.time()\nGLARE = 80.0")
-    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=3, deselected=1)
-    assert time.sleep.__module__ == "time"
-    assert abs(time.time() - time.time_ns() / 1e9) < 60
-
-
-@pytest.mark.slow
-def test_time_passes_in_a_loop_that_only_looks_at_the_clock(lamps: pytest.Pytester) -> None:
-    body = (
-        "        end = time.monotonic() + 1\n        while time.monotonic() < end:\n            pass\n"
-        "        assert 1.0 <= time.monotonic() - end + 1 < 1.01\n"
-    )
-    project.change(lamps.path, "lamps/guide.py", SLEEP, body)
-    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import time\nGLARE = 80.0")
-    let_be_virtual(lamps)
-    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=3, deselected=1)
 
 
 def test_what_cannot_be_virtual(lamps: pytest.Pytester) -> None:

@@ -94,15 +94,6 @@ def test_times_are_those_of_the_clock_of_the_simulation(tmp_path: Path) -> None:
     assert gaps.low == pytest.approx(0.5)
 
 
-def test_recordings_of_the_same_name_are_told_apart_by_their_paths(tmp_path: Path) -> None:
-    files = []
-    for robot in ("left", "right"):
-        (tmp_path / robot).mkdir()
-        files.append(write_mcap(tmp_path / robot / "run.mcap", [(0.0, "/said", {})]))
-    assert [recording.name for recording in reading(*files)] == [str(file) for file in files]
-    assert reading(files[0])[0].name == "run.mcap"
-
-
 def truncated(folder: Path) -> Path:
     file = write_mcap(folder / "run.mcap", said([0.1 * n for n in range(2000)]), SAID)
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.report import junit
 from pytest_hricdv.report import markdown as markdown_module
 from pytest_hricdv.report.annotations import Place, annotation_commands
 from pytest_hricdv.report.junit import junit_properties
@@ -88,18 +87,6 @@ def test_texts_of_megabytes_are_cut_in_all_formats() -> None:
     assert sum(len(name) + len(value) for name, value in properties) < 100_000
 
 
-def test_a_section_for_which_there_is_no_room_is_cut_between_lines_and_says_so() -> None:
-    report = sample.data(tests=12)
-    for test in report["tests"]:
-        test |= {"outcome": "failed", "errors": ["fault " + "*" * 1_900] * 60}
-    text = markdown(report)
-    assert len(text.encode()) < 300_000
-    assert text.count("... and more, for which there is no room here: see the report.") == 1
-    assert text.count("<details>") == text.count("</details>")
-    fences = [line for line in text.splitlines() if re.fullmatch(r"`{3,}(text)?", line)]
-    assert [line.endswith("text") for line in fences] == [True, False] * (len(fences) // 2)
-
-
 def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
     report = _failing("R1", "R2")
     report["tests"][1]["requirements"]["R1"] = sample_tests.requirement_result("Failed", 0.0) | {"margin": -5.0}
@@ -172,16 +159,6 @@ def test_the_summary_has_causes_before_requirements() -> None:
     assert "**cause 1 (3f2a91bc): R1 in 3 tests, first in the state release\\_all**" in text
     assert "```text\n  where  controller/states.py:58 in discard (0.90): *y*\n" in text
     assert "<details><summary>3 tests</summary>" in text
-
-
-def test_junit_has_causes_as_properties_of_the_suite() -> None:
-    report = _failing("R1")
-    report["causes"] = [CAUSES[0] | {"tests": [report["tests"][0]["id"]]}]
-    properties = dict(junit.junit_suite_properties(sample.typed(report)))
-    assert properties["hri.causes"] == "1"
-    assert properties["hri.cause.1"].startswith(
-        "cause 1 (3f2a91bc): R1 in 1 test, first in the state release_all; where  co"
-    )
 
 
 @given(ODD, ODD)

@@ -9,7 +9,7 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from pytest_hricdv.extra.diagnosis.records import CAUSES, Cause, SuspiciousPlace
-from pytest_hricdv.report.failing_tests import MAX_CAUSES, FailingTests
+from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.formatting import width
 from pytest_hricdv.results.model import Report, TestResult
 from tests.report import sample, sample_tests
@@ -73,14 +73,6 @@ def test_a_cause_says_where_why_what_and_how_to_repeat_it_in_lines_that_fit(colu
     labels = [line.split()[0] for line in lines[1:second] if line.startswith("  ") and line[2] != " "]
     assert list(dict.fromkeys(labels)) == ["where", "why", "what", "seen", "again", "also"]
     assert f"  again  pytest --hri-replay={TESTS[1].replay}" in lines
-
-
-def test_of_many_causes_five_are_shown() -> None:
-    tests = [failing(number, "R1") for number in range(8)]
-    causes = tuple(Cause(id=f"{n:08}", requirements=("R1",), tests=(test.id,)) for n, test in enumerate(tests))
-    lines = texts(CAUSES.put(report_of(*tests), causes), 80)
-    assert sum(line.startswith("cause ") for line in lines) == MAX_CAUSES
-    assert lines[-1] == "and 3 more: -v shows all"
 
 
 def test_a_test_is_listed_at_its_first_cause_and_named_with_all() -> None:

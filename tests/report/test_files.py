@@ -19,11 +19,6 @@ from pytest_hricdv.results.codec import ReportError, canonical, load
 from tests.report import sample
 
 
-def test_prepare_creates_the_folder_and_leaves_it_empty(tmp_path: Path) -> None:
-    prepare(tmp_path / "a" / "b")
-    assert list((tmp_path / "a" / "b").iterdir()) == []
-
-
 @pytest.mark.parametrize("below", [".", "deeper/still"])
 def test_prepare_refuses_a_file_in_the_way(tmp_path: Path, below: str) -> None:
     (tmp_path / "hri-report").write_text("a file")
@@ -93,12 +88,6 @@ def test_a_page_that_cannot_be_made_does_not_lose_the_report(tmp_path: Path, mon
     with pytest.raises(ReportError, match=r"report\.json is written, but index\.html .*: ZeroDivisionError: no pixels"):
         write(sample.report(tests=2), tmp_path)
     assert load(tmp_path) == sample.report(tests=2)
-
-
-def test_write_names_a_folder_in_the_place_of_a_file(tmp_path: Path) -> None:
-    (tmp_path / "index.html").mkdir()
-    with pytest.raises(ReportError, match="a folder has the name of a report file"):
-        write(sample.report(tests=1), tmp_path)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])

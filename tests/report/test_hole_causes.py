@@ -60,21 +60,3 @@ def test_bins_that_share_values_are_one_cause_and_each_bin_is_in_one() -> None:
     assert {point.split(" x ")[0] for point, _ in cause.points} == {whole}
     counts = [cause.count for cause in found.values()]
     assert counts == sorted(counts, reverse=True)
-
-
-def test_plans_go_by_reason_and_requirements_by_name() -> None:
-    found = _causes(
-        _gap("plans", "human", "plan1", reason="no beliefs", reach="the beliefs a reach it"),
-        _gap("plans", "human", "plan2", reason="no beliefs", reach="the beliefs b reach it"),
-        _gap("plans", "human", "plan3", reason="impossible"),
-        _gap("requirements", "R6", "held_shut"),
-        _gap("requirements", "R6", "blocked"),
-        _gap("requirements", "S1", reach="vary x, which lacked y", test="x"),
-    )
-    assert {title: (cause.count, cause.reach) for title, cause in found.items()} == {
-        "2 plans | plans of human": (2, "the beliefs a reach it"),
-        "1 plan | plans of human": (1, ""),
-        "2 alternatives | R6": (2, ""),
-        "requirement | S1": (1, "vary x, which lacked y"),
-    }
-    assert found["requirement | S1"].command == ""  # no such test in the report

@@ -2,15 +2,12 @@
 
 import json
 import re
-from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv.report import html
-from pytest_hricdv.report.files import PAGE_NAME, write
 from pytest_hricdv.results.model import Report
 from tests.report import sample, sample_sections, sample_tests
 from tests.report.parsed import Page, details
@@ -45,17 +42,6 @@ def test_page_shows_verdicts_closure_sources_and_every_test() -> None:
     assert len(data["curves"][1]["learning"]) == 130
     assert data["marginUnits"] == ["s", "", "", ""]
     assert data["triggers"][3]["suites"].keys() == {"by-hand", "rl"}
-
-
-def test_requirements_of_a_group_stand_below_its_name() -> None:
-    report = sample.data(tests=8)
-    assert 'class="group"' not in render(report)
-    report["requirements"]["R4"]["group"] = "speed & <force>"
-    page = render(report)
-    table = page.partition('<section class="view" id="requirements">')[2].partition("</table>")[0]
-    assert table.count('<tr class="group"><td colspan="8">speed &amp; &lt;force&gt; <span class="small">1</span>') == 1
-    assert table.index("#requirement/R3") < table.index('class="group"') < table.index("#requirement/R4")
-    assert '<span class="badge">speed &amp; &lt;force&gt;</span> ISO 13482:2014' in page
 
 
 def test_the_navigation_has_at_most_seven_entries_for_any_number_of_requirements_and_parts() -> None:
@@ -93,18 +79,6 @@ def test_gaps_come_with_what_may_close_them_and_the_smallest_suite_is_named() ->
     assert data["minimal"]["gains"] == {str(n): 8 - n for n in range(5)}
     assert data["minimal"]["curve"] == [[0, 0], *([100 * n, 10 * n] for n in range(1, 6))]
     assert "triggered by leg4" in page.words  # the smallest belief set of each plan
-
-
-def test_what_failed_the_run_beside_its_tests_is_at_the_top() -> None:
-    report = sample.data(tests=2)
-    report["gates"] = {"failed": ["suite rl: plans 80.00 %, at least 90 % asked for"], "improved": ["R1 is triggered"]}
-    session = {"sha256": "", "wall_s": 1.0, "workers": 2, "selected": 1, "reported": 1, "shard": "1/3"}
-    report |= {"shard": "2/3", "sessions": [session, session], "known_until": {"R3": "2099-12-31"}}
-    words = _page(report).words
-    assert "Failed: suite rl: plans 80.00 %, at least 90 % asked for" in words
-    assert "R1 is triggered" in words
-    assert "2 tests of 1 suite, shard 2/3 only, merged from 2 runs." in words
-    assert "Its violation is known until 2099-12-31: no crush prevention." in words
 
 
 def test_a_failed_baseline_is_a_table_of_differences() -> None:
@@ -240,18 +214,6 @@ def test_every_text_is_escaped() -> None:
     assert "\u202e" not in text
     assert "{{ 7 * 7 }}" in page.words
     text.encode("utf-8")
-
-
-def test_a_large_campaign_keeps_details_beside_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
-    write(sample.report(tests=120), tmp_path)
-    assert sorted(path.name for path in (tmp_path / "details").iterdir()) == [f"000{number}.js" for number in range(6)]
-    assert "pack-0" not in Page((tmp_path / PAGE_NAME).read_text()).scripts
-    write(sample.report(tests=60), tmp_path)
-    assert sorted(path.name for path in (tmp_path / "details").iterdir()) == ["0000.js", "0001.js", "0002.js"]
-    monkeypatch.undo()
-    write(sample.report(tests=60), tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "report.json"]
 
 
 def test_page_depends_on_the_content_only() -> None:

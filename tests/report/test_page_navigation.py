@@ -10,8 +10,6 @@ import pytest
 from tests.report import sample, sample_sections, sample_tests
 from tests.report.watched import Watched
 
-FOCUSED = "() => document.activeElement.textContent.trim()"
-
 
 def with_parts(tests: int = 30) -> dict[str, Any]:
     """A report with a plan, causes and mutants."""
@@ -37,41 +35,6 @@ def test_each_view_has_a_title_and_the_keyboards_place_is_its_heading(watched: W
         titles.add(page.title())
     assert len(titles) == len(views) + 2
     assert "R3 The robot shall not close its hand when the human hand is too close · table-assembly" in page.title()
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_back_leads_to_the_place_that_was_left(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=90)
-    page = watched.open(report, tmp_path, "tests")
-    link = page.locator("#tests td a").nth(60)
-    link.scroll_into_view_if_needed()
-    place = "() => document.querySelector('#tests .rows').scrollTop"
-    name, left = link.inner_text(), page.evaluate(place)
-    assert left > 500
-    link.click()
-    page.wait_for_selector("#test .timeline svg")
-    page.wait_for_function("() => scrollY === 0")
-    page.mouse.wheel(0, 300)
-    page.wait_for_function("() => history.state && history.state.y === 300")
-    page.go_back()
-    page.wait_for_function(f"left => Math.abs(({place})() - left) < 3", arg=left)
-    page.wait_for_function("name => document.activeElement.textContent === name", arg=name)
-    page.go_forward()
-    page.wait_for_function("() => scrollY === 300")
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_the_first_key_skips_the_navigation(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(with_parts(), tmp_path, "closure")
-    page.goto("about:blank")
-    page.goto(f"file://{tmp_path}/index.html")  # with a view in the address, a browser begins there
-    page.keyboard.press("Tab")
-    assert page.evaluate(FOCUSED) == "Skip to the view"
-    page.keyboard.press("Enter")
-    assert page.locator("#summary h2").first.evaluate("heading => heading === document.activeElement")
-    assert page.evaluate("location.hash") == ""
     watched.assert_quiet()
 
 

@@ -58,28 +58,6 @@ def test_a_failing_test_opens_at_its_violation_with_the_lanes_of_what_failed(wat
     watched.assert_quiet()
 
 
-def test_a_drag_along_the_axis_is_the_window_and_a_click_moves_the_cursor(watched: Watched, tmp_path: Path) -> None:
-    report, (test, *_) = _failing()
-    page = watched.open_test(report, tmp_path, f"{_address(test)}@2.4")
-    page.keyboard.press("0")
-    said = page.locator("#test .tools output")
-    assert said.inner_text() == "0.00 s to 60.0 s of 60.0 s"
-    box = page.get_by_role("slider").bounding_box()
-    start, stop, y = box["x"] + box["width"] * 0.5, box["x"] + box["width"] * 0.7, box["y"] + box["height"] / 2
-    page.mouse.move(start, y)
-    page.mouse.down()
-    page.mouse.move(stop, y)
-    assert page.locator("#test .dragged").bounding_box()["width"] == pytest.approx(stop - start, abs=1)
-    page.mouse.up()
-    assert page.locator("#test .dragged").count() == 0
-    begin, end = (float(text.split(" s")[0]) for text in said.inner_text().split(" of ")[0].split(" to "))
-    assert 20 < begin < end < 50
-    assert _cursor(page) == 2.4
-    page.mouse.click(stop, y)
-    assert begin < _cursor(page) < end
-    watched.assert_quiet()
-
-
 def test_a_failing_test_names_its_cause_and_can_be_copied_as_an_issue(watched: Watched, tmp_path: Path) -> None:
     report, (test, *_) = _failing()
     test["outcome"] = "failed"
@@ -152,21 +130,3 @@ def test_the_nearest_passing_run_is_beside_it_and_what_differs_is_marked(watched
     page.get_by_text("What decides was looked for in").get_by_role("link").click()
     page.wait_for_function("id => document.querySelector('#test h2').textContent.includes(id)", arg=test["id"])
     watched.assert_quiet()
-
-
-def test_the_film_follows_the_cursor(watched: Watched, tmp_path: Path) -> None:
-    report, (test, *_) = _failing()
-    times_s = [number * 0.5 for number in range(121)]
-    test["film"] = {
-        "video": "films/a.mp4",
-        "strip": None,
-        "seconds": len(times_s) / 12,
-        "frames": len(times_s),
-        "note": "",
-        "times_s": times_s,
-    }
-    page = watched.open_test(report, tmp_path, f"{_address(test)}@3")
-    frame = "() => Math.floor(document.querySelector('#test video').currentTime * 12)"
-    assert page.evaluate(frame) == 6
-    page.keyboard.press("v")
-    assert page.evaluate(frame) == 103

@@ -43,27 +43,6 @@ def test_a_test_has_a_page_of_its_own(
 
 
 @pytest.mark.slow
-def test_each_actor_has_a_row_in_the_timeline(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=1)
-    test = report["tests"][0]
-    lines = ["nurse: call", "child: run", "disturb slip", "nurse: go"]
-    test["abstract"], test["concrete"]["actions"] = lines, [{"command": line, "parameters": {}} for line in lines]
-    test["action_times_s"], test["action_indices"], test["bystander_events"] = (
-        [0.0, 1.5, 6.25],
-        [2, 1, 3],
-        [[2.5, "dog: bark"]],
-    )
-    page = watched.open_test(report, tmp_path)
-    times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
-    assert times[:4] == ["1.50 s", "0.00 s", "6.25 s", "not done"]
-    drawn = page.locator("#test .timeline svg").first.text_content() or ""
-    assert all(name in drawn for name in ("nurse", "child", "dog", "the test"))
-    assert "the human" not in drawn
-    assert page.get_by_text("What nurse and child do").count() == 1
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
 def test_details_that_are_not_beside_the_page_are_missed_by_name(
     watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -98,34 +77,4 @@ def test_a_film_is_shown_with_its_strip(watched: Watched, tmp_path: Path, video:
     assert page.locator("#test a img").get_attribute("src") == "films/a.png"
     assert page.locator(f"#test {tag}.film").last.get_attribute("src") == f"films/{video}"
     assert "the run differs from the recording" in page.locator("#test").inner_text()
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_a_run_with_very_many_events_is_drawn_with_as_many_marks_as_can_be_told_apart(
-    watched: Watched, tmp_path: Path
-) -> None:
-    report = sample.data(tests=1)
-    [test] = report["tests"]
-    times = [round(number * 60 / 30_000, 3) for number in range(30_000)]
-    test["timeline"]["messages"] += [f"{time_s}\tcamera\tpicture\t{{}}" for time_s in times]
-    outcomes = ["!" if number == 12_345 else "" for number in range(30_000)]
-    test["timeline"]["triggers"] = {
-        "R1": " ".join(f"{time_s}-{time_s}{mark}" for time_s, mark in zip(times, outcomes, strict=True))
-    }
-    result = test["requirements"]["R1"]
-    result |= {"verdict": "Failed", "triggers": 30_000, "passes": 20_000, "failures": 10_000, "untriggered": 0}
-    result["violations"] = [
-        {"trigger_s": time_s, "time_s": time_s, "values": {}, "margin": -0.1} for time_s in times[:10_000]
-    ]
-    page = watched.open_test(report, tmp_path)
-    page.get_by_role("button", name="Whole run").click()
-    plot = page.locator("#test .timeline svg").first
-    # Four lanes with many marks, each at most 2,000: messages, triggers as bars and as dots, violations with two each.
-    assert 5_000 < plot.locator("path, rect, line, circle").count() < 5 * 2_000 + 200
-    assert plot.locator("[aria-label=dot] path[fill='var(--bad-mark)']").count() == 1  # the one that failed is kept
-    text = page.locator("#test").text_content() or ""
-    assert "and 9980 more" in text
-    assert text.count("violated at") == 20
-    assert "Of more than 2000 marks of a kind as many are drawn." in text
     watched.assert_quiet()

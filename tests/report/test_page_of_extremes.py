@@ -21,15 +21,6 @@ def test_a_report_of_no_test_has_no_smallest_suite_and_no_dangling_figures() -> 
     assert "No suite was run" in words
 
 
-def test_tests_that_failed_are_named_before_those_that_did_not_run() -> None:
-    report = sample.data(tests=4)
-    for number, test in enumerate(report["tests"]):
-        test["outcome"] = "failed" if number == 3 else "not-run"
-    words = " ".join(Page(html.page(sample.typed(report))[0]).words.split())
-    listed = words[words.index("Failed or not run") :]
-    assert listed.index(report["tests"][3]["id"]) < listed.index(report["tests"][0]["id"])
-
-
 @pytest.mark.parametrize(("outcome", "heading"), [("failed", "Failed"), ("not-run", "Not run")])
 def test_a_list_of_tests_that_are_all_alike_is_called_what_they_are(outcome: str, heading: str) -> None:
     report = sample.data(tests=2)
@@ -38,20 +29,6 @@ def test_a_list_of_tests_that_are_all_alike_is_called_what_they_are(outcome: str
     page = html.page(sample.typed(report))[0]
     assert f"<h3>{heading}</h3>" in page
     assert "Failed or not run" not in page
-
-
-@pytest.mark.parametrize(
-    ("outcomes", "said"),
-    [
-        (("failed", "known-violation"), "All 2 tests , 1 of which fails as is known."),
-        (("failed", "failed"), "All 2 tests ."),
-    ],
-)
-def test_a_cause_says_how_many_of_its_tests_do_not_fail_the_run(outcomes: tuple[str, str], said: str) -> None:
-    report = with_parts()
-    for test, outcome in zip(report["tests"], outcomes, strict=False):
-        test["outcome"] = outcome
-    assert said in " ".join(Page(html.page(sample.typed(report))[0]).words.split())
 
 
 @pytest.mark.slow

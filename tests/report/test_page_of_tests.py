@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.report import sample, sample_sections
+from tests.report import sample
 from tests.report.watched import Watched, listed
 
 
@@ -34,20 +34,6 @@ def test_the_table_of_tests_is_sorted_and_searched(watched: Watched, tmp_path: P
     listed(page).to_have_count(0)
     assert "0 of 160 tests" in page.locator("#shown").inner_text()
     watched.assert_quiet()
-
-
-def test_interactions_have_a_column_of_their_own_where_the_testbench_does_not_name_them(
-    watched: Watched, tmp_path: Path
-) -> None:
-    report = sample.data(tests=3)
-    del report["outcome_label"]
-    page = watched.open(report, tmp_path, "tests")
-    titles = [title.strip() for title in page.locator("#tests th").all_inner_texts()]
-    assert {"Outcome", "Interactions"} <= set(titles)
-    assert (
-        page.get_by_role("searchbox").get_attribute("placeholder")
-        == "Search ids, actions, beliefs, requirements, causes, interactions"
-    )
 
 
 @pytest.mark.slow
@@ -79,30 +65,6 @@ def test_a_table_of_very_many_tests_has_only_those_in_sight_and_scrolls(watched:
         texts = drawn.all_inner_texts()
         start = names.index(texts[0])
         assert texts == names[start : start + len(texts)]
-    watched.assert_quiet()
-
-
-@pytest.mark.slow
-def test_tests_are_found_by_what_people_do_by_requirements_and_by_causes(watched: Watched, tmp_path: Path) -> None:
-    report = sample.data(tests=30)
-    report["tests"][3]["id"], report["tests"][4]["id"] = "rl-one", "rl-two"
-    report["tests"][7]["abstract"].append("hum a song")
-    report["causes"] = sample_sections.CAUSES
-    page = watched.open(report, tmp_path, "tests")
-    search = page.get_by_label("Search tests")
-    search.fill("hum song")
-    listed(page).to_have_text([report["tests"][7]["id"]])
-    search.fill("close its hand")
-    listed(page).to_have_text(
-        [test["id"] for test in report["tests"] if test["requirements"]["R3"]["verdict"] == "Failed"]
-    )
-    search.fill("3f2a91bc")
-    listed(page).to_have_text(["rl-one", "rl-two"])
-    search.fill("")
-    page.locator("#tests").get_by_label("Cause").select_option(index=2)
-    listed(page).to_have_text(["rl-one"])
-    page.get_by_label("Order").select_option("R3")
-    assert page.evaluate("location.hash") == "#tests?cause=2&order=R3"
     watched.assert_quiet()
 
 

@@ -9,9 +9,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.report import html
-from pytest_hricdv.report.requirement_view import requirement_view
 from pytest_hricdv.report.sheet import MAX_ROWS, sheet
-from pytest_hricdv.report.tests_view import requirement_names
 from tests.report import sample, sample_sections, sample_tests
 from tests.report.parsed import Page
 from tests.report.watched import Watched
@@ -72,14 +70,6 @@ def test_it_says_why_it_should_not_be_signed_yet() -> None:
     assert "1 test not run or lost" in said
     assert "no revision of the project is known" in said
     assert "the code is unmeasured: switched off" in said
-
-
-def test_of_very_many_requirements_those_that_passed_are_named() -> None:
-    report = sample.typed(large(MAX_ROWS + 1, goals=1, waivers=0))
-    views = [requirement_view(report, name) for name in requirement_names(report)]
-    signed = sheet(report, views, ())
-    assert {view.name for view in signed.listed} <= {"R1", "R2", "R3", "R4"}
-    assert len(signed.listed) + len(signed.passed) == MAX_ROWS + 1
 
 
 @pytest.mark.slow

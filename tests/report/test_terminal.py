@@ -6,14 +6,12 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 from pytest_hricdv.report.formatting import Line, width, wrap_line
-from pytest_hricdv.report.terminal import findings, summary
+from pytest_hricdv.report.terminal import summary
 from tests.report import sample, sample_sections
 
 WHERE = Path("hri-report")
-UNMEASURED = sample.unmeasured("a debugger owns sys.settrace", tests=0)
 
 
 def _lines(data: dict[str, Any], columns: int = 80) -> tuple[Line, ...]:
@@ -69,27 +67,11 @@ def test_requirements_of_a_group_stand_below_its_name_and_those_of_none_come_fir
     assert shown == ["R3", "speed", "R1", "R4", "paper", "R2"]
 
 
-def test_unmeasured_code_is_called_so_with_the_reason() -> None:
-    line = _line(UNMEASURED, "statements")
-    assert line.text.endswith("unmeasured: a debugger owns sys.settrace")
-    assert line.style == "warn"
-    assert "0.0 %" not in _text(UNMEASURED)
-
-
 def test_what_is_not_covered_is_listed_without_the_waived() -> None:
     assert _line(sample.data(), "controller/journal.py").text.split(maxsplit=1)[1] == "61, 70"
     lines = _lines(sample.data(), 100)
     (above,) = [number for number, line in enumerate(lines) if line.text.strip().startswith("controller/journal.py")]
     assert lines[above + 1].text.strip() == "branches 69->exit"
-
-
-def test_lost_tests_are_counted_and_named() -> None:
-    report = sample.data(tests=5)
-    report.update(selected=9, reported=5, not_run=4, not_run_tests=[f"tests/t.py::t[{n}]" for n in range(4)])
-    assert _line(report, "5/9").text == "5/9 tests reported: 4 tests not run or lost, totals are lower bounds"
-    assert next(line for line in _lines(report, 100) if "tests reported" in line.text).style == "bad"
-    assert "not run: tests/t.py::t[2]" in _text(report)
-    assert "not run: and 1 more" in _text(report)
 
 
 @pytest.mark.parametrize("columns", [60, 80])
@@ -166,32 +148,3 @@ def test_every_line_fits(
     for line in (line for line in _lines(report, columns) if not line.text.endswith("index.html")):
         assert width(line.text) <= columns
         assert "\n" not in line.text
-
-
-def test_how_the_world_was_simulated_is_said_with_the_suite() -> None:
-    report = sample.data(tests=134)
-    report["suites"][0]["fidelity"] = "kinematic"
-    assert "suite rl, seed 0: 134 tests, kinematic simulation" in _text(report)
-
-
-def _fault_lines(*faults: tuple[str, ...]) -> list[str]:
-    report = sample.report(tests=len(faults))
-    pairs = zip(report.tests, faults, strict=True)
-    tests = tuple(replace(test, errors=own, id=f"t{n}") for n, (test, own) in enumerate(pairs))
-    found = findings(replace(report, tests=tests))
-    return [line.text for line in found if line.text.startswith("fault: ")]
-
-
-def test_a_crash_of_several_tests_is_one_line_whenever_it_was() -> None:
-    crash = "the code under test raised IndexError: index {} is out of bounds in node scanner at {} s"
-    assert _fault_lines((crash.format(480, 0.645),), (crash.format(481, 12.3),), (crash.format(480, 7),)) == [
-        f"fault: {crash.format(480, 0.645)} (t0, and 2 more tests)"
-    ]
-
-
-def test_faults_that_differ_in_more_than_times_are_several_fault_lines() -> None:
-    first, second = "the bin leg 1 must not be hit", "the bin leg 2 must not be hit"
-    assert _fault_lines((first, second), (second,), ()) == [
-        f"fault: {first} (t0)",
-        f"fault: {second} (t0, and 1 more test)",
-    ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from msgspec.structs import replace
 from pytest_hricdv.results.baseline import baseline_of, read_baseline, write_baseline
 from pytest_hricdv.results.behaviour import Behaviour, BusMessage
 from pytest_hricdv.results.behaviour_diff import change_of, compare_behaviour, headline
-from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report, TestResult, Timeline
 from tests.results import reports
 
@@ -233,25 +231,6 @@ def test_a_file_keeps_the_behaviour_with_a_line_for_each_test(tmp_path: Path) ->
     changes = compare_behaviour(report, read_baseline(path, "toy"), whole=True)
     assert (changes.compared, changes.changed, changes.new, changes.removed) == (3, {}, (), ())
     assert headline(changes) == "all 3 tests behave as in the baseline"
-
-
-@pytest.mark.parametrize(
-    ("value", "file_has"), [(float("nan"), "NaN"), (-math.inf, "-Infinity"), ("\ud800 \U0001f600", "? \U0001f600")]
-)
-def test_a_value_that_json_does_not_have_can_be_kept(tmp_path: Path, value: object, file_has: str) -> None:
-    report = reports.report([ran(1, BusMessage(1, "robot", "said", {"level": value}))])
-    baseline = read_baseline(kept(report, tmp_path), "toy")
-    tests = baseline.suites["rl"].tests
-    assert tests is not None
-    assert tests["rl-leg1"].messages[0].fields == {"level": file_has}
-    assert baseline == baseline_of(report)
-
-
-@pytest.mark.parametrize("message", ["1\trobot\tsaid", "1\trobot\tsaid\t{", "soon\trobot\tsaid\t{}"])
-def test_a_message_of_a_report_that_is_none_is_named(message: str) -> None:
-    timeline = Timeline(end_s=1, messages=(message,), signals={}, triggers={})
-    with pytest.raises(ReportError, match=r"message '.*' of a timeline: expected time, sender, topic and fields"):
-        baseline_of(reports.report([ran(1, timeline=timeline)]))
 
 
 def test_changes_are_counted_by_kind_and_the_earliest_is_the_example(tmp_path: Path) -> None:

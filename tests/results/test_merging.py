@@ -22,13 +22,6 @@ def merged(*several: Report) -> Report:
     return merge([(f"report {n}", report) for n, report in enumerate(several)])
 
 
-@given(made.reports(), made.reports(), made.reports())
-def test_what_is_merged_first_makes_no_difference(a: Report, b: Report, c: Report) -> None:
-    whole = canonical(merged(a, b, c))
-    assert canonical(merged(merged(a, b), c)) == whole
-    assert canonical(merged(a, merged(b, c))) == whole
-
-
 @given(made.reports(), made.reports())
 def test_the_same_report_twice_is_once(a: Report, b: Report) -> None:
     assert canonical(merged(a, a)) == canonical(merged(a))
@@ -141,9 +134,3 @@ def test_what_a_closing_loop_has_shown_stays_where_all_sessions_have_the_same() 
     ]
     assert CLOSING.of(merged(*shards)) == CLOSING.of(shards[0])
     assert CLOSING.of(merged(shards[0], replace(shards[1], closing=None))) is None
-
-
-def test_a_waived_line_that_ran_in_one_of_them_is_reported() -> None:
-    ran = replace(run(1, 0), code=CodeShare(statements=1, percent=20.0, bits=("0x10", "0x0")))
-    with pytest.raises(MergeError, match=r"robot/b\.py:2: ran, though it is waived"):
-        merge([("mine", replace(MINE, tests=(ran,)))])

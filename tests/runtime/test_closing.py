@@ -32,14 +32,6 @@ def _whatever_comes() -> None:
             _forever()
 
 
-def _waiting(kernel: Kernel) -> Callable[[], None]:
-    def afterwards() -> None:
-        while True:
-            kernel.sleep(1.0)
-
-    return afterwards
-
-
 @pytest.mark.parametrize("afterwards", [_forever, _whatever_comes], ids=["loops", "catches everything"])
 def test_a_node_that_loops_while_the_run_closes_is_ended_with_its_place(afterwards: Callable[[], None]) -> None:
     kernel = Kernel(stuck_after_s=0.2)
@@ -51,15 +43,4 @@ def test_a_node_that_loops_while_the_run_closes_is_ended_with_its_place(afterwar
     with pytest.raises(KernelError, match=r"no time has passed for 0\.2 s of work, at .*test_closing\.py:\d+"):
         kernel.close()
     assert ended == ["first", "last"]
-    assert all(node.ended for node in kernel.nodes)
-
-
-def test_a_node_that_goes_on_waiting_while_the_run_closes_is_left() -> None:
-    kernel = Kernel(stuck_after_s=0.5)
-    ended: list[str] = []
-    kernel.spawn("robot", _sleeping(kernel, _waiting(kernel)))
-    kernel.spawn("last", _sleeping(kernel, lambda: ended.append("last")))
-    kernel.run(1.0)
-    kernel.close()
-    assert ended == ["last"]
     assert all(node.ended for node in kernel.nodes)

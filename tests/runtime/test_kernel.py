@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.runtime import Kernel, KernelError, NodeError
+from pytest_hricdv.runtime import Kernel, KernelError
 
 
 @given(st.lists(st.lists(st.integers(0, 3000), max_size=6), min_size=1, max_size=5))
@@ -149,25 +149,6 @@ def test_a_world_that_does_not_move_is_refused() -> None:
         kernel.run(limit_s=1.0)
 
 
-def test_who_is_woken_at_the_instant_of_its_time_out_goes_on_once() -> None:
-    kernel = Kernel()
-    log: list[bool | float] = []
-
-    def waiter() -> None:
-        log.append(kernel.block(1.0))
-        kernel.sleep(5.0)
-        log.append(kernel.now_s)
-
-    def waker() -> None:
-        kernel.sleep(1.0)
-        kernel.wake(node)
-
-    kernel.spawn("waker", waker)
-    node = kernel.spawn("waiter", waiter)
-    kernel.run(20.0)
-    assert log == [True, 6.0]
-
-
 @pytest.mark.parametrize(
     ("reached", "shown"),
     [(None, "None"), (0.5, "0.5"), ("20000", "'20000'"), (True, "True"), (math.nan, "nan"), ([20000], "[20000]")],
@@ -189,41 +170,3 @@ def test_a_world_that_returns_no_time_is_named_with_its_line(reached: object, sh
     assert str(raised.value).startswith(
         f"{__file__}:{line}: Lift.advance returned {shown}; expected the time that the "
     )
-
-
-def test_what_has_ended_is_not_kept() -> None:
-    kernel = Kernel()
-    rounds = 5_000
-
-    def waits() -> None:
-        for _ in range(rounds):
-            assert kernel.block(3600.0)  # its time-out is far, and it is woken before
-
-    def wakes() -> None:
-        for _ in range(rounds):
-            kernel.sleep(0.001)
-            kernel.wake(waiting)
-            kernel.spawn("short", lambda: None)
-
-    waiting = kernel.spawn("waits", waits)
-    kernel.spawn("wakes", wakes)
-    assert kernel.run(3600.0) == "idle"
-    assert kernel.now_s == pytest.approx(rounds * 0.001)
-    assert len(kernel._timeouts) < 1_500
-    assert len(kernel.nodes) < 1_500
-
-
-def test_a_loop_that_hardly_sleeps_is_found_as_soon_as_it_is_one() -> None:
-    """A step of a robot may take milliseconds of computing: 20,000 of them would be a minute."""
-    kernel = Kernel()
-    steps: list[float] = []
-
-    def crawl() -> None:
-        while True:
-            steps.append(kernel.now_s)
-            kernel.sleep(1e-9)
-
-    kernel.spawn("robot", crawl)
-    with pytest.raises(NodeError, match=r"robot at 0\.005 s: more than 5,000 steps of it within 0\.02 s"):
-        kernel.run(1.0)
-    assert len(steps) < 5_010

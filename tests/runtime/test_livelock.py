@@ -198,23 +198,6 @@ def test_time_passes_in_a_loop_that_waits_for_a_clock_and_others_go_on_meanwhile
     assert ticks == [0.25, 0.5, 0.75]
 
 
-def test_a_loop_that_looks_for_work_until_a_time_looks_a_few_thousand_times_a_second() -> None:
-    kernel = Kernel()
-    looks = 0
-
-    def spins_for_a_second() -> None:
-        nonlocal looks
-        while kernel.now_s < 1.0:
-            kernel.count_clock_read()
-            kernel.count_look()
-            looks += 1
-
-    kernel.spawn("busy", spins_for_a_second)
-    kernel.run(10.0)
-    assert kernel.now_s == pytest.approx(1.0, abs=0.002)
-    assert 1000 <= looks <= 3000
-
-
 def test_a_loop_that_looks_for_work_and_reads_no_clock_is_an_error() -> None:
     kernel = Kernel()
 
@@ -225,17 +208,3 @@ def test_a_loop_that_looks_for_work_and_reads_no_clock_is_an_error() -> None:
     kernel.spawn("busy", spins)
     with pytest.raises(KernelError, match="polls without time passing"):
         kernel.run(1.0)
-
-
-def test_who_always_finds_work_lets_others_answer_at_the_same_instant() -> None:
-    kernel = Kernel()
-    answers: list[float] = []
-
-    def works_until_answered() -> None:
-        while not answers:
-            kernel.count_work()
-
-    kernel.spawn("busy", works_until_answered)
-    kernel.spawn("other", lambda: answers.append(kernel.now_s))
-    kernel.run(1.0)
-    assert answers == [0.0]

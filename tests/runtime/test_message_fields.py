@@ -6,41 +6,14 @@ import subprocess
 import sys
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from enum import Enum
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.message_types import comparable_fields
 from pytest_hricdv.runtime import Bus, Kernel, Recorder, fields_of
 from pytest_hricdv.runtime.message_fields import record_fields
-
-
-class Room(Enum):
-    KITCHEN = "kitchen"
-    HALL = "hall"
-
-
-class Place(NamedTuple):
-    room: Room
-    x_m: float = 0.0
-
-
-@dataclass(frozen=True)
-class Order:
-    to: Place
-    items: tuple[str, ...] = ()
-    note: str | None = None
-    by_way_of: list[Place] = field(default_factory=list)
-
-
-@dataclass
-class Branch:
-    name: str
-    below: Branch | None = None
 
 
 @dataclass
@@ -50,23 +23,6 @@ class Odd:
 
 def fields(message: object) -> dict[str, object]:
     return {**record_fields(message, fields_of(type(message)) or ())}
-
-
-def test_a_message_in_a_message_has_paths_and_what_is_none_is_left_out() -> None:
-    assert fields(Order(Place(Room.HALL, 2.5), ("cup",))) == {
-        "to.room": "hall", "to.x_m": 2.5, "items.length": 1, "items.crc": fields(Odd(("cup",)))["what.crc"],
-        "by_way_of.length": 0, "by_way_of.crc": fields(Odd([]))["what.crc"],
-    }  # fmt: skip
-    assert fields(Branch("one", Branch("two"))) == {"name": "one", "below.name": "two"}
-
-
-def test_requirements_compare_what_is_always_there() -> None:
-    assert {name: (kind, texts) for name, kind, texts in comparable_fields(Order)} == {
-        "to.room": (str, ("kitchen", "hall")), "to.x_m": (float, ()),
-        "items.length": (float, ()), "items.crc": (float, ()),
-        "by_way_of.length": (float, ()), "by_way_of.crc": (float, ()),
-    }  # fmt: skip
-    assert [name for name, _, _ in comparable_fields(Branch)] == ["name"]
 
 
 contents = st.recursive(

@@ -16,14 +16,12 @@ from concurrent.futures import ThreadPoolExecutor
 from os import urandom as alias
 from pathlib import Path
 from random import seed as seed_alias
-from types import ModuleType
 
 import numpy as np
 import pytest
-from numpy.random import mtrand
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.random_numbers import find_names, seed_run
+from pytest_hricdv.runtime.random_numbers import seed_run
 from pytest_hricdv.runtime.virtual import clocks
 
 ROOT = Path(__file__).parents[2]
@@ -125,34 +123,6 @@ def test_identifiers_keep_their_version() -> None:
         assert uuid.uuid4().version == 4
 
 
-def test_a_seed_of_the_code_itself_counts() -> None:
-    def drawn(test_seed: int) -> list[object]:
-        with seed_run(test_seed):
-            random.seed(7)
-            np.random.seed(7)
-            return [random.random(), float(np.random.rand()), random.Random(3).random()]
-
-    assert (
-        drawn(1) == drawn(2) == [random.Random(7).random(), np.random.RandomState(7).rand(), random.Random(3).random()]
-    )
-
-
-def test_another_bit_generator_of_numpy_is_seeded_and_restored() -> None:
-    before = mtrand.get_bit_generator()
-    own = np.random.PCG64(3)
-    mtrand.set_bit_generator(own)
-    try:
-        state = own.state
-        drawn = []
-        for _ in range(2):
-            with seed_run(1):
-                drawn.append(np.random.rand())
-        assert drawn[0] == drawn[1]
-        assert own.state == state
-    finally:
-        mtrand.set_bit_generator(before)
-
-
 def test_threads_that_were_there_before_have_real_randomness() -> None:
     go_on, drawn = threading.Event(), []
 
@@ -231,26 +201,3 @@ def test_identifiers_with_a_time_have_that_of_the_run() -> None:
     assert made() == first == sorted(first)
     assert {(number.version, number.variant) for number in first} == {(7, uuid.RFC_4122)}
     assert (first[-1].int >> 80) - (first[0].int >> 80) == 490, "milliseconds"
-
-
-@pytest.mark.parametrize("is_within", [False, True])
-def test_names_that_were_looked_for_before_a_fork_are_replaced_in_each_run(
-    monkeypatch: pytest.MonkeyPatch, is_within: bool
-) -> None:
-    """Whether a process that is forked is in a run by then, or not."""
-    module = ModuleType("draws_from_the_system")
-    vars(module)["draw"] = os.urandom
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    if is_within:
-        with seed_run(1):
-            vars(module)["late"] = ModuleType("late")
-            monkeypatch.setitem(sys.modules, "late", vars(module)["late"])
-            find_names()
-    else:
-        find_names()
-    drawn = []
-    for _ in range(2):
-        with seed_run(1):
-            drawn.append((module.draw(4), os.urandom(4)))
-    assert drawn[0] == drawn[1]
-    assert module.draw is os.urandom

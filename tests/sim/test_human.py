@@ -10,7 +10,7 @@ import pytest
 from controller.ports import LegReady, TurnDone
 from pytest_hricdv.runtime import NodeError
 from sim.engine import SimulationError
-from sim.human import TURN_PATIENCE_S, Human
+from sim.human import Human
 from sim.layout import AWAY_HAND_M, REST_HAND_M, SEAT_HEAD_M
 from sim.script import PARAMETERS, check_script
 
@@ -87,23 +87,6 @@ def test_stops_pulling_when_the_turn_is_done() -> None:
             stage.kernel.sleep(3.0)
             assert stage.world.pressure.change_n() == pytest.approx(8.0, rel=0.02)
             port.publish(TurnDone(1, "discarded"))
-            stage.kernel.sleep(3.0)
-            assert stage.world.pressure.change_n() == pytest.approx(0.0, abs=0.05)
-            assert stage.world.person.hand.pose()[0] == pytest.approx(REST_HAND_M)
-
-        assert stage.run(turn) == "over"
-
-
-def test_a_person_who_does_not_hear_the_end_of_a_turn_sits_back_before_the_next_request() -> None:
-    pulls = ("set_param pressure = 1", {"pull_n": 8.0, "grip_s": 0.0})
-    with Stage() as stage:
-        stage.human([TELL, ("receivesignal", {}), pulls, TELL])
-
-        def turn() -> None:
-            assert stage.fetch()
-            stage.bus.port("robot").publish(LegReady(1))
-            stage.kernel.sleep(TURN_PATIENCE_S - 1.0)
-            assert stage.world.pressure.change_n() == pytest.approx(8.0, rel=0.02)
             stage.kernel.sleep(3.0)
             assert stage.world.pressure.change_n() == pytest.approx(0.0, abs=0.05)
             assert stage.world.person.hand.pose()[0] == pytest.approx(REST_HAND_M)

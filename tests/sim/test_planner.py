@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import subprocess
 import sys
 from pathlib import Path
@@ -100,21 +99,6 @@ def test_a_waypoint_in_the_torso_is_refused() -> None:
 def test_a_waypoint_outside_the_limits_is_refused() -> None:
     with pytest.raises(PlanningError, match=r"waypoint 2 .*left_elbow_flex at 0\.9 rad is outside"):
         find_path(HOME, (HOME, (0.0, 0.0, 0.0, 0.0, 0.0, 0.9, 0.0, 0.0, 0.0)))
-
-
-@pytest.mark.parametrize(
-    ("ways", "speed_rad_s", "complaint"),
-    [
-        ((), 0.25, "without waypoints"),
-        (((0.0,) * 8,), 0.25, "not 9 finite angles"),
-        (((math.nan,) * 9,), 0.25, "not 9 finite angles"),
-        ((HOME,), 0.0, "expected more than 0"),
-        ((HOME,), math.nan, "expected more than 0"),
-    ],
-)
-def test_invalid_paths_and_speeds_are_refused(ways: tuple[JointPose, ...], speed_rad_s: float, complaint: str) -> None:
-    with pytest.raises(PlanningError, match=complaint):
-        time_path(HOME, ways, speed_rad_s)
 
 
 @given(st.lists(angles, min_size=1, max_size=4), angles, st.floats(0.05, 1.0))

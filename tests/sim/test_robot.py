@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from controller import waypoints
-from controller.ports import JointPose, PlanningError
+from controller.ports import JointPose
 from sim.timing import MAX_ACCELERATION_RAD_S2, SPEED_SHARE
 
 from .stage import Stage
@@ -93,31 +93,5 @@ def test_a_path_is_followed_only_from_its_start() -> None:
         assert stage.run(from_elsewhere) == "over"
 
 
-def test_a_plan_that_fails_raises_in_the_caller_each_time() -> None:
-    outside = (2.0, *waypoints.HOME[1:])
-    with Stage() as stage:
-
-        def twice() -> None:
-            for _ in range(2):
-                with pytest.raises(PlanningError, match=r"hip_rotor at 2\.0 rad is outside"):
-                    stage.robot.arm.plan((outside,), 0.25)
-
-        assert stage.run(twice) == "over"
-
-
 def assert_true(value: bool) -> None:
     assert value
-
-
-def test_a_node_started_by_a_node_ends_without_resuming_the_one_that_started_it() -> None:
-    """The planner is asked from the robot's node; nothing that ends may fall back into a blocked node."""
-    with Stage() as stage:
-        woke_at_s: list[float] = []
-
-        def starts_another() -> None:
-            stage.kernel.spawn("short", lambda: stage.kernel.sleep(0.5))
-            stage.kernel.sleep(2.0)
-            woke_at_s.append(stage.kernel.now_s)
-
-        assert stage.run(starts_another) == "over"
-        assert woke_at_s == [2.0]

@@ -44,30 +44,6 @@ def test_four_legs_are_handed_over_and_set_down_on_the_persons_side() -> None:
         assert min(math.dist(a, b) for a in places for b in places if a is not b) > 0.09
 
 
-def test_a_leg_that_rolls_on_the_floor_rests_however_long_the_next_one_takes() -> None:
-    """With the next leg two minutes late it had rolled off the floor, and fell thousands of metres."""
-    with Stage() as stage:
-
-        def drop_one() -> None:
-            assert stage.fetch()
-            legs = stage.world.legs
-            legs.withhold(120.0)
-            leg = legs.current
-            assert stage.robot.hand.open()
-            for _ in range(60):  # pushed, so that it rolls away
-                leg.pull((1.2, 1.2, 0.0)) if leg.held is Held.LOOSE else None
-                stage.kernel.sleep(1 / 60)
-            stage.kernel.sleep(RESUPPLY_S)
-            at = leg.pose()[0]
-            assert leg.held is Held.DONE
-            assert 0.0 < at[2] < 1.0
-            stage.kernel.sleep(60.0)
-            assert leg.pose()[0] == at
-            assert legs.current is leg
-
-        assert stage.run(drop_one) == "over"
-
-
 def test_a_leg_that_fell_where_legs_are_held_out_is_cleared_away_before_the_next_one_comes() -> None:
     """The next leg in the hand hit it, and the blow moved the arm faster than R4 allows."""
     with Stage() as stage:

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-
-from pytest_hricdv._base.message import InputError
-from studies import rclpy_conformance
 
 _LIBRARY = """
 import threading, time
@@ -82,21 +78,9 @@ def test_each_test_is_run_also_after_one_that_stops_the_run(tmp_path: Path, sour
     assert lines[lines.index("skipped: test_clock.py::test_is_skipped") + 1] == "    Skipped: not here"
 
 
-@pytest.mark.slow
-def test_as_many_may_fail_as_is_said(tmp_path: Path, source: Path) -> None:
-    assert _conformance(tmp_path, str(source), "--may-fail=2").returncode == 0
-    assert _conformance(tmp_path, str(source), "--may-fail=1").returncode == 1
-
-
 def test_what_is_missing_is_said(tmp_path: Path, source: Path) -> None:
     done = _conformance(tmp_path, str(tmp_path))
     assert (done.returncode, done.stdout) == (2, "")
     assert "no tests of rclpy; expected a checkout of ros2/rclpy" in done.stderr
     done = _conformance(tmp_path, str(source), "-k", "lidar")
     assert done.stderr == "ERROR: no file of tests has 'lidar' in its name\n"
-
-
-def test_a_missing_rclpy_is_said(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match="rclpy cannot be imported"):
-        rclpy_conformance.tests_of(source)

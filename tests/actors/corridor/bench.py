@@ -11,7 +11,6 @@ from pytest_hricdv.testbench import (
     ActionMapping,
     BeliefSpace,
     Concretization,
-    CrossProduct,
     Film,
     Model,
     ModelOracle,
@@ -114,28 +113,6 @@ People = tuple[Callable[[Run, Corridor], None], ...]
 
 Hits = dict[str, tuple[tuple[str, ...], ...]]
 
-CROSS = {
-    "orders": CrossProduct(
-        {
-            "nurse": ("send_on", "call_out", "rest"),
-            "child": ("step_in", "step_out", "wait"),
-            "first": ("nurse", "child"),
-        },
-        impossible={("call_out", "step_out", "child"): "the child waits for the call"},
-    ),
-    "meanwhile": CrossProduct({"child waits for": ("step_out", "wait"), "nurse": ("call_out", "rest")}),
-}
-"""Who was first when the nurse and the child met, and what she did while it waited."""
-
-
-def crossed(run: Run) -> Hits:
-    """The bins of `CROSS` that a run has hit."""
-    met = [(child, nurse) for child, nurse in run.overlap_bins("child", "nurse") if child != "step_in"]
-    return {
-        "orders": run.order_bins("nurse", "child"),
-        "meanwhile": tuple(pair for pair in met if pair[1] != "send_on"),
-    }
-
 
 def running(
     people: People = (nurse, child), obeys: bool = True, reports: Callable[[Run], Hits] = lambda run: {}
@@ -214,8 +191,3 @@ def followed_ward(obeys: bool = True) -> Testbench:
     film = Film(camera=Camera, moments={"steps in": "near", "sent on": "send_on"}, period_s=0.1)
     model = replace(made.model, path=HERE / "models" / "ward_with_robot.mas2j")
     return replace(made, oracle=oracle, simulation=Simulation(film=film), model=model)
-
-
-def crossed_ward() -> Testbench:
-    """The testbench, with the cross products over both actors."""
-    return replace(ward(), cross=CROSS, run=running(reports=crossed))

@@ -91,22 +91,6 @@ def test_clone_has_the_beliefs_and_plans_of_its_original(tmp_path: Path) -> None
     assert system_of(tmp_path, a=source).run().prints == ["[b] b[1]2a"]
 
 
-def test_clone_of_a_name_that_there_is_fails(tmp_path: Path) -> None:
-    source = "!go. +!go <- .clone(a); .print(no). -!go[error(E)] <- .print(E)."
-    assert prints_of(tmp_path, source) == ["internal_action"]
-
-
-def test_directory_forgets_who_takes_part_no_longer(tmp_path: Path) -> None:
-    first = """
-    !go. +!go <- .df_subscribe(food); .wait(20); .df_search(food, L); .print(L); .kill_agent(b); .df_search(food, M);
-    .print(M).
-    +provider(A, S)[source(df)] <- .print(A, S).
-    """
-    second = "!go. +!go <- .df_register(food)."
-    prints = system_of(tmp_path, a=first, b=second, c="!go. +!go <- .wait(5); .df_register(food).").run().prints
-    assert prints == ["[a] bfood", "[a] cfood", "[a] [b,c]", "[a] [c]"]
-
-
 def test_intentions_are_told_by_their_states(tmp_path: Path) -> None:
     source = """
     !go. !waits. !stops(1). !event.

@@ -158,16 +158,6 @@ def test_agent_that_only_looks_again_ends_the_run_as_a_spin(tmp_path: Path, sour
     assert result.rounds < 100
 
 
-def test_spin_ends_when_another_agent_brings_what_it_waits_for(tmp_path: Path) -> None:
-    system = system_of(
-        tmp_path,
-        a="!w. +!w : not x[source(b)] <- !w. +!w <- .print(got, x).",
-        b="!go. +!go <- .wait(60000); .send(a, tell, x).",
-    )
-    result = system.run()
-    assert (result.prints, result.ended) == (["[a] gotx"], "idle")
-
-
 def test_run_ends_at_the_goal_asked_for(tmp_path: Path) -> None:
     system = system_of(tmp_path, a="!go. +!go <- !half; .print(rest). +!half <- .print(half).")
     result = system.run(goal=("a", "half"))
@@ -184,26 +174,12 @@ def test_unknown_agent_and_bad_round_limit_are_refused(tmp_path: Path) -> None:
         system.plan_labels("b")
 
 
-def test_percept_with_a_variable_is_refused() -> None:
-    with pytest.raises(BdiError, match=r"a percept has no variables: p\(X\)"):
-        Environment().add_percept("a", "p(X)")
-
-
 def test_importing_the_package_does_not_import_lark() -> None:
     import subprocess
     import sys
 
     code = "import sys, pytest_hricdv.bdi; sys.exit('lark' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0
-
-
-def test_failure_in_what_a_failure_plan_calls_is_not_handled(tmp_path: Path) -> None:
-    source = (
-        "!s. +!s <- !b; .print(no). -!s <- .print(no). +!b <- .fail. -!b <- .print(b); !c; .print(no). +!c <- .fail."
-    )
-    result = system_of(tmp_path, a=source).run()
-    assert result.prints == ["[a] b"]
-    assert len(result.warnings) == 1
 
 
 @pytest.mark.parametrize("wait", [".wait({+done})", ".wait(done)", ".suspend"])
@@ -235,9 +211,3 @@ def test_atomic_plan_that_waits_for_its_own_agent_is_said_at_the_end(tmp_path: P
 )
 def test_plans_say_what_becomes_of_a_goal(tmp_path: Path, rest: str, printed: list[str]) -> None:
     assert prints_of(tmp_path, f'!go. +!go <- !g; .print("go on"). {rest}') == printed
-
-
-def test_goal_of_a_message_is_followed_in_a_trace_too(tmp_path: Path) -> None:
-    sources = {"a": "!go. +!go <- .send(b, achieve, g).", "b": "+!g. ^!g[state(S)] <- .print(S)."}
-    system = system_of(tmp_path, **sources)
-    assert system.run(trace=True).prints == system.run().prints == ["[b] started", "[b] finished"]

@@ -68,12 +68,6 @@ def test_message_says_what_was_expected_and_what_came(text: str, message: str) -
     assert _error(text).splitlines()[0] == message
 
 
-def test_error_carries_file_line_and_column() -> None:
-    with pytest.raises(BdiSyntaxError) as caught:
-        parse_program("p.\nq(.", "sensors.asl")
-    assert (caught.value.file, caught.value.line, caught.value.column) == ("sensors.asl", 2, 3)
-
-
 @pytest.mark.parametrize(
     ("body", "message"),
     [
@@ -86,17 +80,6 @@ def test_error_carries_file_line_and_column() -> None:
 def test_unknown_or_misused_internal_action_is_named_with_its_place(tmp_path: Path, body: str, message: str) -> None:
     with pytest.raises(BdiError, match=message):
         system_of(tmp_path, a=f"+!g <- {body}.")
-
-
-def test_folder_instead_of_a_project_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(BdiError, match=": a folder; expected a file"):
-        MultiAgentSystem.load(tmp_path)
-
-
-def test_missing_source_is_an_error_at_the_agent_that_needs_it(tmp_path: Path) -> None:
-    (tmp_path / "mas.mas2j").write_text("MAS m {\n  agents:\n    ann;\n}")
-    with pytest.raises(BdiSyntaxError, match=r"mas\.mas2j:3:5: no such file: .*ann\.asl\n +ann;\n +\^"):
-        MultiAgentSystem.load(tmp_path / "mas.mas2j")
 
 
 def test_text_that_is_not_utf8_is_an_error_at_its_first_bad_byte(tmp_path: Path) -> None:

@@ -53,14 +53,6 @@ def test_percepts_may_come_late_but_come(tmp_path: Path) -> None:
     assert seen == {("[bob] open",), ("[bob] shut", "[bob] opened")}
 
 
-def test_message_under_way_keeps_agents_that_wait_for_it_from_counting_as_spinning(tmp_path: Path) -> None:
-    system = system_of(
-        tmp_path, ann="!go. +!go <- .send(bob, tell, x).", bob="!w. +!w : not x <- !w. +!w <- .print(x)."
-    )
-    for seed in SEEDS:
-        assert system.run(seed=seed, jitter=200).prints == ["[bob] x"]
-
-
 def test_negative_jitter_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="jitter must not be negative, got -1"):
         system_of(tmp_path, a="p.").run(jitter=-1)

@@ -107,9 +107,3 @@ def test_trace_is_shown_by_the_command(tmp_path: Path, capsys: pytest.CaptureFix
 def test_percept_that_cannot_be_is_an_error(capsys: pytest.CaptureFixture[str], percept: str, message: str) -> None:
     assert main(["trace", str(TABLE), "--percept", percept]) == 2
     assert re.search(message, capsys.readouterr().err)
-
-
-def test_percept_without_an_agent_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["run", str(TABLE), "--percept", "light"])
-    assert "expected an agent and a literal" in capsys.readouterr().err

@@ -100,16 +100,6 @@ def test_other_causes_have_their_names(audited: pytest.Pytester, kind: str) -> N
 
 
 @pytest.mark.slow
-def test_what_is_drawn_when_the_testbench_is_imported_is_told_apart(audited: pytest.Pytester) -> None:
-    path = audited.path / "conftest.py"
-    drawing = "import random\nDRAWN = random.SystemRandom().random()\n"
-    path.write_text(drawing + path.read_text(encoding="utf-8"), encoding="utf-8")
-    state.say(audited, "__import__('conftest').DRAWN")
-    assert audited.runpytest_subprocess(*ONE).ret == 1
-    assert {mark["cause"] for mark in marks(audited)} == {"drawn once in a process"}
-
-
-@pytest.mark.slow
 def test_the_clock_on_the_wall_is_told_apart(audited: pytest.Pytester) -> None:
     project.change(audited.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(time.time() % 1.0)\n")
     path = audited.path / "conftest.py"
@@ -141,17 +131,6 @@ def test_a_test_that_kills_its_process_alone_is_named(audited: pytest.Pytester) 
     (mark,) = marks(audited)
     assert mark["outcome_alone"] == "none"
     assert "ended by SIGKILL" in mark["alone"]
-
-
-@pytest.mark.slow
-def test_a_fresh_process_that_somebody_kills_is_replaced(audited: pytest.Pytester) -> None:
-    once = "from pathlib import Path\nMARK = Path(__file__).with_name('killed')\nimport os\ndef kill():\n"
-    once += "    if os.environ.get('PYTHONHASHSEED') == '1' and not MARK.exists():\n        MARK.touch()\n"
-    once += "        os.kill(os.getppid(), 9)\n        os.kill(os.getpid(), 9)\n    return 0\n"
-    state.say(audited, "kill()", module=once)
-    assert audited.runpytest_subprocess(*RUN).ret == 0
-    assert (audited.path / "lamps" / "killed").exists()
-    assert (len(project.report(audited.path)["audit"]["tests"]), marks(audited)) == (3, [])
 
 
 def test_it_can_be_switched_off_and_bounded(audited: pytest.Pytester) -> None:

@@ -88,15 +88,6 @@ def test_the_sums_are_those_of_all_runs(finished: Finished) -> None:
 
 
 @pytest.mark.slow
-def test_more_seeds_go_on_with_what_is_there(lamps: Path, campaign: Campaign) -> None:
-    campaign("run", *SUITE, "--concretizations=2", "--cluster=local:1", "--state=a.db")
-    more = campaign(*RUN)
-    assert "20 runs; 8 are done" in more.stdout
-    assert "expected 20, stored 20" in more.stdout
-    assert more.returncode == 0
-
-
-@pytest.mark.slow
 def test_another_code_is_refused_by_name(lamps: Path, campaign: Campaign) -> None:
     campaign("run", *SUITE, "--cluster=local:1", "--state=a.db")
     project.change(lamps, "lamps/guide.py", "GLARE = 80.0", "GLARE = 70.0")
@@ -162,13 +153,6 @@ def test_a_run_that_differs_elsewhere_is_reported_with_the_event_at_which_it_par
 
 
 @pytest.mark.slow
-def test_runs_that_agree_elsewhere_are_said_to(lamps: Path, campaign: Campaign) -> None:
-    done = campaign("run", *SUITE, "--cluster=local:2", "--state=a.db", *ALL)
-    assert "repeated 4, on another worker if there is one; 0 differ" in done.stdout
-    assert done.returncode == 0
-
-
-@pytest.mark.slow
 def test_a_row_a_run_as_parquet(finished: Finished) -> None:
     lamps, _ = finished
     exported = command(lamps, "export", "--parquet=runs.parquet", "--state=a.db")
@@ -185,13 +169,6 @@ def test_a_row_a_run_as_parquet(finished: Finished) -> None:
             judged["margin"],
         )
         assert row["sha256"] == tests[row["run"]]["record_sha256"]
-
-
-@pytest.mark.slow
-def test_workers_without_the_project_are_sent_it(lamps: Path, campaign: Campaign) -> None:
-    done = campaign("run", *SUITE, "--cluster=local:1", "--state=a.db", "--send-code")
-    assert "expected 4, stored 4" in done.stdout, done.stdout
-    assert done.returncode == 0
 
 
 @pytest.mark.slow

@@ -45,29 +45,9 @@ def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of
     )
 
 
-@pytest.mark.slow
-def test_a_suite_from_the_cache_shows_the_same(lamps: pytest.Pytester, after: SessionRunner) -> None:
-    seen = []
-    for run in (after, lamps.runpytest_inprocess):
-        run(*SUITE)
-        whole = report(lamps.path)
-        seen.append((whole["suites"][0]["generation"]["cached"], whole["closing"]))
-    assert [cached for cached, _ in seen] == [False, True]
-    assert seen[0][1] == seen[1][1]
-
-
 def test_a_session_without_a_loop_has_none(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand")
     assert "closing" not in report(lamps.path)
-
-
-@pytest.mark.slow
-def test_ways_can_be_left_out_and_few_tests_asked_for(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*SUITE, "--hri-close-without=model", "--hri-tests=3")
-    assert len(report(lamps.path)["tests"]) == 3
-    assert set(report(lamps.path)["closing"]["strategies"]) <= {"disturbances", "untried", "repeated"}
-    result = lamps.runpytest_inprocess(*SUITE, "--hri-close-without=luck")
-    result.stderr.fnmatch_lines(["ERROR: --hri-close-without: no strategy 'luck'; there are: model, *"])
 
 
 @pytest.mark.slow

@@ -84,16 +84,6 @@ def test_the_nearest_test_of_a_bin_differs_in_fewest_coordinates_and_is_of_the_s
     assert open_points[BINS[1]].waiver == """cross product light: impossible={('hall', 'high'): "why"}"""
 
 
-def test_open_code_says_where_it_has_to_go_on_and_how_it_is_waived() -> None:
-    branch = ("branch", "lamp.py", "3", "4")
-    archive = Archive([*STATEMENTS, ("branch", "lamp.py", "1", "2"), branch])
-    run = add(archive, "dim", STATEMENTS[0], STATEMENTS[2])
-    found = {each.point: (each.test, each.lacking, each.waiver) for each in shown(archive, run).open}
-    way_on = "line 3 (`if bright:`) has to go on to"
-    assert found[STATEMENTS[3]] == ("dim-1", f"{way_on} it", "lamp.py:4: # unreachable: why")
-    assert found[branch] == ("dim-1", f"{way_on} line 4", "lamp.py:4: # unreachable: why")
-
-
 def test_a_requirement_that_nothing_triggered_says_which_conditions_were_missing() -> None:
     passed = ("verdict", "R1", "Passed")
     archive = Archive([passed])
@@ -104,26 +94,6 @@ def test_a_requirement_that_nothing_triggered_says_which_conditions_were_missing
     (only,) = shown(archive).open
     assert (only.test, only.lacking) == ("near-1", "near0")
     assert only.waiver == "hri_allow_nc = R1: why"
-
-
-def test_what_is_impossible_and_nevertheless_hit_counts_as_hit() -> None:
-    archive = Archive(BINS[:1])
-    run = add(archive, "odd", *BINS[:2])
-    both = tuple(ImpossiblePoint(point=point, reason="so", by="model") for point in BINS[1:3])
-    result = shown(archive, run, impossible=both)
-    assert [each.point for each in result.hit] == BINS[:2]
-    assert [each.point for each in result.impossible] == BINS[2:3]
-    kind = result.kinds["bin"]
-    assert (kind.hit, kind.impossible, kind.open) == (2, 1, 0)
-
-
-def test_what_only_runs_that_do_not_repeat_hit_is_open() -> None:
-    archive = Archive(BINS[:2])
-    run = add(archive, "good", BINS[0])
-    add(archive, "odd", BINS[1])
-    result = shown(archive, run, without=(1,))
-    assert [each.point for each in result.open] == [BINS[1]]
-    assert len(result.growth) == 1
 
 
 def test_growth_counts_new_points_by_kind_and_way_without_the_time_of_given_tests() -> None:

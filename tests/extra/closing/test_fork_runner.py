@@ -5,12 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-import threading
 from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.extra.closing.process import ForkRunner, may_fork
+from pytest_hricdv.extra.closing.process import ForkRunner
 from pytest_hricdv.generate.concrete import ConcreteTest
 from tests.extra.closing import toy
 
@@ -77,24 +76,3 @@ def test_the_watchdog_of_the_kernel_holds_in_forks_too() -> None:
     spinning = ForkRunner(execute, lambda number, result, problem: problem, 1, 30.0)
     [(_, problem)] = spinning.run([toy.concrete("ask", "spin")])
     assert "no time has passed for" in problem
-
-
-def test_without_forks_the_same_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    tests = [*TESTS, toy.concrete("ask", "fail")]
-    forked = texts(tests)
-    monkeypatch.delattr(os, "fork")
-    assert texts(tests) == forked
-
-
-def test_a_process_with_another_thread_is_not_copied(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert may_fork()
-    done = threading.Event()
-    other = threading.Thread(target=done.wait)
-    other.start()
-    try:
-        assert not may_fork()
-    finally:
-        done.set()
-        other.join()
-    monkeypatch.delattr(os, "fork")
-    assert not may_fork()

@@ -8,13 +8,11 @@ from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.interactions import Intervention, PlannedInteraction
 from pytest_hricdv.extra.closing.loop import Loop
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.strategy import Strategy
 from pytest_hricdv.generate.abstract import identify
-from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.rng import make_rng
 from tests.extra.closing import handover
 
@@ -51,40 +49,6 @@ def test_targets_are_hit_more_often_than_by_chance() -> None:
     aimed = [entry for entry in closing.archive.entries if entry.targets]
     hits = sum(bool({*entry.targets} & {*entry.new}) for entry in aimed)
     assert hits > 0.7 * sum(bool(entry.new) for entry in closing.archive.entries)
-
-
-def test_disturbances_are_tried_in_interactions_with_the_nominal_outcome_where_few_were_tried() -> None:
-    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
-    experience, archive = Experience(pool), Archive([("statement", "robot.py", "7")])
-    undisturbed = [numbers[0] for numbers in pool.by_interaction.values()]
-    drafts = [pool.draft(number) for number in undisturbed for _ in range(3)]
-    drafts += [
-        pool.draft(0, "handover", [(Intervention(1, name),)]) for name in ("shake", "ready_lost") for _ in range(20)
-    ]
-    for test in identify("closure", 0, drafts):
-        archive.add(handover.run(test))
-    found = DisturbanceStrategy(pool, experience, {"shake": {}, "ready_lost": {}}).propose(archive, 4, make_rng("few"))
-    assert all("set gaze = 1" in each.draft.lines and "set grip = 1" in each.draft.lines for each in found)
-    assert all(any(line.startswith("disturb ") for line in each.draft.lines) for each in found)
-
-
-def test_a_combination_that_worked_is_used_again_with_the_parameters_of_the_run_in_which_it_did() -> None:
-    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
-    experience = Experience(pool, lambda test: {"patience_s": float(test.seed % 7)})
-    archive = Archive([("bin", "handover", "1", pose, "late") for pose in handover.POSES])
-    mute = [(Intervention(2, "mute", (("for_s", 15.0),)),)]
-    for test in identify("closure", 0, [pool.draft(number) for number in (0, 1, 2, 3) for _ in range(3)]):
-        archive.add(handover.run(test))
-    (worked,) = identify(
-        "closure",
-        5,
-        [pool.draft(pool.by_interaction[PlannedInteraction("handover", ("1", "00"))][0], "handover", mute)],
-    )
-    archive.add(handover.run(worked))
-    proposals = DisturbanceStrategy(pool, experience, handover.DISTURBANCES).propose(archive, 20, make_rng("again"))
-    again = [each.draft.values for each in proposals if {"for_s": 15.0} in each.draft.values.values()]
-    assert again
-    assert all(values[RUN] == {"patience_s": float(worked.seed % 7)} for values in again)
 
 
 def test_each_disturbance_is_soon_tried_under_each_nominal_outcome() -> None:

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.extra.closing.view import VIEW, curves
+from pytest_hricdv.extra.closing.view import curves
 from pytest_hricdv.report import html, terminal
 from tests.json_schema import REPORT as SCHEMA
 from tests.report import sample, sample_sections
@@ -77,12 +77,6 @@ def test_curves_end_at_the_share_that_is_hit_and_begin_with_given_tests() -> Non
     assert found["strategies"]["disturbances"]["runs"] == [(0, 0.0), (200, 1.0), (400, 1.0)]
 
 
-def test_a_report_without_a_loop_says_nothing_of_it() -> None:
-    report = sample.report()
-    assert "Closing" not in Page(html.page(report)[0]).words
-    assert not [line for line in terminal.summary(report, Path("out"), 80) if "closing" in line.text]
-
-
 NEAR = {
     "searched": 40,
     "closest_runs": [
@@ -113,10 +107,3 @@ def test_the_summary_says_what_came_nearest_and_what_a_further_run_would_find() 
     again = with_near(estimated_undetected={"kinds": 3, "once": 0, "runs": 300, "new": 0.0})
     lines = [line.text for line in terminal.summary(sample.typed(again), Path("out"), 80)]
     assert "  all kinds of violations recurred: below 1.0 % of runs show another (95 %)" in lines
-
-
-def test_after_a_loop_that_closed_no_further_loop_is_offered() -> None:
-    rerun = {"rerun_options": {"suite": "closure", "options": []}}
-    closed = sample_sections.CLOSING | {"end_reason": "closed"}
-    assert VIEW.aim(sample.typed(DATA | rerun)).startswith("pytest --hri-suite=closure")
-    assert VIEW.aim(sample.typed(DATA | rerun | {"closing": closed})) == ""

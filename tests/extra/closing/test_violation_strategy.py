@@ -16,7 +16,7 @@ from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.records import ViolationEstimate
 from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.violation_strategy import NAME, ViolationStrategy, vacuous_alternatives
-from pytest_hricdv.extra.closing.violations import KNOWN, NEW
+from pytest_hricdv.extra.closing.violations import NEW
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
 from pytest_hricdv.generate.concrete import Concretization, concretize
 from pytest_hricdv.generate.sampler import Uniform
@@ -105,25 +105,6 @@ def test_a_search_has_a_tenth_of_the_runs_made_and_none_but_those_left(
     runs: int, search: int | None, made: int
 ) -> None:
     assert len(closed(runs, search).entries) == GENERATION + made
-
-
-def test_a_requirement_that_is_violated_is_not_searched_any_more() -> None:
-    archive = closed(400, 150)
-    first = next(
-        entry.number for entry in archive.entries if any(point[0] == NEW for point in entry.observation.points)
-    )
-    after = [entry for entry in archive.entries if entry.number >= first + GENERATION]
-    assert after
-    assert not any((NEW, "R1") in entry.targets for entry in after)
-
-
-def test_a_run_that_violates_a_requirement_as_is_known_is_no_start() -> None:
-    archive = Archive([])
-    for number, (margin, points) in enumerate(((-1.0, [(KNOWN, "R1", "", "", "")]), (2.0, []), (9.0, []))):
-        test = AbstractTest(f"t{number}", "s", "t", (), ("enter",), seed=number)
-        archive.add(RunObservation(test.to_data(), points=tuple(points), margins={"R1": margin}, unused={"R1": ()}))
-    proposals = ViolationStrategy(("R1",), SPACE).propose(archive, 8, Random(0))
-    assert {proposal.draft.seed for proposal in proposals} == {1}
 
 
 def test_what_was_never_decisive_is_aimed_at_until_it_is() -> None:

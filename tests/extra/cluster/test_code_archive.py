@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
-import shutil
 import stat
 import warnings
 import zipfile
@@ -48,24 +46,6 @@ def test_all_files_of_the_project_arrive_and_nothing_else(project: Path, tmp_pat
         assert names(folder) == {"conftest.py", "robot/code.py", "models/a.asl", "robot/arm.urdf"}
         assert (folder / "robot" / "code.py").read_text(encoding="utf-8") == "# robot/code.py\n"
     assert [path.name for path in tmp_path.iterdir()] == ["project"], "nothing is left"
-
-
-def test_what_is_there_already_is_not_used(project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Folders of the name that an older release gave them, with another user's files, and links to them."""
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    archive = packed(project)
-    (tmp_path / "evil").mkdir()
-    (tmp_path / "evil" / "conftest.py").write_text("raise SystemExit('evil')\n", encoding="utf-8")
-    foreseen = f"hricdv-code-{os.getuid()}-{code_archive.digest(archive)[:16]}"
-    shutil.copytree(tmp_path / "evil", tmp_path / foreseen)
-    (tmp_path / "hricdv-code-").symlink_to(tmp_path / "evil")
-    with code_archive.unpack(archive) as first, code_archive.unpack(archive) as second:
-        for folder in (first, second):
-            assert (folder / "conftest.py").read_text(encoding="utf-8") == "# conftest.py\n"
-            assert stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
-            assert not folder.is_relative_to(tmp_path / foreseen)
-        (first / "conftest.py").write_text("# changed by a run\n", encoding="utf-8")
-        assert (second / "conftest.py").read_text(encoding="utf-8") == "# conftest.py\n"
 
 
 def archive_of(*entries: zipfile.ZipInfo | str, data: bytes = b"text") -> bytes:
@@ -237,10 +217,3 @@ def test_a_link_to_a_folder_elsewhere_is_refused(project: Path, tmp_path: Path) 
     (project / ".links").mkdir()
     (project / "robot" / "data").rename(project / ".links" / "data")
     assert code_archive.files_to_send(project)
-
-
-def test_a_project_with_data_is_not_sent(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(code_archive, "MAX_BYTES", 1000)
-    (project / "recordings.bin").write_bytes(bytes(1001))
-    with pytest.raises(ClusterError, match=r"more than 1,000 bytes, .* install the project where the workers are"):
-        packed(project)

@@ -266,16 +266,6 @@ def test_a_project_that_is_another_one_is_refused_before_it_is_imported(
     assert not (tmp_path / "ran").exists()
 
 
-def test_a_process_that_crashes_costs_no_worker(cluster: Cluster, echo: Path) -> None:
-    found = ask(cluster, service(echo), '["one", "crash", "two"]', '["three"]', '["four"]')
-    crashed = found['["one", "crash", "two"]']
-    assert lines(crashed) == ['"one!"']
-    assert isinstance(crashed, Answer)
-    assert crashed.problem == "ended by SIGABRT"
-    assert lines(found['["three"]']) == ['"three!"']
-    assert cluster.threads == 2
-
-
 @pytest.mark.slow
 def test_a_process_that_is_silent_for_too_long_is_ended(cluster: Cluster, echo: Path) -> None:
     (answer,) = ask(cluster, service(echo, silent_s=2.0), '["hang"]').values()

@@ -46,17 +46,6 @@ def test_isolated_tests_and_those_of_a_worker_have_the_same_causes(surging: pyte
     assert made[0] == made[1] == made[2]
 
 
-def test_experiments_run_on_the_engine_of_the_session(surging: pytest.Pytester) -> None:  # noqa: F811
-    """LEDs alone are too bright with a surge: on bulbs, nothing would be confirmed."""
-    two_engines(surging, shift=30.0)
-    change(surging.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 96")
-    surging.runpytest_inprocess(*SUITE, "--hri-diagnose=11", "--hri-engine=led")
-    surge, wish = report(surging.path)["causes"]
-    assert (surge["change"], len(surge["tests"]), len(wish["tests"])) == ("surge", 3, 2)
-    assert surge["confirmed"] >= 2
-    assert "--hri-engine=led" in report(surging.path)["rerun_options"]["options"]
-
-
 def test_what_fails_on_one_of_two_engines_is_no_cause_and_is_called_so(surging: pytest.Pytester) -> None:  # noqa: F811
     two_engines(surging, shift=30.0)
     change(surging.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 96")

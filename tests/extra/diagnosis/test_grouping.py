@@ -13,7 +13,6 @@ from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group, gr
 from pytest_hricdv.extra.diagnosis.spectrum import Spectra
 
 NO_SPECTRA = Spectra()
-TIMES = (("R1", 1.0), ("R2", 2.0))
 
 
 def failure(
@@ -115,12 +114,6 @@ def test_without_disturbances_what_the_same_tests_have_has_one_cause() -> None:
     ]
 
 
-def test_what_only_comes_in_tests_that_fail_otherwise_follows_from_that() -> None:
-    tests = {**{f"a{n}": () for n in range(6)}, **passing(16)}
-    failures = [*(failure(f"a{n}", "R1") for n in range(6)), failure("a0", "R2")]
-    assert of(tests, failures) == [("", {f"a{n}" for n in range(6)}, {"R1", "R2"})]
-
-
 def test_places_that_all_tests_execute_are_no_common_cause() -> None:
     file = SourceFile("robot.py", Path("robot.py"), (1, 2), (), ())
     bits = {name: Bits(0b11) for name in ("a", "b", *passing(4))}
@@ -139,28 +132,6 @@ def test_what_differs_from_a_model_in_two_ways_has_two_causes() -> None:
         {f"a{n}" for n in range(4, 8)},
         {f"a{n}" for n in range(4)},
     ]
-
-
-def test_what_is_still_violated_where_another_one_passes_does_not_follow_from_it() -> None:
-    tests: dict[str, tuple[str, ...]] = {"a": (), "b": (), "c": (), **passing(9)}
-    failures = [failure(name, requirement, time_s=time_s) for name in "abc" for requirement, time_s in TIMES]
-    assert of(tests, failures) == [("", {"a", "b", "c"}, {"R1", "R2"})]
-    apart = ExperimentEvidence(apart=frozenset({("a", "R1", "R2")}))
-    assert of(tests, failures, evidence=apart) == [("", {"a", "b", "c"}, {"R1"}), ("", {"a", "b", "c"}, {"R2"})]
-    reversed_pair = ExperimentEvidence(apart=frozenset({("a", "R2", "R1")}))  # R2 may well follow from R1
-    assert of(tests, failures, evidence=reversed_pair) == [("", {"a", "b", "c"}, {"R1", "R2"})]
-
-
-def test_in_another_state_and_at_other_places_of_several_tests_it_is_another_cause() -> None:
-    file = SourceFile("robot.py", Path("robot.py"), (1, 2, 3), (), ())
-    bits = {"a": Bits(0b011), "b": Bits(0b101), **{name: Bits(0b001) for name in passing(8)}}
-    tests = {"a": ("flips",), "b": ("flips",), **passing(8)}
-    failures = [failure("a", "R1", "flips", state="Receive"), failure("b", "R1", "flips", state="Release")]
-    spectra = Spectra(CodeMap(("robot",), (file,), ""), bits)
-    assert len(of(tests, failures, spectra)) == 1  # what one test executes alone is mostly what else it does
-    twice = Spectra(spectra.code, bits | {"c": bits["a"], "d": bits["b"]})
-    more = [failure("c", "R1", "flips", state="Receive"), failure("d", "R1", "flips", state="Release")]
-    assert len(of(tests | {"c": ("flips",), "d": ("flips",)}, failures + more, twice)) == 2
 
 
 def test_new_causes_come_first_then_those_of_most_tests() -> None:

@@ -39,37 +39,6 @@ def test_an_entry_that_is_pasted_makes_known_what_fails_for_its_cause_and_nothin
 
 
 @pytest.mark.slow
-def test_an_entry_joins_the_one_that_is_there(surging: pytest.Pytester) -> None:
-    change(
-        surging.path, "pytest.ini", WITHOUT_KNOWN[0], "hri_known_violations =\n    R2 when once(on(wish)): no dimmer"
-    )
-    surging.runpytest_inprocess(SUITE)
-    done = command("triage", "hri-report")
-    (entry,) = re.findall(r"^    (R2 of .*)$", done.stdout, re.MULTILINE)
-    assert re.match(r"R2 of [0-9a-f]{8},[0-9a-f]{8} when \(once\(on\(wish\)\)\) \| \(", entry)
-    assert entry.endswith(": no dimmer; why is this tolerated? [owner?]")
-    assert "instead of the entry R2 when once(on(wish))" in done.stdout
-    change(surging.path, "pytest.ini", "R2 when once(on(wish)): no dimmer", entry)
-    assert surging.runpytest_inprocess(SUITE, "--hri-allow-nc=R3").ret == 0  # both causes are named
-    assert sorted(set(outcomes(surging.path).values())) == ["known-violation", "passed"]
-
-
-def test_nothing_to_tolerate(lamps: pytest.Pytester) -> None:
-    (lamps.path / "hello.txt").write_text("enter hall\n", encoding="utf-8")
-    lamps.runpytest_inprocess("--hri-suite=hello.txt")
-    done = command("triage", "hri-report")
-    assert (done.returncode, done.stdout) == (0, "no test fails: nothing to tolerate\n")
-
-
-def test_a_report_without_causes(lamps: pytest.Pytester) -> None:
-    (lamps.path / "glare.txt").write_text("enter hall\nset_lamp level = 100\n", encoding="utf-8")
-    lamps.runpytest_inprocess("--hri-suite=glare.txt", "--hri-strict", "--hri-diagnose=0")
-    done = command("triage", "hri-report")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "no causes in it; run the suite again without --hri-diagnose=0" in done.stderr
-
-
-@pytest.mark.slow
 def test_an_entry_with_a_condition_that_is_too_wide_hides_no_other_cause(surging: pytest.Pytester) -> None:
     change(surging.path, "pytest.ini", *WITHOUT_KNOWN)
     surging.runpytest_inprocess(SUITE)

@@ -160,16 +160,6 @@ def test_another_course_of_the_run_fails_the_test(lamps: pytest.Pytester) -> Non
 
 
 @pytest.mark.slow
-def test_what_is_known_to_fail_on_both_is_known_still(lamps: pytest.Pytester) -> None:
-    two_engines(lamps)
-    lamps.runpytest_inprocess("--hri-suite=rl")
-    alone = {test["id"]: test["outcome"] for test in report(lamps.path)["tests"]}
-    lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both")
-    assert {test["id"]: test["outcome"] for test in report(lamps.path)["tests"]} == alone
-    assert "known-violation" in alone.values()
-
-
-@pytest.mark.slow
 def test_what_fails_on_one_engine_outside_of_the_known_condition_is_not_known(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=-2.0)
     known = "--hri-known=R2 when lamp_level > 99: the hall has no dimmer"
@@ -178,11 +168,3 @@ def test_what_fails_on_one_engine_outside_of_the_known_condition_is_not_known(la
     assert "failed" not in outcomes(lamps)
     assert lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both", known).ret == 1
     assert {test["id"] for test in outcomes(lamps)["failed"]} == glaring
-
-
-@pytest.mark.slow
-def test_a_baseline_of_another_engine_says_so(lamps: pytest.Pytester) -> None:
-    two_engines(lamps, shift=0.5)
-    lamps.runpytest_inprocess(BY_HAND, "--hri-baseline=baseline.json", "--hri-update-baseline")
-    result = lamps.runpytest_inprocess(BY_HAND, "--hri-baseline=baseline.json", "--hri-engine=led")
-    result.stdout.fnmatch_lines(["  engine was bulb before, and is led now: records may differ*"])

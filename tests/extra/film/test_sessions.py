@@ -103,15 +103,6 @@ def test_failing_and_known_failing_tests_are_filmed_and_linked(filmed: pytest.Py
 
 
 @pytest.mark.slow
-def test_a_run_that_an_exception_ended_is_filmed_up_to_there(filmed: pytest.Pytester) -> None:
-    change(filmed.path, "lamps/guide.py", "    return wish.level\n", "    raise OSError('no lamp')\n")
-    filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
-    film = films(filmed.path)[BRIGHT]
-    assert film["note"] == ""
-    assert film["frames"] > 5
-
-
-@pytest.mark.slow
 def test_without_an_encoder_the_film_is_a_gif(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pytest_hricdv.extra.film.video.has_encoder", lambda: False)
     filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
@@ -199,20 +190,3 @@ def test_a_film_of_what_there_is_not_is_refused(filmed: pytest.Pytester, old: st
     result = filmed.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert told in result.stderr.str()
-
-
-@pytest.mark.slow
-def test_films_are_attached_to_the_reports_of_other_plugins(
-    filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("PYTEST_ADDOPTS")
-    filmed.runpytest_subprocess(
-        "--hri-suite=rl", "--hri-film", "--hri-strict", "-k", BRIGHT, "--html=out/t.html", "--alluredir=out/allure"
-    )
-    film = next(test for test in report(filmed.path)["tests"] if test["id"] == BRIGHT)["film"]
-    page = (filmed.path / "out" / "t.html").read_text("utf-8")
-    assert f"../hri-report/{film['video']}" in page
-    assert f"../hri-report/{film['strip']}" in page
-    video = (filmed.path / "hri-report" / film["video"]).read_bytes()
-    attached = (filmed.path / "out" / "allure").glob("*-attachment.*")
-    assert video in [each.read_bytes() for each in attached]

@@ -151,35 +151,6 @@ def test_ctrl_c_keeps_what_was_found(guide: pytest.Pytester, monkeypatch: pytest
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("options", "ini", "status"),
-    [
-        (["--hri-mutate", "--hri-fail-under=mutants=30"], "", 0),
-        (["--hri-mutate"], "hri_fail_under = mutants=60", 1),
-        ([], "hri_fail_under = mutants=60", 0),
-    ],
-)
-def test_a_share_of_faults_can_be_asked_for(
-    guide: pytest.Pytester, options: list[str], ini: str, status: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    change(guide.path, "pytest.ini", "pythonpath = .", f"pythonpath = .\n{ini}")
-    result = guide.runpytest_inprocess(SUITE, "--hri-known=R3", "--hri-mutate-faults=3", *options)
-    assert result.ret == status
-    wanted = "FAILED suite by-hand: mutants 33.33 %, at least 60 % asked for"
-    assert result.stdout.str().count(wanted) == status
-
-
-@pytest.mark.slow
-def test_tests_that_fail_without_a_fault_take_no_part(guide: pytest.Pytester) -> None:
-    result = guide.runpytest_inprocess(SUITE, "--hri-mutate", "--hri-mutate-faults=2")
-    assert result.ret == 1
-    found = mutation(guide)
-    assert len(found["excluded_tests"]) == 2
-    assert not {run["test"] for each in found["mutants"] for run in each["runs"]} & {*found["excluded_tests"]}
-    result.stdout.fnmatch_lines(["  2 tests took no part, failing or unmeasured without a fault:*"])
-
-
-@pytest.mark.slow
 def test_a_run_that_depends_on_its_test_function_is_found_out(guide: pytest.Pytester) -> None:
     planted = "def test_lamps(hri_case, monkeypatch):\n    monkeypatch.setattr('lamps.guide.Switched', answer)"
     change(guide.path, "test_lamps.py", "def test_lamps(hri_case):", planted)

@@ -127,11 +127,6 @@ def test_values_that_make_no_sense_are_refused(made: Callable[[], object], told:
     assert str(error.value).startswith(told)
 
 
-def test_an_end_that_is_no_event_is_refused_with_its_place(tmp_path: Path) -> None:
-    with pytest.raises(RequirementError, match=r"ModelOracle, until, column 1: expected an event"):
-        Toy(tmp_path, until="gripping")
-
-
 def test_a_message_whose_content_is_a_variable_can_be_anything_that_the_agent_mentions(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !say(offered). +!say(What) <- .send(person, tell, What)."
     toy = Toy(tmp_path, robot, actions=(OFFERED,), percepts=TOY.percepts[:1], limits={})
@@ -153,20 +148,6 @@ def test_an_agent_that_waits_busily_is_refused(tmp_path: Path) -> None:
     toy = Toy(tmp_path, robot, actions=(OFFERED,), limits={})
     with pytest.raises(ModelOracleError, match=r"robot does not come to rest: let it wait with \.wait, not in"):
         toy.follow((1.0, "order", {"thing": "cup"}))
-
-
-def test_an_agent_that_waits_for_no_time_again_and_again_is_refused(tmp_path: Path) -> None:
-    robot = "+wanted(Thing) <- !spin. +!spin <- .wait(0); !spin. +thanks <- offered."
-    toy = Toy(tmp_path, robot, actions=(OFFERED,), limits={})
-    with pytest.raises(ModelOracleError, match=r"robot does not come to rest: .*@_plan2 \(.*robot\.asl:1:\d+\)"):
-        toy.follow((1.0, "order", {"thing": "cup"}))
-
-
-def test_an_agent_that_only_waits_for_a_belief_comes_to_rest(tmp_path: Path) -> None:
-    robot = "+wanted(Thing) <- !ready; offered. +!ready : thanks. +!ready <- !ready."
-    toy = Toy(tmp_path, robot, actions=(OFFERED,), limits={})
-    assert toy.follow((1.0, "order", {"thing": "cup"}), (2.0, "thank"), (2.5, "offer")).verdict == "Passed"
-    assert toy.follow((1.0, "order", {"thing": "cup"}), (2.0, "offer")).verdict == "Failed"
 
 
 def test_a_goal_of_the_agent_that_fails_is_named_in_the_deviation(tmp_path: Path) -> None:

@@ -129,27 +129,6 @@ def test_the_beginning_of_a_plan_can_be_observed(tmp_path: Path) -> None:
     assert violation(toy.follow(*HANDED_OVER)).startswith("2 s: expected @fetch within 1 s of 1.0 s (plan @fetch")
 
 
-def test_messages_of_one_instant_are_observed_one_by_one(tmp_path: Path) -> None:
-    robot = "@a +!serve <- !go. @b +!go."
-    does = (ActionMapping("@a", "on(state) & state == 'A'"), ActionMapping("@b", "on(state) & state == 'B'"))
-    toy = Toy(
-        tmp_path, robot, percepts=(PerceptMapping("!serve", "on(order)", source="person"),), actions=does, limits={}
-    )
-    order: Event = (1.0, "order", {"thing": "tea"})
-    a, b, c = ((1.0, "state", {"name": name}) for name in "ABC")
-    assert toy.follow(order, a, c, b, c).verdict == "Passed"
-    assert toy.follow(order, a, c, c).verdict == "Failed"
-
-
-def test_signals_of_one_instant_are_observed_together(tmp_path: Path) -> None:
-    toy = Toy(
-        tmp_path, actions=(*TOY.actions[:2], ActionMapping("let_go", "fall(holding) & !gripping"), TOY.actions[3])
-    )
-    begin: tuple[Event, ...] = ((0.0, "gripping", True), *HANDED_OVER)
-    assert toy.follow(*begin, (7.5, "gripping", False)).verdict == "Passed"
-    assert toy.follow(*begin, (7.6, "gripping", False)).verdict == "Failed"
-
-
 def test_a_run_is_followed_until_it_leaves_what_the_model_knows(tmp_path: Path) -> None:
     toy = Toy(tmp_path, until="rise(gripping)")
     begin: tuple[Event, ...] = ((0.0, "gripping", False), *HANDED_OVER[:5])

@@ -101,13 +101,6 @@ def test_what_cannot_be_compared_is_refused_before_any_test_runs(
     assert not (committed.path / "made").exists()
 
 
-def test_a_folder_without_a_repository_is_refused(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(lamps.path.parent))
-    result = lamps.runpytest_inprocess(SUITE, "--hri-patch=main")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*--hri-patch: git rev-parse in *: *not a git repository*"])
-
-
 def test_code_that_git_ignores_is_not_taken_for_new(committed: pytest.Pytester) -> None:
     (committed.path / ".gitignore").write_text("lamps/made.py\n")
     (committed.path / "lamps" / "made.py").write_text("MADE = 1\n")

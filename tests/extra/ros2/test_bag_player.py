@@ -168,27 +168,6 @@ def test_a_bag_is_published_in_simulated_time(world: World, tmp_path: Path, suff
 
 
 @pytest.mark.parametrize(
-    ("options", "expected"),
-    [
-        ({"topics": ["/said"]}, [(0.0, "a"), (1.5, "b")]),
-        ({"rate": 2.0}, [(0.0, "map"), (0.5, "a"), (1.25, "b"), (1.5, "scan")]),
-        ({"start_s": 2.0}, [(0.5, "b"), (1.0, "scan")]),
-        ({"delay_s": 4.0, "start_s": 2.5}, [(4.0, "b"), (4.5, "scan")]),
-        (
-            {"topics": ["/said"], "loop": True},
-            [(0.0, "a"), (1.5, "b"), (1.5, "a"), (3.0, "b"), (3.0, "a"), (4.5, "b"), (4.5, "a")],
-        ),
-        ({"topics": ["/said", "/map"], "rate": 0.5}, [(0.0, "map"), (2.0, "a"), (5.0, "b")]),
-    ],
-)
-def test_what_is_played_and_when_is_chosen(
-    world: World, tmp_path: Path, options: dict[str, Any], expected: list[tuple[float, str]]
-) -> None:
-    BagPlayer(world.ros, _write(tmp_path / "walk", "mcap", _walk()), **options)
-    assert _heard(world, 5.0) == expected
-
-
-@pytest.mark.parametrize(
     ("shift", "expected_ns"), [(True, EPOCH_NS + 1_950_000_000), (False, _RECORDED_NS + 2_900_000_000)]
 )
 def test_stamps_are_as_old_as_when_they_were_recorded(
@@ -249,10 +228,3 @@ def test_a_file_that_is_cut_off_is_said_to_be(tmp_path: Path, suffix: str) -> No
     _cut(bag / f"walk_0.{suffix}")
     with pytest.raises(BagError, match="walk: cannot be read, perhaps cut off"):
         read_bag(bag)
-
-
-@pytest.mark.usefixtures("ros_messages")
-def test_files_that_are_missing_are_named(tmp_path: Path) -> None:
-    _write_metadata(tmp_path, "walk_0.mcap", _walk())
-    with pytest.raises(BagError, match=r"files are missing: .*walk_0\.mcap"):
-        read_bag(tmp_path)

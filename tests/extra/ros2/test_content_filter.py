@@ -50,26 +50,6 @@ def test_a_message_passes_or_not(expression: str, parameters: tuple[str, ...], p
     assert content_filter(expression, parameters)(_MESSAGE) is passes
 
 
-@pytest.mark.parametrize(
-    ("expression", "parameters", "problem"),
-    [
-        ("count", (), ", at its end"),
-        ("count = ", (), ", at its end"),
-        ("count = 3 3", (), ", at '3'"),
-        ("(count = 3", (), ", at its end"),
-        ("count ~ 3", (), ", at '~ 3'"),
-        ("count = %1", ("1",), ": there is no parameter %1"),
-        ("count = %0", ("1 OR 2",), ": its parameter %0, '1 OR 2', is not a value"),
-        ("count BETWEEN 1 OR 2", (), ", at 'OR 2'"),
-        ("count NOT = 3", (), ", at '= 3'"),
-    ],
-)
-def test_what_is_no_filter_is_said(expression: str, parameters: tuple[str, ...], problem: str) -> None:
-    with pytest.raises(RCLError, match="is not a filter expression") as raised:
-        content_filter(expression, parameters)
-    assert str(raised.value).endswith(problem)
-
-
 def test_a_subscription_takes_what_passes_its_filter() -> None:
     heard = []
 

@@ -16,7 +16,6 @@ from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.extra.ros2.world import wait_for
 from pytest_hricdv.generate.sampler import Uniform
-from pytest_hricdv.runtime.bus import MessageFault
 from pytest_hricdv.runtime.node_error import NodeError
 from tests.extra.ros2.test_bridge import CELL, Cell, scan
 
@@ -118,19 +117,6 @@ def test_services_and_actions_take_time_in_both_directions() -> None:
         "1.000 gripper grasp_response held=False",
     ]
     assert ended_s == [1.0]
-
-
-def test_the_code_under_test_is_judged_by_when_it_speaks() -> None:
-    run = timed(delay_s={SCAN: 0.5})
-    run.bus._by_code = lambda: True
-    arrivals(run, count=1)
-    assert [message.time_s for message in run.recorder.messages if message.topic == "cell_scan"] == [0.0]
-
-
-def test_a_disturbance_comes_in_the_place_of_the_timing() -> None:
-    run = timed(delay_s={SCAN: 0.5})
-    run.bus.disturb("cell_scan", MessageFault("late", (2.0,)))
-    assert arrivals(run, count=2) == [(1, 0.51), (0, 2.0)]
 
 
 @pytest.mark.parametrize(

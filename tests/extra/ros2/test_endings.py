@@ -13,7 +13,7 @@ from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.qos import Profile
 from pytest_hricdv.extra.ros2.services import Client, ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
-from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.virtual import VirtualModules
 from tests.extra.ros2.system import Grasp, Reading, node
 
@@ -94,19 +94,3 @@ def test_a_process_waits_for_its_threads_except_daemons(daemon: bool, left: list
 
     assert _observed(main, 1.5) == left
     assert ended == ([] if daemon else [2.0])
-
-
-def test_a_process_that_fails_ends_too() -> None:
-    kernel = Kernel()
-    left = []
-
-    def main() -> None:
-        _entities(node("arm"))
-        raise ValueError("a fault")
-
-    process = Process(kernel, ModuleVariables([]), ["arm"])
-    process.at_end.append(lambda: left.append("ended"))
-    kernel.spawn("arm", process.wrap(main))
-    with pytest.raises(NodeError, match="a fault"):
-        kernel.run(1.0)
-    assert left == ["ended"]

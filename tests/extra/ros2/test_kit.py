@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.declarations.ros2 import Ros2
-from pytest_hricdv.extra.ros2.kit.base import distance_m
 from pytest_hricdv.extra.ros2.messages import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.ros2 import JointTrajectoryFollower, Laser, ManagedNode, Navigation, PlanarBase, PlanarPose
@@ -94,21 +93,6 @@ def test_a_base_drives_as_it_is_told_and_says_where_it_is(world: World) -> None:
     assert (where.x, where.y) == (base.pose.x_m, base.pose.y_m)
 
 
-@pytest.mark.parametrize(
-    ("start", "angle_rad", "expected_m"),
-    [
-        ((0.0, 0.0), 0.0, 2.0),
-        ((0.0, 0.0), math.pi / 4, 2.0 * math.sqrt(2.0)),
-        ((1.0, 1.0), math.pi, 3.0),
-        ((0.0, 0.0), -math.pi / 2, 2.0),
-        ((3.0, 0.0), 0.0, math.inf),
-        ((3.0, 0.0), math.pi, 1.0),
-    ],
-)
-def test_a_ray_meets_the_nearest_edge(start: tuple[float, float], angle_rad: float, expected_m: float) -> None:
-    assert distance_m(*start, angle_rad, [SQUARE]) == pytest.approx(expected_m)
-
-
 def test_a_laser_sees_walls_and_what_moves_with_seeded_noise(world: World) -> None:
     legs = [[(1.0, -0.1), (1.2, -0.1), (1.2, 0.1), (1.0, 0.1)]]
     polygons = lambda: [SQUARE, *(legs if world.kernel.now_s >= 0.5 else [])]  # noqa: E731
@@ -161,22 +145,6 @@ def test_navigation_drives_a_base_to_a_pose(world: World) -> None:
         (True, 5, pytest.approx(3.0, abs=0.06)),
         6,
     ]
-
-
-def test_navigation_follows_waypoints_and_says_which_it_missed(world: World) -> None:
-    Navigation(world.ros, speed_m_s=1.0, reaches=lambda pose: pose.x_m < 2.0).follow_waypoints()
-    client = world.ros.node("commander").action("/follow_waypoints", "nav2_msgs/action/FollowWaypoints")
-    seen: list[Any] = []
-
-    def commander() -> None:
-        goal = client.send(1.0, poses=[pose(1.0, 0.0), pose(5.0, 0.0), pose(0.0, 0.0)])
-        while (feedback := goal.feedback(5.0)) is not None:
-            seen.append(feedback.current_waypoint)
-        answer = goal.result(1.0)
-        seen.append((answer.status, [missed.waypoint_index for missed in answer.result.missed_waypoints]))
-
-    world.play(commander)
-    assert seen == [0, 1, 2, (4, [1])]
 
 
 def trajectory(*points: tuple[float, float, float], joints: tuple[str, ...] = ("lift", "turn")) -> Any:

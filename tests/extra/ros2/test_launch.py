@@ -15,10 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError, Ros2, Ros2Error, RosNode
-from pytest_hricdv.extra.ros2 import executables, system
+from pytest_hricdv.extra.ros2 import system
 from pytest_hricdv.extra.ros2.arguments import command_line, parse
 from pytest_hricdv.extra.ros2.executables import load
-from pytest_hricdv.extra.ros2.execution import list_nodes
 from pytest_hricdv.extra.ros2.launch_files import find
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.system import prepare
@@ -158,23 +157,6 @@ def test_a_node_of_a_workspace_needs_no_build(
         load(RosNode(package="no_robot", executable="grasper", workspace=["not_there"]))
 
 
-def _run_certain(run: Any) -> None:
-    started = run.ros2(RosNode(package="arm", executable="left"), *[1])
-    if run:
-        run.ros2(RosNode(package="arm", executable="conditional"))
-    run.go(RosNode(package="arm", executable="sure", workspace=["src"]), started)
-    name = "arm"
-    run.ros2(RosNode(package=name, executable="computed"), RosNode(entry="arm.left:main"))
-
-
-def test_nodes_that_each_test_starts_are_known_before_the_first_one() -> None:
-    assert list(list_nodes(_run_certain)) == [
-        RosNode(package="arm", executable="left"),
-        RosNode(package="arm", executable="sure", workspace=["src"]),
-    ]
-    assert list(list_nodes(partial(_run_certain))) == list(list_nodes(len)) == []
-
-
 def test_another_launch_than_that_of_ros_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("launch", "launch_ros"):
         (tmp_path / name).mkdir()
@@ -184,20 +166,6 @@ def test_another_launch_than_that_of_ros_is_named(tmp_path: Path, monkeypatch: p
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(MissingExecutableError, match=r"'launch' in .*launch/__init__\.py is not that of ROS 2"):
         find(Launch("cell.launch.py"))
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [(b"\x7fELF\x02", r"compiled program, as of C\+\+"), (b"#!/usr/bin/env python3", "not a console script")],
-)
-def test_another_executable_is_said_to_be_one(
-    content: bytes, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = tmp_path / "driver"
-    file.write_bytes(content)
-    monkeypatch.setattr(executables, "find_executable", lambda package, executable: file)
-    with pytest.raises(LaunchError, match=message):
-        load(RosNode(package="cell_driver", executable="driver"))
 
 
 MODULE = """
@@ -324,9 +292,3 @@ def test_what_cannot_be_started_is_said_before_anything_runs(
     run.middleware = system.Ros2Overlay(Ros2(), ("other",))
     with pytest.raises(TestbenchError, match=message):
         run.ros2(node)
-
-
-def test_a_testbench_without_a_declaration_cannot_start_nodes() -> None:
-    run = _run()
-    with pytest.raises(TestbenchError, match=r"the testbench declares no ROS 2 system; give it ros2=Ros2\(\.\.\.\)"):
-        run.ros2(RosNode(entry="cell.arm:main"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from pytest_hricdv.extra.ros2.messages import copy_message
 from pytest_hricdv.extra.ros2.qos import (
     Profile,
 )
@@ -56,21 +55,3 @@ def test_without_a_server_a_request_is_lost_and_who_waits_for_it_waits() -> None
         assert client.take_response(Grasp.Response) == (None, None)
 
     run(robot)
-
-
-class _Range:
-    """A message with a float32, as `rosidl` generates it."""
-
-    __slots__ = ("_far", "_near")
-
-    @classmethod
-    def get_fields_and_field_types(cls) -> dict[str, str]:
-        return {"near": "float", "far": "double"}
-
-
-def test_a_float32_is_rounded_when_it_is_sent() -> None:
-    message: Any = _Range()
-    message._near = message._far = 0.1
-    sent = copy_message(message)
-    assert (sent._near, sent._far) == (0.10000000149011612, 0.1)
-    assert message._near == 0.1

@@ -34,22 +34,6 @@ def cell(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_plugins_for_launch_tests_are_left_out(
-    cell: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """That of older ones has a hook with an argument that pytest has no more: pytest would not start."""
-    folder = tmp_path_factory.mktemp("distribution")
-    (folder / "launch_hooks.py").write_text("def pytest_pycollect_makemodule(no_more, parent):\n    pass\n")
-    info = folder / "launch_testing-3.4.3.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: launch-testing\nVersion: 3.4.3\n")
-    (info / "entry_points.txt").write_text("[pytest11]\nlaunch_testing = launch_hooks\n")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
-    assert run("pytest --collect-only -q", cell)[0] == 0
-    _edit(cell / "pytest.ini", ("addopts", "; addopts"))
-    assert "declared in the hookimpl" in run("pytest --collect-only -q", cell)[1]
-
-
 def _edit(file: Path, *replacements: tuple[str, str]) -> None:
     text = file.read_text(encoding="utf-8")
     for old, new in replacements:

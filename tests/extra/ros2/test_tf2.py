@@ -23,7 +23,7 @@ from pytest_hricdv.extra.ros2.frame_tree import (
     LookupException,
 )
 from pytest_hricdv.extra.ros2.tf2 import BufferCore
-from pytest_hricdv.extra.ros2.transforms import Quaternion, Transform, inverse, product, rotate, slerp
+from pytest_hricdv.extra.ros2.transforms import Quaternion, Transform, inverse, product, rotate
 
 _TURN = (0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))
 """By 90 degrees about z."""
@@ -81,13 +81,6 @@ def test_frames_are_connected_up_and_down_the_tree() -> None:
     assert _looked_up(buffer, "hand", "hand", 7.0) == Transform()
 
 
-def test_a_lookup_between_two_times_goes_by_a_frame_that_stays() -> None:
-    buffer = _buffer(*[_moved("map", "base", time_s, time_s) for time_s in (1.0, 2.0, 3.0)])
-    assert buffer.can_transform_full_core("base", _time(3.0), "base", _time(1.0), "map") == (1, "")
-    first, second = _looked_up(buffer, "map", "base", 1.0), _looked_up(buffer, "base", "map", 3.0)
-    assert second.after(first).translation == pytest.approx((-2.0, 0.0, 0.0))
-
-
 _MOVES = [_moved("map", "base", 1.0, 0.0), _moved("map", "base", 2.0, 1.0), _moved("island", "tree", 1.0, 0.0)]
 _ASKED = ", when looking up transform from frame [base] to frame [map]"
 
@@ -141,13 +134,6 @@ def test_a_wrong_transform_is_logged_and_left_out(transform: Any, text: str, log
     assert not buffer._frameExists("base")
 
 
-def test_what_is_older_than_the_buffer_is_left_out_and_forgotten(logged: list[str]) -> None:
-    buffer = _buffer(*[_moved("map", "base", time_s, time_s) for time_s in (1.0, 20.0, 20.5, 5.0)])
-    assert logged[0].startswith("TF_OLD_DATA ignoring data from the past for frame base at time 5.000000")
-    with pytest.raises(ExtrapolationException, match=r"the earliest data is at time 20\.000000"):
-        _looked_up(buffer, "map", "base", 1.0)
-
-
 _UNIT = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1)
 _ROTATIONS = _UNIT.map(lambda q: tuple(value / math.hypot(*q) for value in q))
 _VECTORS = st.tuples(*[st.floats(-100.0, 100.0)] * 3)
@@ -159,14 +145,6 @@ def test_transforms_compose_and_invert(a: Any, moved_a: Any, b: Any, moved_b: An
     assert second.after(first).of(point) == pytest.approx(second.of(first.of(point)), abs=1e-9)
     assert first.inverse().of(first.of(point)) == pytest.approx(point, abs=1e-9)
     assert rotate(product(a, inverse(a)), point) == pytest.approx(point, abs=1e-9)
-
-
-@given(_ROTATIONS, _ROTATIONS, st.floats(0.0, 1.0))
-def test_between_two_rotations_lies_a_rotation(a: Any, b: Any, share: float) -> None:
-    between = slerp(a, b, share)
-    assert math.hypot(*between) == pytest.approx(1.0)
-    assert slerp(a, b, 0.0) == pytest.approx(a)
-    assert abs(sum(x * y for x, y in zip(slerp(a, b, 1.0), b, strict=True))) == pytest.approx(1.0)
 
 
 @pytest.mark.skipif(find_spec("tf2_py") is not None, reason="tf2_py is installed")

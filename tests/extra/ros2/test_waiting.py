@@ -8,14 +8,12 @@ import pytest
 
 from pytest_hricdv.extra.ros2.clocks import (
     Clock,
-    ClockEvent,
     ClockType,
     RosTimer,
     TimePoint,
     need_no_clock_topic,
 )
 from pytest_hricdv.extra.ros2.executor import _in_order
-from pytest_hricdv.extra.ros2.handles import InvalidHandle
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition
 from pytest_hricdv.runtime import Kernel, KernelError
 from tests.extra.ros2.system import node, run, wait
@@ -85,26 +83,6 @@ def test_until_it_is_set_an_overridden_clock_reads_the_kernel_if_it_may(
     assert seen == expected
 
 
-def test_a_clock_event_ends_a_sleep() -> None:
-    seen: list[Any] = []
-
-    def robot(kernel: Kernel) -> None:
-        event, clock = ClockEvent(), Clock(ClockType.SYSTEM_TIME)
-
-        def other() -> None:
-            kernel.sleep(2.0)
-            event.set()
-
-        kernel.spawn("other", other)
-        for _ in range(2):
-            event.wait_until_system(clock, TimePoint(clock.now_ns() + 10_000 * _MS, ClockType.SYSTEM_TIME))
-            seen.append(kernel.now_s)
-            event.clear()
-
-    run(robot)
-    assert seen == [2.0, 12.0]
-
-
 def test_a_loop_that_polls_without_end_is_an_error() -> None:
     def robot(kernel: Kernel) -> None:
         guard = GuardCondition(node("robot").context)
@@ -113,19 +91,6 @@ def test_a_loop_that_polls_without_end_is_an_error() -> None:
 
     with pytest.raises(KernelError, match=r"polls without time passing, at \S+: a loop must sleep"):
         run(robot)
-
-
-def test_a_handle_is_valid_until_its_last_use_ends() -> None:
-    def robot(kernel: Kernel) -> None:
-        made = node("robot")
-        with made:
-            made.destroy_when_not_in_use()
-            assert made.get_node_names_and_namespaces() == [("robot", "/")]
-        assert made.graph.nodes == []
-        with pytest.raises(InvalidHandle, match="destruction was requested"), made:
-            pass
-
-    run(robot)
 
 
 def test_callbacks_that_are_ready_are_called_as_the_schedule_has_it() -> None:

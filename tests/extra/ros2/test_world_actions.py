@@ -95,28 +95,6 @@ def test_a_goal_or_its_cancellation_is_refused() -> None:
     assert seen == [(None, None), (False, 4)]
 
 
-def test_a_goal_is_aborted_by_another_node_of_the_world() -> None:
-    run = cell()
-    goals: list[Any] = []
-    seen: list[Any] = []
-
-    def execute(goal: Any) -> None:
-        goals.append(goal)
-        seen.append((goal.wait(10.0), goal.is_over, run.kernel.now_s))
-
-    client = served(run, execute)
-
-    def person() -> None:
-        goal = client.send(1.0, part="leg")
-        run.kernel.sleep(1.0)
-        goals[0].abort(held=True)
-        answer = goal.result(1.0)
-        seen.append((answer.status, answer.result.held))
-
-    run.run(person)
-    assert sorted(seen) == [(True, True, 1.0), (6, True)]
-
-
 def test_several_goals_go_on_at_once_each_with_its_own_feedback() -> None:
     run, seen = cell(), {}
 

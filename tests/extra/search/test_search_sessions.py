@@ -11,7 +11,6 @@ from tests.plugin.project import change, report
 from tests.plugin.test_replay import refused
 
 TIGHT = ("eventually[0:2](on(answer))", "eventually[0:0.98](on(answer))")
-NEVER = "\n[R4]\ntitle = 'No flooding'\nformula = 'always(lamp_level > 900 -> lamp_level < 901)'\n"
 
 
 @pytest.fixture
@@ -44,31 +43,6 @@ def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(tight: p
     again = tight.runpytest_inprocess("-v", *shlex.split(command)[1:])
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(["R3 Failed: *", f"replay of {found['id']}: the same run, to the bit"])
-
-
-@pytest.mark.slow
-def test_the_smallest_margin_is_told_even_when_nothing_fails(lamps: pytest.Pytester) -> None:
-    with (lamps.path / "requirements.toml").open("a", encoding="utf-8") as file:
-        file.write(NEVER)
-    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-search=40", "--hri-allow-nc=R4")
-    assert result.ret == 0
-    found = report(lamps.path)["search"]
-    assert {name: each["status"] for name, each in found.items()} == {
-        "R1": "not violated",
-        "R2": "violated by the suite",
-        "R3": "not violated",
-        "R4": "never triggered",
-    }
-    assert found["R3"]["suite_margin"] > found["R3"]["margin"] == 1.0
-    assert [found[name]["runs"] for name in found] == [40, 0, 40, 0]
-    result.stdout.fnmatch_lines(
-        [
-            "no violation of R1 found: margin 0.7 s, 0.7 s in the suite; nearest was a variant of * (40 runs, * s)",
-            "search for a violation of R2: not needed, rl-hall-polite-* violates it",
-            "no violation of R3 found: margin 1 s, 1.0* s in the suite; nearest was a variant of rl-*",
-            "search for a violation of R4: no test triggers it, so nothing was run",
-        ]
-    )
 
 
 @pytest.mark.slow

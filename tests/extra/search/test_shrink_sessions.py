@@ -63,17 +63,6 @@ def test_it_is_the_same_on_workers_and_nothing_is_shrunk_unasked(long: pytest.Py
     assert found == [found[0], found[0], []]
 
 
-@pytest.mark.slow
-def test_each_requirement_is_shrunk_by_itself_for_its_own_reason(long: pytest.Pytester) -> None:
-    change(long.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 1.5")
-    long.runpytest_inprocess(SUITE, "--hri-shrink")
-    (test,) = [test for test in report(long.path)["tests"] if test.get("shrunk")]
-    assert {name: each["abstract"] for name, each in test["shrunk"].items()} == {
-        "R1": ["set_lamp level = 10"],
-        "R2": ["set_lamp level = 100"],
-    }
-
-
 COUNTED = """def run(run):
     global RUNS
     RUNS += 1

@@ -86,16 +86,6 @@ def test_without_more_the_failing_tests_have_one_and_it_is_the_same_each_time(la
     assert {name: path.read_bytes() for name, path in traces(lamps).items()} == before
 
 
-@pytest.mark.slow
-def test_units_are_in_the_schemas(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*ASKED, "-p", "no:xdist", "--hri-mcap")
-    with next(iter(traces(lamps).values())).open("rb") as file:
-        summary = make_reader(file).get_summary()
-    assert summary is not None
-    (schema,) = (json.loads(each.data) for each in summary.schemas.values() if each.name == "signal.lamp_level")
-    assert schema["properties"] == {"value": {"type": "number", "description": "in %"}}
-
-
 def test_without_its_library_it_says_what_to_install(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pytest_hricdv.extra.traces.feature.find_spec", lambda name: None)
     result = lamps.runpytest_inprocess(*ASKED, "-p", "no:xdist", "--hri-mcap")

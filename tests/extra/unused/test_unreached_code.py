@@ -126,28 +126,11 @@ def test_a_session_in_which_nothing_reaches_the_code_fails(lamps: pytest.Pyteste
     assert "It may connect to a bus of its own: hand it run.bus.port(...)" in problem
 
 
-POLLS = step("self.given[0].get_nowait() if not self.given[0].empty() else None")
 REACHED = {
     "a subscription": {"given": "port.subscribe(Wish)", "guide": step("self.given[0].poll()")},
-    "a subscription that it waits for": {"given": "port.subscribe(Wish)", "guide": step("self.given[0].wait(1.0)")},
-    "a subscription that a callback takes from": {
-        "given": "port.subscribe(Wish).poll",
-        "guide": step("self.given[0]()"),
-    },
     "a queue": {"given": "inbox", "guide": step("self.given[0].get()"), "person": "inbox.put(level)"},
-    "a queue that is polled": {"given": "inbox", "guide": POLLS, "person": "inbox.put(level)"},
     "a dictionary": {"given": "state", "guide": step("self.given[0]['level']"), "person": "state['level'] = level"},
-    "a dictionary, in a function": {
-        "given": "lambda: state",
-        "guide": step("self.given[0]()"),
-        "person": "state['level'] = level",
-    },
     "a device": {"given": "kettle", "guide": step("self.given[0].heat"), "person": "kettle.heat = level"},
-    "a device, by a method": {
-        "given": "kettle.read",
-        "guide": step("self.given[0]()"),
-        "person": "kettle.heat = level",
-    },
     "a device that is held weakly": {
         "given": "weakref.proxy(kettle)",
         "guide": step("self.given[0].heat"),
@@ -162,13 +145,6 @@ REACHED = {
         ),
         "person": "lamps.guide.LEVEL = 20.0 if 'greet' in action.command else 0.0",
     },
-    "a global of the testbench": {
-        "given": "WORLD",
-        "guide": step("self.given[0].get('level')"),
-        "person": "WORLD['level'] = level",
-        "run": "WORLD = {}\n" + RUN,
-    },
-    "a class of the testbench": {"given": "Kettle", "guide": step("self.given[0]().read()"), "person": "Kettle()"},
     "a world": {
         "given": "state",
         "guide": step("self.given[0]['level']"),
@@ -195,7 +171,7 @@ REACHED = {
 }
 
 
-@pytest.mark.parametrize("parts", mostly_slow(REACHED, 4))
+@pytest.mark.parametrize("parts", mostly_slow(REACHED, 2))
 def test_what_reaches_the_code_in_any_way_fails_nothing(lamps: pytest.Pytester, parts: dict[str, str]) -> None:
     write(lamps, **parts)
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-o", "hri_known_violations=")

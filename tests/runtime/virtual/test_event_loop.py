@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
-import inspect
 import re
 from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any
@@ -141,28 +140,6 @@ def test_a_loop_in_a_thread_is_given_work_by_others() -> None:
     assert said == [4.0, 5.0, False]
 
 
-def test_what_a_run_leaves_open_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
-    ended: list[str] = []
-
-    async def for_ever() -> None:
-        try:
-            while True:
-                await asyncio.sleep(1.0)
-        finally:
-            ended.append("cleaned up")
-
-    async def main() -> None:
-        asyncio.create_task(for_ever())  # noqa: RUF006
-        await asyncio.sleep(10_000.0)
-
-    gc.collect()  # what other tests have left
-    capfd.readouterr()
-    run(lambda kernel: VIRTUAL.run(main()), lambda kernel: VIRTUAL.new_event_loop().run_until_complete(main()))
-    gc.collect()
-    assert ended.count("cleaned up") >= 1
-    assert capfd.readouterr() == ("", "")
-
-
 @pytest.mark.parametrize("waits_in", ["sleep", "queue"])
 def test_a_program_that_is_cut_off_cancels_its_tasks_without_a_word(
     waits_in: str, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
@@ -190,16 +167,6 @@ def test_outside_of_a_node_it_is_asyncio_itself() -> None:
         return type(asyncio.get_running_loop()).__name__
 
     assert VIRTUAL.run(main()) != event_loop.VirtualEventLoop.__name__
-
-
-@pytest.mark.parametrize("use", [VIRTUAL.run, lambda coroutine: VIRTUAL.Runner().run(coroutine)])
-def test_it_is_refused_where_it_is_not_asked_for_and_the_coroutine_closed(
-    use: Callable[[Coroutine[Any, Any, None]], object],
-) -> None:
-    coroutine = asyncio.sleep(1.0)
-    with pytest.raises(NodeError, match=r'test_event_loop.py:\d+: the event loop of asyncio in node .*"asyncio"'):
-        run(lambda kernel: use(coroutine), kinds=("time",))
-    assert inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
 
 
 @pytest.mark.parametrize(

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import concurrent.futures
-import sys
-import threading
 import time
-from types import ModuleType
 
 import pytest
 
-from pytest_hricdv.runtime.kernel import Kernel
-from pytest_hricdv.runtime.virtual import VirtualModules, clocks
+from pytest_hricdv.runtime.virtual import clocks
 from pytest_hricdv.runtime.virtual.modules import Replacements
-from pytest_hricdv.runtime.virtual.outside import guard_run
 
 
 class Hook:
@@ -36,25 +31,3 @@ def test_what_a_module_loads_when_it_is_asked_for_has_its_stand_in(monkeypatch: 
     replacements = Replacements()
     replacements.update()
     assert concurrent.futures.ThreadPoolExecutor in replacements
-
-
-def test_what_takes_the_place_in_memory_of_a_hook_that_is_gone_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    replacements = Replacements()
-    with monkeypatch.context() as patch:
-        patch.setattr(threading, "excepthook", Hook())  # pytest sets one for each session
-        replacements.update()
-    others = [Hook() for _ in range(1000)]
-    assert all(replacements.of(other) is other for other in others)
-
-
-class Pretender:
-    """Says that it is a module, as libraries of cffi do, and can have no weak references."""
-
-    __slots__ = ()
-    __class__ = ModuleType  # type: ignore[assignment]
-
-
-def test_what_only_says_that_it_is_a_module_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pretender", Pretender())
-    with VirtualModules(["pretender", __name__]).install(), guard_run(Kernel()):
-        assert isinstance(sys.modules["pretender"], ModuleType)

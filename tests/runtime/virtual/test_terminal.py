@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import cmd
-import fcntl
 import getpass
 import json
 import os
@@ -147,22 +145,6 @@ def test_other_ways_to_wait_for_a_key(waiting: str) -> None:
     assert seen == [(False, 0.5), (True, 0.7, b"w", True)]
 
 
-def test_a_terminal_that_does_not_block() -> None:
-    seen: list[Any] = []
-
-    def node(kernel: Kernel) -> None:
-        descriptor = sys.stdin.fileno()
-        tty.setcbreak(descriptor)
-        fcntl.fcntl(descriptor, fcntl.F_SETFL, fcntl.fcntl(descriptor, fcntl.F_GETFL) | os.O_NONBLOCK)
-        with pytest.raises(BlockingIOError):
-            os.read(descriptor, 1)
-        kernel.sleep(1.0)
-        seen.append(os.read(descriptor, 10))
-
-    run(node, keys=[(0.5, press("a", "b"))])
-    assert seen == [b"ab"]
-
-
 def test_ctrl_c_interrupts_a_node_where_it_waits_and_ends_it() -> None:
     seen: list[Any] = []
 
@@ -210,14 +192,6 @@ def test_two_nodes_that_read_one_terminal_are_told() -> None:
         run(one, other)
 
 
-def test_a_selection_of_the_terminal_and_a_socket_is_refused() -> None:
-    def node(kernel: Kernel) -> None:
-        select.select([sys.stdin, 7], [], [], 1.0)
-
-    with pytest.raises(NodeError, match="waits with select for its terminal and for other files"):
-        run(node)
-
-
 def test_nothing_is_left_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     before = (sys.stdin, select.select, termios.tcgetattr, vars(tty)["tcgetattr"], os.read, getpass.getpass)
     descriptors = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
@@ -262,27 +236,6 @@ def test_an_event_loop_reads_keys() -> None:
 
     run(node, keys=[(1.0, typing("a\n")), (3.0, typing("b\n")), (4.0, typing("c\n"))])
     assert seen == [("a\n", 1.0), 2.0, ("b", 3.0), (b"c\n", 4.0)]
-
-
-def test_a_command_loop_of_the_library_and_a_thread_that_reads() -> None:
-    seen: list[Any] = []
-
-    def node(kernel: Kernel) -> None:
-        class Shell(cmd.Cmd):
-            def do_go(self, way: str) -> None:
-                seen.append((way, kernel.now_s))
-
-            def do_quit(self, _: str) -> bool:
-                return True
-
-        Shell().cmdloop()
-        line: list[bytes] = []
-        kernel.spawn("thread", lambda: line.append(sys.stdin.buffer.readline()))
-        kernel.sleep(5.0)
-        seen.append((line[0].decode(), os.get_terminal_size(0), sys.stdin.encoding))
-
-    run(node, keys=[(1.0, typing("go home\n")), (2.0, typing("quit\n")), (3.0, typing("é\n"))])
-    assert seen == [("home", 1.0), ("é\n", (80, 24), "utf-8")]
 
 
 def at_a_real_terminal() -> list[Any]:

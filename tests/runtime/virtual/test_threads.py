@@ -66,18 +66,6 @@ def test_two_nodes_have_threads_of_their_own() -> None:
     assert names == [(2, 2, 1, "MainThread")] * 2 + ["Thread-1 (<lambda>)"] * 2
 
 
-def test_a_thread_may_leave() -> None:
-    def leave() -> None:
-        raise SystemExit
-
-    def body() -> None:
-        thread = VIRTUAL.threading.Thread(target=leave)
-        thread.start()
-        thread.join()
-
-    assert in_virtual_time(body) == 0
-
-
 def test_the_world_releases_and_sets_but_does_not_wait() -> None:
     event, kernel = VIRTUAL.threading.Event(), Kernel()
     kernel.virtual = frozenset(("threading",))
@@ -132,20 +120,3 @@ def test_threads_that_are_over_and_waits_for_futures_that_are_not_are_not_kept()
     assert names == [["MainThread"]] * 3
     assert kept[0] == 0
     assert kept[1] < 1_500
-
-
-def test_the_node_stays_the_main_thread_of_its_threads_when_it_has_ended() -> None:
-    said: list[object] = []
-
-    def last() -> None:
-        VIRTUAL.time.sleep(1.0)
-        for _ in range(200):
-            VIRTUAL.threading.Thread(target=lambda: None).start()
-            VIRTUAL.time.sleep(0.01)
-        said.append((VIRTUAL.threading.main_thread().name, len(VIRTUAL.threading.enumerate())))
-
-    kernel = Kernel()
-    kernel.virtual = frozenset(("time", "threading"))
-    kernel.spawn("robot", lambda: VIRTUAL.threading.Thread(target=last).start())
-    kernel.run(1000.0)
-    assert said == [("MainThread", 2)]
