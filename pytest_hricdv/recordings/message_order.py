@@ -18,6 +18,9 @@ NS_PER_S = 1_000_000_000
 JITTER_S = 1.0
 """Greatest disorder of messages, as of recorders with a cache; beyond it, the clock was set back."""
 
+HEADER_JITTER_S = 5.0
+"""Greatest disorder of stamps in headers (chosen): processing an image takes a second or two."""
+
 PAUSE_S = 600.0
 """A longer pause of all topics is a jump of the clock, or the beginning of another recording."""
 

@@ -15,6 +15,7 @@ from pytest_hricdv.recordings.bags import Decoder, Paths, Value, bag_files, read
 from pytest_hricdv.recordings.containers import UnreadableError
 from pytest_hricdv.recordings.message_order import (
     CLOCK,
+    HEADER_JITTER_S,
     JITTER_S,
     MAX_VALUES,
     NOTHING,
@@ -158,9 +159,7 @@ class RecordingReader:
         fields_of: Callable[[str], Paths | None],
         *,
         stamp: Callable[[RecordedSample], float | None] | None = None,
-        jitter_s: float = JITTER_S,
-        jumps: bool = True,
-        from_zero: bool = False,
+        is_exact: bool = False,
         most: float = math.inf,
     ) -> Iterator[tuple[int, RecordedSample]]:
         """The messages in the order of time, each with the number of its part (from 0): the clock jumps between parts.
@@ -168,15 +167,14 @@ class RecordingReader:
         Args:
             fields_of: topic -> the fields that are needed; empty for all, None for none.
             stamp: message -> its own time (s); None to leave it out.
-            jitter_s: greatest disorder of messages.
-            jumps: whether the clock may jump.
-            from_zero: whether the times of the recording begin at 0; otherwise they are since its first message.
+            is_exact: whether times begin at 0 and the clock never jumps, as in traces of this tool; otherwise times are
+                since the first message.
             most: number of messages and values that the caller can keep; later ones are not read.
         """
         self._begin()
-        order = MessageOrder(self.name, jitter_s, splits=jumps)
+        order = MessageOrder(self.name, JITTER_S if stamp is None else HEADER_JITTER_S, splits=not is_exact)
         add = order.add
-        for sample in times_of_clock(self._decoded(fields_of, most, is_based=not from_zero)):
+        for sample in times_of_clock(self._decoded(fields_of, most, is_based=not is_exact)):
             if stamp is not None:
                 time_s = stamp(sample)
                 if time_s is None:

@@ -1,7 +1,7 @@
 """`hricdv evidence`: documents what a report shows for each requirement, to be signed and archived, and verifies it.
 
     hricdv evidence hri-report -o evidence --requirements safety.reqif    # exit 1 if a requirement is open
-    hricdv evidence verify evidence                                       # exit 1 where anything differs
+    hricdv evidence verify evidence                                       # exit 1 if anything differs
 
 `verify` checks all files and rows of evidence, and reruns a sample of its tests.
 """

@@ -26,7 +26,7 @@ from pytest_hricdv.extra.logs.log_map import (
 )
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.recordings.bags import Paths, Value
-from pytest_hricdv.recordings.message_order import JITTER_S, NS_PER_S, UNREAD, RecordedSample
+from pytest_hricdv.recordings.message_order import NS_PER_S, UNREAD, RecordedSample
 from pytest_hricdv.recordings.recording import RecordingReader, is_periodic
 
 GAP_PERIODS = 5.0
@@ -37,9 +37,6 @@ MAX_GAPS = 1000
 
 MAX_WAITS = 20_000
 """Most times between messages that are kept to find the period of a topic; of longer logs every second, fourth, ..."""
-
-HEADER_JITTER_S = 5.0
-"""Greatest disorder of stamps in headers (chosen): processing an image takes a second or two."""
 
 Span = tuple[float, float]
 """Begin and end (s)."""
@@ -269,15 +266,9 @@ class LogReader:
             due_s[part, event.name] = time_s + source.every_s
         return True
 
-    def _samples(self, paths_of_topic: object) -> Iterator[tuple[int, RecordedSample]]:
-        by_header = bool(self._stamped)
-        return self.recording.samples(
-            paths_of_topic,  # type: ignore[arg-type]
-            stamp=self._stamp if by_header else None,
-            jitter_s=HEADER_JITTER_S if by_header else JITTER_S,
-            jumps=not self.made.is_own,
-            from_zero=self.made.is_own,
-        )
+    def _samples(self, paths_of_topic: Callable[[str], Paths | None]) -> Iterator[tuple[int, RecordedSample]]:
+        stamp = self._stamp if self._stamped else None
+        return self.recording.samples(paths_of_topic, stamp=stamp, is_exact=self.made.is_own)
 
     def _stamp(self, sample: RecordedSample) -> float | None:
         """The time of a message; None for topics that the map does not name, as their stamps are not read."""

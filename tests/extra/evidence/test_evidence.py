@@ -341,4 +341,4 @@ def test_verify_runs_tests_again_and_finds_a_changed_controller(lamps: pytest.Py
     shutil.copyfile(code, "before.txt")
     code.write_text(code.read_text(encoding="utf-8") + "\nCHANGED = True\n", encoding="utf-8")
     problems = list(verify_evidence(Path("evidence"), lamps.path, 2))
-    assert problems[0] == "the code under test is not the one of the evidence: its SHA-256 differs"
+    assert problems[0] == "the code under test is not that of the evidence: its SHA-256 differs"
