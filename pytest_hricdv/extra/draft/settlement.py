@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -27,6 +28,9 @@ KEPT = frozenset(("transitions", "statemachine", "py_trees", "pydantic", "attrs"
 
 MAX_ENTRIES = 3
 """Entries that are tried, where nothing that people do reaches the likeliest one."""
+
+MAX_LOOKS = 6
+"""Drafts that are made of what the runs of the one before have shown."""
 
 MAX_LISTED = 6
 """Things in a question."""
@@ -63,6 +67,7 @@ class Settlement:
     seen: Observations = field(default_factory=Observations)
     faulty: frozenset[str] = frozenset()
     trials: int = 0
+    looks: int = 0
     isolated_for: str = ""
     """The error for which each test got a process of its own."""
 
@@ -94,11 +99,11 @@ class Settlement:
             steps = [self._drop_requirement, self._drop_name, self._run_in_root, self._replace_libraries,
                      self._drop_entry, self._drop_code]  # fmt: skip
         elif trial.raising and not trial.calm and not any(trial.last):  # before anybody does anything
-            steps = [self._run_in_root, self._take_time, self._isolate, self._replace_libraries, self._drop_state,
-                     self._try_entry, self._drop_entry]  # fmt: skip
+            steps = [self._run_in_root, self._take_time, self._isolate, self._replace_libraries, self._end_at_error,
+                     self._drop_state, self._try_entry, self._drop_entry]  # fmt: skip
         elif trial.error and trial.error != TOO_LONG:
             steps = [self._run_in_root, self._take_time, self._isolate, self._accept_differences,
-                     self._replace_libraries, self._leave_out, self._drop_state,
+                     self._replace_libraries, self._end_at_error, self._leave_out, self._drop_state,
                      self._drop_calls, self._try_entry, self._fall_silent]  # fmt: skip
         elif trial.is_hollow or trial.error:
             steps = [self._try_entry, self._fall_silent]
@@ -179,6 +184,17 @@ class Settlement:
         names = ", ".join(port.name for port in model.inner)
         self._ask(f"{one_line(trial.error)}: `{names}` has a stand-in now. What does it do?", "inner", trial)
         self.draft = replace(self.draft, declared=model)
+        return True
+
+    def _end_at_error(self, trial: FirstRuns) -> bool:
+        """Let the code end where it lacks a file, a connection or a module, whatever somebody did before."""
+        name = trial.error.partition(":")[0].rpartition(".")[2]
+        kind = getattr(builtins, name, None)
+        is_lacking = isinstance(kind, type) and issubclass(kind, OSError | ImportError)
+        if not is_lacking or name in self.draft.may_raise or self.draft.ros is not None:
+            return False
+        self._ask(f"{one_line(trial.error)}: the code ends there. What does it need?", "run", trial)
+        self.draft = replace(self.draft, may_raise=(*self.draft.may_raise, name))
         return True
 
     def _try_entry(self, trial: FirstRuns) -> bool:
@@ -277,11 +293,12 @@ class Settlement:
 
     def look_again(self) -> bool:
         """Remake the draft from the observations; returns whether it differs."""
-        if self.reread is None or self.seen.is_empty:
+        if self.reread is None or self.seen.is_empty or self.looks >= MAX_LOOKS:
             return False
         model = self.reread(self.seen, self.faulty)
         if model == self.draft.declared:
             return False
+        self.looks += 1
         self.draft = replace(self.draft, declared=model)
         return True
 

@@ -23,9 +23,6 @@ from pytest_hricdv.extra.draft.settlement import (
     without,
 )
 
-MAX_LOOKS = 3
-"""Drafts that are made of what the runs of the one before have shown."""
-
 MAX_TRIALS = 25
 """Runs of a few tests in all, however little each takes."""
 
@@ -50,12 +47,7 @@ def settle(
         progress: called with a sentence for each step.
     """
     work = Settlement(replace(draft, allowed_endings=()), reread, budget_s, 2 * SHARE * budget_s)
-    trial = _make_green(work, progress)
-    for _ in range(MAX_LOOKS):
-        if trial.cause or work.budget_s < budget_s / 2 or not work.look_again():
-            break
-        progress("first runs: the draft has what they have shown, and runs again")
-        trial = _make_green(work, progress)
+    trial = _make_green(work, budget_s / 2, progress)
     work.draft = without(work.draft, trial.failed)
     trials = [trial] if trial.cause else _run_suites(work, SHARE * budget_s, progress)
     made = _without_rare(work.draft, trials)
@@ -64,15 +56,17 @@ def settle(
     return replace(_with_problems(replace(made, declared=declared), trials), missing=trials[-1].missing), tuple(trials)
 
 
-def _make_green(work: Settlement, progress: Callable[[str], None]) -> FirstRuns:
-    """Run a few tests, and take out what fails, until nothing does."""
+def _make_green(work: Settlement, reserve_s: float, progress: Callable[[str], None]) -> FirstRuns:
+    """Run a few tests, with what they have shown of the code, until they show no more; take out what fails then."""
     while True:
         trial = work.try_out()
         edits = ", ".join(find_edits(work.draft.earlier))
         if trial.error.startswith("ERROR") and edits:
             advice = f"correct what was changed in {edits}, or draft into another folder; nothing was written"
             raise DraftError(f"{trial.error}: {advice}")
-        if not _go_on(work, trial, "first runs", progress):
+        if work.budget_s >= reserve_s and work.look_again():
+            progress("first runs: the draft has what they have shown, and runs again")
+        elif not _go_on(work, trial, "first runs", progress):
             return trial
 
 

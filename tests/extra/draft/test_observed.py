@@ -243,12 +243,14 @@ def test_commands_at_which_tests_end_are_left_out_together(monkeypatch: pytest.M
         if {first, second} <= {*draft.left_out}:
             return FirstRuns(8, 8, (), (), "")
         raising, calm = (frozenset({first}), frozenset({second, *others})), (frozenset(others),)
-        return FirstRuns(3, 1, (), (), "OSError: no answer", raised=2, raising=raising, calm=calm, last=(first, second))
+        return FirstRuns(
+            3, 1, (), (), "ValueError: no answer", raised=2, raising=raising, calm=calm, last=(first, second)
+        )
 
     scripted(monkeypatch, script)
     settled, _ = settle(draft)
     assert settled.left_out == tuple(sorted((first, second)))
-    assert settled.code.questions[0].text.startswith(f"`{min(first, second)}`, `{max(first, second)}`: OSError")
+    assert settled.code.questions[0].text.startswith(f"`{min(first, second)}`, `{max(first, second)}`: ValueError")
 
 
 def test_what_cannot_be_run_at_all_is_taken_out_step_by_step(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -371,12 +373,29 @@ def test_what_fails_before_anybody_acts_is_no_matter_of_what_people_do(
         asked.append(draft)
         if draft.code.entry is None:
             return FirstRuns(1, 1, (), (), "")
-        return FirstRuns(2, 0, (), (), "OSError: no port", raised=2, raising=(frozenset({"go"}),) * 2, last=("", ""))
+        return FirstRuns(2, 0, (), (), "ValueError: no port", raised=2, raising=(frozenset({"go"}),) * 2, last=("", ""))
 
     scripted(monkeypatch, script)
     settled, _ = settle(draft)
     assert len(asked) == 4  # as it is, only imported, and both suites
-    assert settled.code.questions[0].text.startswith("The code could not be run as it is: OSError: no port")
+    assert settled.code.questions[0].text.startswith("The code could not be run as it is: ValueError: no port")
+
+
+def test_code_that_lacks_a_file_ends_there_and_the_draft_asks_for_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    draft, _ = drafted(tmp_path, robots.MATCH)
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        error = "" if draft.may_raise else "FileNotFoundError: [Errno 2] No such file or directory: 'map.png'"
+        return FirstRuns(2, 2 if draft.may_raise else 0, (), (), error, raised=0 if draft.may_raise else 2,
+                         raising=() if draft.may_raise else (frozenset({"go"}),) * 2, last=("go", "go"))  # fmt: skip
+
+    scripted(monkeypatch, script)
+    settled, _ = settle(draft)
+    assert (settled.may_raise, settled.inputs) == (("FileNotFoundError",), draft.inputs)
+    assert settled.declared.questions[0].text.startswith("FileNotFoundError: [Errno 2] No such file")
+    assert "may_raise=(FileNotFoundError,),  # TODO" in dict(files(settled))["conftest.py"]
 
 
 def test_requirements_that_did_not_hold_are_told_by_their_subjects(

@@ -17,9 +17,9 @@ from pytest_hricdv.extra.draft.project.model import (
 from pytest_hricdv.extra.draft.project.ranges import times_of_lines
 
 
-def tuple_text(names: Iterable[str]) -> str:
-    """Source text of a tuple of texts."""
-    listed = [json.dumps(name, ensure_ascii=False) for name in names]
+def tuple_text(names: Iterable[str], *, quoted: bool = True) -> str:
+    """Source text of a tuple of texts, or of names."""
+    listed = [json.dumps(name, ensure_ascii=False) if quoted else name for name in names]
     return "(" + ", ".join(listed) + ("," if len(listed) == 1 else "") + ")"
 
 

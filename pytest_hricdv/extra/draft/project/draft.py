@@ -99,6 +99,7 @@ class Draft:
         taken_out: what first runs did without because it failed: "state", which is not looked at; "calls"; "entry", the
             code is only imported; "import", nor that; and names of messages that the testbench refuses.
         left_out: commands at which first runs raised an error.
+        may_raise: names of errors at which the code ends, as it lacks a file, a connection or a module.
         audits: whether sessions run tests again to see whether they repeat; not where one did not.
         is_silent: whether the person only is there: what else it might do did not reach the code, or stopped it.
         missing: lines of the code that no first run executed, by file.
@@ -121,6 +122,7 @@ class Draft:
     working_folder: str = ""
     taken_out: frozenset[str] = frozenset()
     left_out: tuple[str, ...] = ()
+    may_raise: tuple[str, ...] = ()
     audits: bool = True
     is_silent: bool = False
     missing: Mapping[str, tuple[int, ...]] = field(default_factory=dict)

@@ -113,6 +113,8 @@ def driver_lines(draft: Draft, table: ImportTable) -> list[str]:
     lines += ["        manners=Manners(ANSWER_S, STAYS_S),", "        limit_s=LIMIT_S,"]
     lines += ["        takes_s=0.01,  # a loop that only asks devices would not end"] if draft.takes_time else []
     lines += ["        may_end=True,"] if "early" in draft.allowed_endings and entry is not None else []
+    if draft.may_raise and entry is not None:
+        lines += [f"        may_raise={tuple_text(draft.may_raise, quoted=False)},  # TODO: what does the code need?"]
     if draft.working_folder:
         lines += [f"        folder=HERE / {json.dumps(os.path.relpath(draft.working_folder, draft.folder))},"]
     lines += ['        cross="state and manner",'] if has_cross(draft) else []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import inspect
 from collections.abc import Callable, Mapping
-from contextlib import chdir, nullcontext
+from contextlib import chdir, nullcontext, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
@@ -57,6 +57,7 @@ class Driver:
         limit_s: no run takes longer (s of simulated time).
         takes_s: simulated time that each call of a device takes, or a hundred polls of events, queues and clocks.
         may_end: whether the robot may end before the person leaves.
+        may_raise: errors at which the robot ends, as it lacks a file, a connection or a module.
         cross: name of the cross product of the state with the manner of what was said; empty for none.
         is_async: whether the robot is a coroutine.
         folder: the working folder of a run, whose files the code reads; None leaves it.
@@ -83,6 +84,7 @@ class Driver:
     limit_s: float = 900.0
     takes_s: float = 0.0
     may_end: bool = False
+    may_raise: tuple[type[Exception], ...] = ()
     cross: str = ""
     is_async: bool = False
     folder: Path | None = None
@@ -150,10 +152,11 @@ class ActiveRobot:
     def work(self) -> None:
         """The body of the robot's node."""
         threads = active_count()
-        if self._driver.is_async:
-            asyncio.run(self._work_async())
-        else:
-            self._work()
+        with suppress(*self._driver.may_raise):
+            if self._driver.is_async:
+                asyncio.run(self._work_async())
+            else:
+                self._work()
         if active_count() > threads or (self._driver.reaches and not self._driver.may_end):
             self._kernel.sleep(REST_OF_RUN_S)  # its threads work on, or it is only called
         self._border.record("robot_works", False)
