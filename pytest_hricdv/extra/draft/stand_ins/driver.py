@@ -136,6 +136,15 @@ class Driver:
         return {**words, **texts}
 
 
+async def _keep_loop() -> None:
+    """Wait for the rest of a run; code that cancels all tasks of the loop does not mean this one."""
+    is_over = False
+    while not is_over:
+        with suppress(asyncio.CancelledError):
+            await asyncio.sleep(REST_OF_RUN_S)
+            is_over = True
+
+
 class ActiveRobot:
     """The code in one run."""
 
@@ -202,7 +211,7 @@ class ActiveRobot:
         made = self._make()
         if inspect.isclass(self._driver.robot):
             if not self._driver.method:
-                await asyncio.sleep(REST_OF_RUN_S)
+                await _keep_loop()
                 return
             made = getattr(made, self._driver.method)(**self._arguments(self._driver.method_ports))
         if inspect.isawaitable(made):
