@@ -47,22 +47,3 @@ def test_wrong_usage_is_exit_code_2(arguments: list[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         main(arguments)
     assert caught.value.code == 2
-
-
-def test_external_actions_without_an_environment_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    system_of(tmp_path, a="!go. +!go <- move(1); look; move(2); .print(moved). -!go[error(E)] <- .print(E).")
-    file = str(tmp_path / "mas.mas2j")
-    assert main(["run", file]) == 0
-    lenient = capsys.readouterr()
-    assert lenient.out == "[a] moved\n"
-    assert lenient.err.startswith(
-        "warning: no environment implements the external actions look, move: here each succeeds "
-    )
-    assert main(["run", file, "--strict-actions"]) == 0
-    strict = capsys.readouterr()
-    assert strict.out == "[a] action_failed\n"
-    assert "the external actions move: each failed, as in Jason" in strict.err
-    assert main(["lint", file]) == 0
-    assert "note: external actions look, move: without an environment for them, " in capsys.readouterr().err
-    assert main(["run", file, "--quiet"]) == 0
-    assert capsys.readouterr().err == ""

@@ -66,25 +66,6 @@ def test_a_hand_that_caught_nothing_closes_a_second_time() -> None:
     assert any("closing 1 caught nothing" in note for note in bench.robot.journal.notes)
 
 
-def test_a_leg_lost_on_the_way_is_not_offered() -> None:
-    bench = Bench(asks=1)
-
-    def lose(goal: JointPose) -> None:
-        bench.hand.held = bench.hand.held and goal != HANDOVER
-
-    bench.arm.arrives = lose
-    bench.run(ONE_TURN_S)
-    assert "Send1" not in bench.states
-    assert (bench.outcomes, bench.reasons) == (["discarded"], ["leg lost on the way"])
-
-
-def test_a_leg_pulled_out_before_the_decision_is_not_released() -> None:
-    bench = Bench()
-    bench.robot.reading = Reading(gaze=True, pressure=True, location=True)
-    assert bench.enter("Decide") == "not ready"
-    assert bench.robot.reason == "leg pulled out of the hand"
-
-
 def test_the_turn_does_not_end_before_the_leg_is_out_of_the_hand() -> None:
     bench = Bench(asks=1, readings=[NOTHING_SEEN])
     bench.hand.opens = [False] * 10
@@ -94,15 +75,6 @@ def test_the_turn_does_not_end_before_the_leg_is_out_of_the_hand() -> None:
     assert held_at[-1] == RESUPPLY
     assert not bench.hand.held
     assert bench.outcomes == ["discarded"]
-
-
-def test_what_is_in_the_hand_at_the_start_is_let_go_before_the_arm_moves() -> None:
-    bench = Bench(asks=0)
-    bench.hand.held = True
-    bench.hand.opens = [False, False]
-    bench.run(limit_s=20.0)
-    assert len(bench.hand.opened_at_s) == 3
-    assert not bench.hand.held
 
 
 def test_an_arm_that_cannot_go_home_at_the_start_ends_the_run() -> None:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from controller.ports import HumanReady, Reading, Request
+from controller.ports import HumanReady, Request
 from controller.settings import Settings
-from tests.controller.bench import CLOSE_S, MOVE_S, READY, Bench
-
-NOT_READY = Reading(gaze=False, pressure=True, location=True)
+from tests.controller.bench import Bench
 
 
 def test_receive1_polls_sixty_times_50_ms_apart() -> None:
@@ -42,14 +40,6 @@ def test_a_request_that_comes_just_when_the_robot_times_out_is_not_lost(pause_s:
     assert bench.outcomes == ["released"]
 
 
-def test_a_request_spoken_while_the_robot_was_busy_does_not_count() -> None:
-    bench = Bench(asks=1)
-    bench.say(15.0, Request())  # while the robot fetches the leg of the first request
-    assert bench.run(limit_s=100.0) == "limit"
-    assert bench.outcomes == ["released"]
-    assert len(bench.entered_s("Move_hand")) == 1
-
-
 def test_a_person_who_does_not_answer_costs_the_turn() -> None:
     bench = Bench(asks=1, answers=[])
     bench.run(limit_s=100.0)
@@ -67,12 +57,3 @@ def test_silent_sensors_cost_the_turn_after_the_sensing_timeout(timeout_s: float
     assert bench.entered_s("Timeout3")[0] - bench.entered_s("Sensing")[0] == pytest.approx(timeout_s)
     assert bench.outcomes == ["sensing-timeout"]
     assert bench.reasons == [f"no reading within {timeout_s:.1f} s"]
-
-
-def test_only_a_reading_from_the_time_of_sensing_counts() -> None:
-    bench = Bench(asks=1)
-    offered_s = 1.0 + 2 * MOVE_S + CLOSE_S  # the request, and the way of the leg
-    bench.say(offered_s + 1.5, NOT_READY)
-    bench.run(limit_s=60.0)
-    assert bench.robot.reading == READY
-    assert bench.outcomes == ["released"]

@@ -9,7 +9,7 @@ import pytest
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
-from tests.generate.table import CONTEXT, SPACE
+from tests.generate.table import SPACE
 from tests.generate.toy import LAMPS
 
 
@@ -55,18 +55,6 @@ def _written(folder: Path, text: str) -> Path:
     path = folder / "by_hand.toml"
     path.write_text(text, encoding="utf-8")
     return path
-
-
-def test_the_table_has_130_subsets_of_which_two_are_concretized_five_times() -> None:
-    assert CONTEXT.by_hand is not None
-    aims = read_belief_sets(CONTEXT.by_hand, SPACE)
-    subsets = [subset for aim in aims for subset in aim.subsets]
-    assert len(subsets) == len(set(subsets)) == 130
-    assert [len(aim.subsets) for aim in aims if aim.concretizations == 5] == [2]
-    assert sum(len(aim.subsets) * aim.concretizations for aim in aims) == 138
-    for start in SPACE.start:
-        for mood in ("bored", "not_bored"):
-            assert sum({start, mood} <= set(subset) for subset in subsets) == 16
 
 
 def test_patterns_stand_for_every_combination(tmp_path: Path) -> None:

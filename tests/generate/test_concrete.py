@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from random import Random
 
 import pytest
 from hypothesis import given
@@ -22,7 +21,7 @@ from pytest_hricdv.generate.concrete import (
     expand,
     variant,
 )
-from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform
+from pytest_hricdv.generate.sampler import Constant, Sometimes, Uniform
 from tests.generate.table import COMMANDS, CONCRETIZATION
 
 finite = st.floats(-1e9, 1e9)
@@ -106,23 +105,6 @@ def test_a_value_that_cannot_be_chosen_is_a_located_error(
     for use in (concretize, check_values):
         with pytest.raises(GenerateError, match=message):
             use(test, CONCRETIZATION)
-
-
-@pytest.mark.parametrize("pull_n", [0.0, 1.0, 3.0])
-def test_a_rare_value_and_none_can_be_chosen(pull_n: float) -> None:
-    place = COMMANDS.index("set_param pressure = 0")
-    test = replace(TEST, values={place + 1: {"pull_n": pull_n}})
-    check_values(test, CONCRETIZATION)
-    assert concretize(test, CONCRETIZATION).actions[place].parameters == {"pull_n": pull_n}
-
-
-def test_a_sampler_without_bounds_takes_any_finite_value() -> None:
-    class Step(Sampler):
-        def sample(self, rng: Random) -> float:
-            return 1.0 if rng.random() < 0.5 else -1.0
-
-    test = replace(TEST, lines=("bored",), values={1: {"x_m": 7.0}})
-    assert concretize(test, Concretization({"bored": {"x_m": Step()}})).actions[0].parameters == {"x_m": 7.0}
 
 
 @given(st.integers(0, 2**63 - 1))

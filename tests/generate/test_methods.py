@@ -11,8 +11,6 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import (
     METHODS,
-    BdiPseudorandom,
-    ByHand,
     Pseudorandom,
     ReinforcementLearning,
     select_methods,
@@ -32,26 +30,6 @@ def context(tmp_path: Path) -> GenerationContext:
         '[[belief_set]]\nbeliefs = ["hall", "curt", "d*"]\nconcretizations = 2\n'
     )
     return GenerationContext(lamps(tmp_path), LAMPS, by_hand=by_hand)
-
-
-def test_by_hand_runs_each_subset_and_repeats_it(context: GenerationContext) -> None:
-    suite = ByHand().generate(context)
-    assert [test.target for test in suite.tests] == ["hall-polite", "cellar-polite"] + ["hall-curt"] * 4
-    assert suite.tests[0].lines == ("enter hall", "greet", "set_lamp level = 100")
-    assert suite.tests[0].plans == {"guide": ("g1", "g2"), "visitor": ("v1", "v3")}
-    assert suite.tests[0].name == "polite"
-    assert suite.tests[2].lines == suite.tests[3].lines
-    assert suite.tests[2].seed != suite.tests[3].seed
-    assert suite.generation.bdi_runs == 4
-    assert suite.generation.declared_plans["guide"] == ("g1", "g2")
-
-
-def test_bdi_pseudorandom_has_one_belief_of_each_group(context: GenerationContext) -> None:
-    suite = BdiPseudorandom(size=8).generate(context)
-    assert len({test.beliefs for test in suite.tests}) == 8
-    groups = [LAMPS.start, *LAMPS.groups.values()]
-    assert all([sum(b in group for b in test.beliefs) for group in groups] == [1, 1, 1] for test in suite.tests)
-    assert suite.tests[:5] == BdiPseudorandom(size=5).generate(context).tests
 
 
 def test_rl_learns_and_covers_the_small_model(context: GenerationContext) -> None:

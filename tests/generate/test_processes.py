@@ -41,10 +41,3 @@ def test_the_same_seed_gives_the_same_bytes_in_every_process(method: str, tmp_pa
     one = _python(GENERATE, method, str(tmp_path), hash_seed="1")
     assert one == _python(GENERATE, method, str(tmp_path), hash_seed="4321")
     assert len(one) > 1000
-
-
-def test_a_process_that_only_replays_a_suite_loads_no_bdi_engine() -> None:
-    code = "import sys, tests.generate.table, pytest_hricdv.generate.methods; print(*sys.modules)"
-    loaded = _python(code).split()
-    assert {"pytest_hricdv.generate.suite", "pytest_hricdv.generate.concrete"} <= set(loaded)
-    assert not {"pytest_hricdv.bdi", "lark", "numpy"} & set(loaded)

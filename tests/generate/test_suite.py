@@ -11,9 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import AbstractDraft
 from pytest_hricdv.generate.methods import ReinforcementLearning
-from pytest_hricdv.generate.suite import Generation, Suite, diagnose, entropy_bits
+from pytest_hricdv.generate.suite import Generation, Suite, entropy_bits
 from tests.generate.strategies import abstract_tests
 from tests.generate.table import CONTEXT
 
@@ -56,25 +55,11 @@ def test_other_text_is_no_suite(text: str, message: str) -> None:
         Suite.from_json(text)
 
 
-def _suite(*drafts: AbstractDraft) -> Suite:
-    return Suite.of_drafts("s", 0, drafts, Generation(declared_plans={"a": ("p", "q", "r")}))
-
-
-def _draft(beliefs: str, line: str, plans: str) -> AbstractDraft:
-    return AbstractDraft("aim", tuple(beliefs), (line,), {"a": tuple(plans)})
-
-
 @given(st.dictionaries(st.text(max_size=3), st.integers(1, 99), min_size=1, max_size=30))
 def test_entropy_is_largest_for_equal_counts(uses: dict[str, int]) -> None:
     most = math.log2(len(uses))
     assert -1e-9 <= entropy_bits(Counter(uses)) <= most + 1e-9
     assert entropy_bits(Counter(dict.fromkeys(uses, 7))) == pytest.approx(most)
-
-
-def test_a_suite_of_mostly_repeated_texts_has_a_warning() -> None:
-    same = [_draft(name, "go", "p") for name in "uvwxy"]
-    assert diagnose(_suite(*same)).warning == "mostly repeats: only 1 of 5 tests differ as text"
-    assert diagnose(_suite(*same[:2])).warning == ""
 
 
 @pytest.mark.parametrize("seed", [0, 1])

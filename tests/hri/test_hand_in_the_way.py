@@ -19,9 +19,3 @@ def test_fingers_that_close_on_a_hand_violate_r3_by_distance_and_by_force() -> N
     assert violation.margin is not None
     assert violation.margin < -0.05  # they touched
     assert bench.number(violation, "hand_contact_force") > 5.0  # N
-
-
-def test_fingers_that_close_beside_a_hand_violate_r3_by_distance_only() -> None:
-    violation = violation_with_the_hand_at(0.49, -0.27, 0.53)
-    assert 0.0 < bench.number(violation, "hand_distance") < 0.05
-    assert violation.values["hand_contact_force"] == 0.0

@@ -114,12 +114,6 @@ def test_what_was_recorded_in_the_dynamic_world_runs_again_to_the_bit() -> None:
     assert same_run(3, one_leg, "dynamic").outcome.outcomes == ("released",)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(3, 16))
-def test_what_was_recorded_runs_again_to_the_bit_at_many_seeds(seed: int) -> None:
-    same_run(seed, WeightedChooser(seed, restless() if seed % 2 else calm()))
-
-
 def test_the_person_decides_when_it_matters_and_is_bored_where_beliefs_before_the_run_could_not_say_so() -> None:
     wish = Wish(start=["leg3"], boredom=["not_bored", "bored", "not_bored"], leg_3=["m111l3"], leg_4=["m011l4"])
     result, agent = lived(1, wish)

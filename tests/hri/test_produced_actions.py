@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-import pytest
-
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, abstract_from, concretize
 from pytest_hricdv.run import Actions, Run
-from sim.engine import SimulationError
 from tests.hri import bench
 
 
@@ -44,14 +41,3 @@ def test_a_run_with_produced_actions_is_stored_as_a_test_that_is_the_same_run() 
     assert fixed.cross == found.cross
     assert fixed.cross["handover"]
     assert fixed.action_times_s == found.action_times_s
-
-
-def test_an_action_that_cannot_be_enacted_is_an_error_before_a_fixed_run_and_in_a_produced_one_when_it_comes() -> None:
-    test = bench.concrete(["bored", "bored"])
-    dance = (*test.actions, ConcreteAction("dance"))
-    with pytest.raises(SimulationError, match="step 3: unknown command 'dance'"):
-        bench.run(replace(test, actions=dance))
-    found = produced(replace(test, actions=()), lambda run, actor: iter(dance))
-    assert found.error is not None
-    assert "step 3: unknown command 'dance'" in str(found.error)
-    assert found.action_times_s[-1] > 0.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import doctest
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -52,14 +51,6 @@ def test_the_requirements_of_the_example_are_those_of_the_table_assembly(tmp_pat
     assert [(requirement.id, requirement.title, requirement.formula) for requirement in shown] == [
         (requirement.id, requirement.title, requirement.formula) for requirement in (R1, R3)
     ]
-
-
-def test_the_patterns_of_the_examples_are_read_from_a_file(tmp_path: Path) -> None:
-    file = tmp_path / "requirements.toml"
-    named = [block for block in blocks("patterns.md", "toml") if "pattern = " in block]  # others are limits
-    file.write_text("\n".join(named), encoding="utf-8")
-    table = replace(TABLE, messages={**TABLE.messages, "leg_ready": {}})
-    assert [requirement.id for requirement in load_requirements(file, table)] == ["P1", "P2", "P3", "P5"]
 
 
 def test_the_page_of_patterns_has_them_all() -> None:

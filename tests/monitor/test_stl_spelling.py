@@ -41,11 +41,3 @@ def test_a_spelling_in_the_past_decides_as_stl_does(
     decided = range(last - end + 1)
     asked = [holds[tick] for tick in decided if values[tick][0]]
     assert verdict.verdict == ("NC" if not asked else "Passed" if all(asked) else "Failed")
-
-
-def test_a_trigger_that_begins_once_differs() -> None:
-    signals = [{"a": 1.0, "b": 1.0}, *[{"a": 1.0, "b": -1.0}] * 30]
-    trace = LoggedRun({tick: Instant(signals=each) for tick, each in enumerate(signals)}, 30)
-    ours = run(parse_formula("always(a > 0 -> eventually[0:2](b > 0))", VOCABULARY), trace)
-    stl = run(parse_formula("always(once[2:2](a > 0) -> once[0:2](b > 0))", VOCABULARY), trace)
-    assert (ours.verdict, stl.verdict) == ("Passed", "Failed")

@@ -45,17 +45,6 @@ def test_fields_are_read_with_the_definitions_of_the_bag(tmp_path: Path, suffix:
     assert topic.gaps.low == pytest.approx(0.1)
 
 
-def test_a_range_has_a_margin_and_does_not_change_its_sign(tmp_path: Path) -> None:
-    entries = [(float(n), "/pour", {"ml": value, "cups": n % 2}) for n, value in enumerate([0.5, *[2.25] * 9, 10.5])]
-    topic = seen(write_mcap(tmp_path / "run.mcap", entries)).topics["pour"]
-    pour = topic.numbers["ml"]
-    assert pour.ends() == (0.0, 11.5)
-    assert topic.numbers["cups"].ends(whole=True) == (0.0, 1.0)
-    assert pour.comment("ml") == (
-        "observed 0.5 to 10.5 ml (5 to 95 %: 0.5 to 10.5) in 11 messages of run.mcap; margin 10 %"
-    )
-
-
 def test_waits_repeats_and_reactions_are_times_between_topics(tmp_path: Path) -> None:
     entries: list[Entry] = [
         (0.0, "/order", {}),

@@ -74,16 +74,6 @@ def test_the_terminal_lists_kinds_with_an_example_each_within_its_width() -> Non
     assert list(lines(sample.report(), 100)) == []
 
 
-def test_many_kinds_are_cut_and_counted_and_no_name_reaches_the_terminal_as_it_is() -> None:
-    now = sample.data(tests=12)
-    before = copy.deepcopy(now)
-    for number, test in enumerate(now["tests"]):
-        say(test, 2, "2\trobot\tstate\t" + json.dumps({"name": f"\x1b[3{number}m"}))
-    shown = [line.text for line in lines(compared(before, now), 80)]
-    assert "  ... and 4 more kinds: see the report" in shown
-    assert not any("\x1b" in text for text in shown)
-
-
 def test_a_ci_job_gets_one_line_and_a_property() -> None:
     report = changed()
     (line,) = [line for line in markdown(report).splitlines() if line.startswith("Behaviour: ")]

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.report.markdown import escape_markdown, markdown
-from tests.report import sample
+from pytest_hricdv.report.markdown import escape_markdown
 
 LINKS = [
     *(
@@ -45,13 +44,3 @@ def test_people_read_what_was_said(text: str) -> None:
     bare = escape_markdown(text)
     assert re.findall(r"(?<!\\)(?:\\\\)*[|`*_\[~]", bare) == []
     assert "<" not in bare
-
-
-def test_a_summary_notifies_nobody() -> None:
-    data = sample.data(tests=1)
-    data["testbench"] = "@team https://evil.example fixes #1"
-    data["requirements"]["R1"]["title"] = "@team https://evil.example fixes #1"
-    data["tests"][0] |= {"outcome": "failed", "errors": ["@team https://evil.example fixes #1"]}
-    text = re.sub(r"```text\n.*?```", "", markdown(sample.typed(data)), flags=re.DOTALL)
-    assert "team" in text
-    assert [piece for piece in pieces(text) if re.search(r"://|@\w|#1", piece)] == []

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.report.verdict import failure_groups, verdict
-from tests.report import sample, sample_sections, sample_tests
+from tests.report import sample, sample_tests
 
 
 def _report(*outcomes: str) -> dict[str, Any]:
@@ -36,15 +36,6 @@ def _report(*outcomes: str) -> dict[str, Any]:
 def test_the_verdict_stands_alone(outcomes: list[str], text: str, style: str) -> None:
     judged = verdict(sample.typed(_report(*outcomes)))
     assert (judged.text, judged.style) == (text, style)
-
-
-def test_it_counts_causes_that_are_not_known_and_gates() -> None:
-    report = _report("failed", "failed", "known-violation")
-    report["causes"] = sample_sections.CAUSES
-    assert verdict(sample.typed(report)).text == "failed: 2 tests, 1 cause; 1 known"
-    report = _report("passed", "passed")
-    report["gates"] = {"failed": ["plans 80 %, 90 % asked for", "R9 was not checked"], "improved": []}
-    assert verdict(sample.typed(report)).text == "failed: 2 gates"
 
 
 def test_known_and_new_violations_of_one_requirement_are_never_one_finding() -> None:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from controller.ports import Reading
 from sim.engine import SimulationError
 from sim.gaze import Gaze, head_pose
 from sim.sensors import Sensors, Truth, classify
@@ -95,24 +94,6 @@ def test_errors_come_at_their_rate_and_only_in_their_direction(stage: Stage) -> 
         assert 0.04 < sum(not reading.location for reading in ready) / 4000 < 0.06
 
     assert stage.run(read_many) == "over"
-
-
-def test_publishes_at_50_hz_and_only_while_someone_listens(stage: Stage) -> None:
-    stage.sensors()
-
-    def listen() -> None:
-        stage.kernel.sleep(2.0)
-        for _ in range(2):
-            readings = stage.bus.port("robot").subscribe(Reading)
-            stage.kernel.sleep(0.995)
-            readings.close()
-            stage.kernel.sleep(3.0)
-
-    assert stage.run(listen) == "over"
-    times = [m.time_s for m in stage.recorder.messages if m.topic == "reading"]
-    assert len(times) == 100
-    assert times[:3] == pytest.approx([2.0, 2.02, 2.04])
-    assert times[50] == pytest.approx(5.995)
 
 
 @pytest.mark.parametrize(("probability", "outage"), [(-0.1, 0), (1.1, 0), (float("nan"), 0), (0.05, -1)])

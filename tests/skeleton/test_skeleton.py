@@ -15,8 +15,6 @@ from hypothesis import strategies as st
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.skeleton.skeleton import Skeleton, SkeletonError, name_like
 
-CONFIGURATION = Path(__file__).parents[2] / "pyproject.toml"
-
 
 def run(folder: Path, *module: str) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"PYTEST_ADDOPTS": ""}
@@ -64,23 +62,6 @@ def test_several_people_run(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
     report = json.loads((tmp_path / "hri-report" / "report.json").read_text(encoding="utf-8"))
     assert all({line.partition(":")[0] for line in test["abstract"]} == {"nurse", "child"} for test in report["tests"])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("configured", [["--isolated"], ["--config", str(CONFIGURATION)]])
-def test_ruff_finds_nothing(tmp_path: Path, configured: list[str]) -> None:
-    main(["init", str(tmp_path), "--robot=arm"])
-    for check in (["check"], ["format", "--check"]):
-        done = run(tmp_path, "ruff", *check, *configured, ".")
-        assert done.returncode == 0, done.stdout
-
-
-def test_it_overwrites_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "world.py").write_text("mine", encoding="utf-8")
-    assert main(["init", str(tmp_path)]) == 2
-    said = capsys.readouterr().err
-    assert said == f"error: init: {tmp_path / 'world.py'} exists: nothing was written; choose an empty folder\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["world.py"]
 
 
 @pytest.mark.parametrize(

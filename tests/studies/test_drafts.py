@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from studies.code_bases import CodeBase, ros2
-from studies.draft_table import note, noted, tables
 from studies.drafts import found
 
 NODE = """\
@@ -51,18 +50,6 @@ def repository(folder: Path) -> str:
 def test_the_side_that_a_node_has_of_a_topic_counts(tmp_path: Path) -> None:
     code = door(tmp_path, "publisher /open std_msgs/msg/Bool", "publisher /knock std_msgs/msg/Empty")
     assert found(code)["messages"] == "2, 1, 2"
-
-
-def test_what_is_not_measured_again_keeps_its_figures(tmp_path: Path) -> None:
-    code, path = door(tmp_path), tmp_path / "measured.json"
-    counts = {"messages": "2, 1, 2", "states": "0, 0, 0", "transitions": "0, 0, 0", "values": "0, 0, 0"}
-    note(code, {"found": counts}, path)
-    assert "first green run" not in tables(noted(path))
-    note(code, {"draft_s": 40, "green_s": 61, "ranking_faults": [12, 20]}, path)
-    text = tables(noted(path))
-    assert "| a door | 2, 1, 2 |" in text
-    assert "| a door | 40 s | 61 s | - | - |" in text
-    assert "| a door | - | 12 of 20 (60 %) | - |" in text
 
 
 def test_a_repository_is_cloned_at_its_commit_and_another_commit_is_said(tmp_path: Path) -> None:

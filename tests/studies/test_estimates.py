@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from itertools import permutations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pytest_hricdv.results.proportion import share
-from studies.estimates import mean, spearman
+from studies.estimates import mean
 
 FLOATS = st.floats(-1e6, 1e6, allow_nan=False).map(lambda value: round(value, 3))
 PARTS = st.integers(1, 5000).flatmap(lambda whole: st.tuples(st.integers(0, whole), st.just(whole)))
@@ -37,23 +34,3 @@ def test_a_mean_lies_in_its_interval_which_does_not_leave_the_values(values: lis
     found = mean(values)
     assert min(values) - 1e-6 <= found.low <= found.value <= found.high <= max(values) + 1e-6
     assert mean(values) == found
-
-
-@given(st.lists(st.tuples(FLOATS, FLOATS), min_size=2, max_size=30))
-def test_rank_correlation_is_symmetric_and_bounded_and_sees_ranks_only(pairs: list[tuple[float, float]]) -> None:
-    first, second = [a for a, _ in pairs], [b for _, b in pairs]
-    found = spearman(first, second)
-    if found is None:
-        assert len(set(first)) == 1 or len(set(second)) == 1
-        return
-    assert -1.0 - 1e-9 <= found <= 1.0 + 1e-9
-    assert spearman(second, first) == pytest.approx(found)
-    assert spearman([math.atan(a / 1e3) * 5 for a in first], second) == pytest.approx(found)
-    assert spearman([-a for a in first], second) == pytest.approx(-found)
-
-
-def test_without_ties_it_is_the_formula_of_squared_differences() -> None:
-    first = [1.0, 2.0, 3.0, 4.0, 5.0]
-    for second in permutations(first):
-        squares = sum((a - b) ** 2 for a, b in zip(first, second, strict=True))
-        assert spearman(first, second) == pytest.approx(1 - 6 * squares / (5 * (25 - 1)))

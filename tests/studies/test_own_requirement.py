@@ -9,24 +9,11 @@ from typing import Any
 import pytest
 
 from studies.code_bases import code_bases, ros2
-from studies.own_requirement import FOLDER, Edit, EditError, Own, edited, own_requirement, verdict
+from studies.own_requirement import FOLDER, own_requirement, verdict
 
 
 def report(*results: tuple[int, int]) -> dict[str, Any]:
     return {"tests": [{"requirements": {"OWN": {"triggers": t, "failures": ["at 3 s"] * f}}} for t, f in results]}
-
-
-def test_a_line_that_is_changed_counts_as_removed_and_as_added(tmp_path: Path) -> None:
-    (tmp_path / "conftest.py").write_text("a = 1\nb = 2\nc = 3\n", encoding="utf-8")
-    own = Own("OWN", (Edit("conftest.py", "b = 4\nd = 5\n", "b = 2\n"), Edit("conftest.py", "e = 6\n")))
-    assert edited(own, tmp_path) == 4
-    assert (tmp_path / "conftest.py").read_text(encoding="utf-8") == "a = 1\nb = 4\nd = 5\nc = 3\ne = 6\n"
-
-
-def test_an_edit_of_what_a_draft_no_longer_has_is_said(tmp_path: Path) -> None:
-    (tmp_path / "conftest.py").write_text("a = 1\n", encoding="utf-8")
-    with pytest.raises(EditError, match="found it 0 times"):
-        edited(Own("OWN", (Edit("conftest.py", "b = 4\n", "b = 2\n"),)), tmp_path)
 
 
 @pytest.mark.parametrize(

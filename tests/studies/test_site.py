@@ -8,7 +8,6 @@ import pytest
 from pygments.token import Error, Token
 
 from studies.site.agentspeak import AgentSpeakLexer, ProjectLexer
-from studies.site.docstrings import field_lists
 from studies.site.pages import ROOT, root_file, sphinx_source
 
 REPOSITORY = "https://example.org/repository"
@@ -76,31 +75,6 @@ def test_the_navigation_has_the_first_page_of_each_line_of_the_index() -> None:
 
 def test_words_that_readers_search_for_are_main_entries_of_the_index() -> None:
     assert read("# T\n\n<!-- search: flaky, random seed -->\n") == ("# T\n\n```{index} ! flaky, ! random seed\n```\n")
-
-
-def test_sections_of_a_docstring_become_fields() -> None:
-    lines = [
-        "Runs it.",
-        "",
-        "Args:",
-        "    seed: of the test: any",
-        "        number.",
-        "    first, second: both.",
-        "",
-        "Returns:",
-        "    Why it ended: a text.",
-        "Raises:",
-        "    KeyError: no such test.",
-    ]
-    assert [line for line in field_lists(lines) if line] == [
-        "Runs it.",
-        ":param seed: of the test: any",
-        "    number.",
-        ":param first: as `second`",
-        ":param second: both.",
-        ":returns: Why it ended: a text.",
-        ":raises KeyError: no such test.",
-    ]
 
 
 @pytest.mark.parametrize("path", [*MODELS, *PROJECTS], ids=lambda path: path.name)

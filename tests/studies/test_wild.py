@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 
 from studies.wild import FOLDER, Package, packages
-from studies.wild.known import known_bugs, own_result, violated_by
+from studies.wild.known import known_bugs
 from studies.wild.tables import figures, is_found, known_figures, violated
 
 
@@ -49,18 +49,6 @@ def test_a_known_bug_is_there_at_two_commits_with_one_testbench_and_a_report() -
     packages_of = [bug.before.sources[0].repository for bug in every]
     assert max(packages_of.count(name) for name in packages_of) <= 4
     assert {bug.key: bug.before.lines() for bug in every if bug.before.lines() > 100} == {}
-
-
-def test_a_requirement_is_violated_by_suites_and_by_races_that_count() -> None:
-    race = {"requirements": ["race"], "of": "R1", "counts": True}
-    suites = {"rl": {"requirements": {"R1": {"failed": 2}}}, "closure": {"requirements": {}}}
-    assert violated_by({"suites": suites, "violations": [race]}, "R1") == ["rl", "schedules"]
-    assert violated_by({"suites": suites, "violations": [{**race, "counts": False}]}, "R2") == []
-
-
-def test_a_packages_own_test_finds_a_bug_if_it_passes_only_at_the_fix() -> None:
-    assert own_result({"a": "passed", "b": "failed", "c": "error"}, {"a": "passed", "b": "passed", "c": "error"}) == {
-        "passed": 1, "failed": 1, "error": 1, "find": ["b"]}  # fmt: skip
 
 
 def test_a_bug_is_found_if_its_requirement_fails_before_and_holds_at_the_fix() -> None:

@@ -79,12 +79,6 @@ def test_source_of_a_new_agent_that_cannot_be_read_ends_the_run(
         system_of(tmp_path, a=f"!go. +!go <- {call}.").run()
 
 
-def test_verbosity_is_ignored_with_a_warning(tmp_path: Path) -> None:
-    result = system_of(tmp_path, a="!go. +!go <- .verbose(2).").run()
-    (warning,) = result.warnings
-    assert warning.endswith("a.asl:1:14: ignored: .verbose(2)")
-
-
 @pytest.mark.parametrize(
     ("call", "advice"),
     [

@@ -27,12 +27,6 @@ def test_expressions_without_variables_are_evaluated(text: str, value: str) -> N
     assert str(with_constants_evaluated(parse_term(text))) == value
 
 
-def test_initial_beliefs_and_goals_are_evaluated() -> None:
-    program = parse_program("size(2 * 3). !reach(10 - 4).")
-    assert [str(belief) for belief in program.beliefs] == ["size(6)"]
-    assert [str(goal) for goal in program.goals] == ["reach(6)"]
-
-
 @pytest.mark.parametrize(
     ("text", "message", "column"),
     [

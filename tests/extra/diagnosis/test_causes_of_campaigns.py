@@ -53,16 +53,6 @@ def test_a_location_is_likely_only_where_runs_that_pass_were_compared_and_its_sc
     assert {location.likely for location in cause.locations} == {False}, "no test passed"
 
 
-def test_of_runs_that_are_not_all_listed_nobody_knows_the_share() -> None:
-    (cause,) = CAUSES.of(associate(campaign(20, 10), is_of_all_runs=False))
-    assert cause.probability is None
-
-
-def test_where_nothing_fails_there_is_no_cause() -> None:
-    report = replace(campaign(3, 1), tests=tuple(run_of(number, failing=False) for number in range(3)))
-    assert CAUSES.of(associate(report, is_of_all_runs=True)) == ()
-
-
 @pytest.mark.slow
 def test_a_campaign_s_report_has_them(lamps: Path) -> None:  # noqa: F811
     project.change(lamps, "requirements.toml", "lamp_level <= 80", "lamp_level <= 5")

@@ -45,10 +45,6 @@ def ranked(suspicious: dict[int, float], *traces: ViolationTrace) -> list[int]:
     return [suspect.line for suspect in weight_suspects(suspects, traces, FILES)]
 
 
-def test_of_equal_statements_the_one_that_ran_last_comes_first() -> None:
-    assert ranked({10: 1.0, 11: 1.0, 6: 1.0}, trace(6, 11, 10)) == [6, 11, 10]
-
-
 def test_what_runs_after_the_violation_only_comes_last() -> None:
     assert ranked({12: 1.0, 10: 0.4}, trace(10)) == [10, 12]
 
@@ -79,10 +75,6 @@ def test_a_node_that_polls_does_not_hide_the_others() -> None:
     works = trace(10, 9)
     both = ViolationTrace(until_s=1.0, executed=(*polls.executed, *works.executed), stood=())
     assert ranked(dict.fromkeys((6, 5, 12, 10, 9), 1.0), both)[:3] == [6, 5, 10]
-
-
-def test_the_spectrum_says_more_than_the_order() -> None:
-    assert ranked({10: 1.0, 6: 0.75}, trace(6, 11, 12, 9, 5, 10)) == [10, 6]
 
 
 def test_what_ran_often_before_without_harm_comes_after_what_ran_once() -> None:

@@ -85,10 +85,6 @@ def test_a_trace_ends_at_the_event_that_violates_what_reads_it(
     assert lines == ([9, 6, 4, 3, 2, 7] if is_whole else [3, 2, 7, 6, 4])
 
 
-def test_where_no_message_came_what_was_executed_at_that_time_counts(traced: Callable[..., ViolationTrace]) -> None:
-    assert traced(1.0, None).executed == traced(1.0, {"state"}).executed != traced(0.9, None).executed
-
-
 def test_what_is_wrong_with_a_whole_run_has_all_that_was_executed(traced: Callable[..., ViolationTrace]) -> None:
     whole = traced(1.999, None, to_end=True)  # the end of a run, rounded down
     assert [statement.line for statement in whole.executed] == [9, 6, 4, 3, 2, 7]

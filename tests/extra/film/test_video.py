@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from pytest_hricdv.extra.film.recorder import Caption, add_caption
-from pytest_hricdv.extra.film.video import FRAMES_PER_S, Gif, Mp4, Video, video
+from pytest_hricdv.extra.film.video import FRAMES_PER_S, Mp4, Video, video
 from tests.extra.film.decoded import about, decoded
 
 SIZE = (320, 160)
@@ -58,18 +57,6 @@ def test_without_an_encoder_there_is_a_gif(tmp_path: Path, monkeypatch: pytest.M
         assert (gif.format, gif.size, getattr(gif, "n_frames", 0)) == ("GIF", SIZE, 8)
         assert gif.info["duration"] == pytest.approx(2000 / FRAMES_PER_S, abs=10)
         assert gif.info["loop"] == 0
-
-
-@pytest.mark.parametrize("kind", [Mp4, Gif])
-def test_a_film_that_is_given_up_leaves_nothing_behind(tmp_path: Path, kind: Callable[[Path], Video]) -> None:
-    made = kind(tmp_path / "film")
-    made.add(frame(1))
-    made.discard()
-    made.discard()
-    assert list(tmp_path.iterdir()) == []
-    empty = kind(tmp_path / "film")
-    with pytest.raises(OSError, match="without a single frame"):
-        empty.finish()
 
 
 @pytest.mark.parametrize("size", [(960, 432), (481, 203), (16, 16)])

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.declarations.model_oracle import ActionMapping
 from tests.extra.oracle.toy import HANDED_OVER, TOY, Event, Toy, moved, violation, without
 
@@ -107,26 +106,6 @@ def test_an_action_can_fail_and_the_agent_handles_it(tmp_path: Path) -> None:
     assert toy.follow(*gripped, (8.0, "put_back")).verdict == "Passed"
     assert violation(toy.follow(*gripped, (8.0, "holding", False))).endswith("observed holding = False")
     assert toy.follow(*HANDED_OVER, (20.0, "gripping", False), (21.0, "gripping", True)).verdict == "Passed"
-
-
-def test_what_the_agent_does_at_once_is_observed_in_any_order(tmp_path: Path) -> None:
-    robot = "+!serve <- !!pour; !!greet. +!pour <- pour. +!greet <- greet."
-    does = (ActionMapping("pour", "on(offer)"), ActionMapping("greet", "on(put_back)"))
-    toy = Toy(
-        tmp_path, robot, percepts=(PerceptMapping("!serve", "on(order)", source="person"),), actions=does, limits={}
-    )
-    order: Event = (1.0, "order", {"thing": "tea"})
-    assert toy.follow(order, (1.5, "offer"), (1.6, "put_back")).verdict == "Passed"
-    assert toy.follow(order, (1.5, "put_back"), (1.6, "offer")).verdict == "Passed"
-    assert toy.follow(order, (1.5, "put_back"), (1.6, "put_back"), (1.7, "offer")).verdict == "Failed"
-
-
-def test_the_beginning_of_a_plan_can_be_observed(tmp_path: Path) -> None:
-    does = (ActionMapping("@fetch", "on(state) & state == 'Fetching'"), *TOY.actions)
-    toy = Toy(tmp_path, actions=does)
-    run: tuple[Event, ...] = ((1.5, "state", {"name": "Fetching"}), *HANDED_OVER)
-    assert toy.follow(*sorted(run, key=lambda each: each[0])).verdict == "Passed"
-    assert violation(toy.follow(*HANDED_OVER)).startswith("2 s: expected @fetch within 1 s of 1.0 s (plan @fetch")
 
 
 def test_a_run_is_followed_until_it_leaves_what_the_model_knows(tmp_path: Path) -> None:

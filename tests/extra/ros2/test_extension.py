@@ -25,14 +25,6 @@ _PINNED = Path(__file__).parent / "extension_names.json"
 
 _NAMES: dict[str, list[str]] = json.loads(_PINNED.read_text(encoding="utf-8"))
 
-_SINCE_LYRICAL = {
-    "Client": ["set_on_new_response_callback", "clear_on_new_response_callback"],
-    "Service": ["set_on_new_request_callback", "clear_on_new_request_callback"],
-    "Subscription": ["set_on_new_message_callback", "clear_on_new_message_callback"],
-    "Timer": ["set_on_reset_callback", "clear_on_reset_callback"],
-}
-"""What the interface file of rclpy's main branch (2026) has beside the names of kilted."""
-
 _BELOW_RCLPY = ("EventsExecutor",)
 """Classes that are made below one of `rclpy`, and only where there is one."""
 
@@ -52,11 +44,6 @@ def _has(kind: type[Any], member: str) -> bool:
 def test_a_name_of_the_extension_is_there_with_its_members(name: str) -> None:
     assert hasattr(_ours(), name)
     assert [member for member in _NAMES[name] if not _has(getattr(_ours(), name), member)] == []
-
-
-@pytest.mark.parametrize("name", _SINCE_LYRICAL)
-def test_what_lyrical_adds_is_there(name: str) -> None:
-    assert all(hasattr(getattr(_ours(), name), member) for member in _SINCE_LYRICAL[name])
 
 
 def test_callbacks_are_told_how_much_has_come() -> None:

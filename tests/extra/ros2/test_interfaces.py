@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import array
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import pytest
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.bridge import vocabulary
-from pytest_hricdv.extra.ros2.messages import copy_message, deserialize, import_type, kinds_of, serialize, type_name
+from pytest_hricdv.extra.ros2.messages import copy_message, deserialize, import_type, serialize, type_name
 
 MESSAGE = r"""
 # Everything that a field can be: "quoted", it's said.
@@ -53,19 +52,6 @@ def made(interfaces: Any) -> Any:
             "cell_io/srv/Single.srv": "float64 x\n",
         }
     )
-
-
-def test_fields_have_the_defaults_and_containers_of_generated_classes(made: None) -> None:
-    message = import_type("cell_io/msg/Everything", "msg")()
-    assert (message.is_on, message.flags, message.letter, message.ratio, message.below) == (True, b"\x00", 0, 0.5, -3)
-    assert (message.name, message.short, message.wide, message.pair) == ("a, b", "hello", "", ["", ""])
-    assert message.position.tolist() == [0.0, 0.0, 0.0]
-    assert message.position.dtype == "float64"
-    assert (message.ranges, message.data) == (array.array("d", [1.0, 2.5]), array.array("B"))
-    assert (message.points, message.pose.at.y, type_name(type(message.origin))) == ([], 1.0, "cell_io/msg/Point")
-    constants = (message.IDLE, message.LOWEST, message.GREETING, message.PI)
-    assert constants == (0, -5, "it's here", 3.14)
-    assert kinds_of(message.__class__)["pose.at.x"] is float
 
 
 def test_a_message_is_copied_compared_and_sent_as_bytes(made: None) -> None:

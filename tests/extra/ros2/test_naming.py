@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.ros2 import arguments, logging, names
+from pytest_hricdv.extra.ros2 import arguments, names
 from pytest_hricdv.runtime import Kernel
 from tests.extra.ros2.system import node, run
 
@@ -106,23 +106,6 @@ def test_a_file_of_another_form_is_refused_in_one_line(content: bytes, message: 
     with pytest.raises(arguments.InvalidROSArgsError, match=message) as caught:
         arguments.parse(["--ros-args", "--params-file", str(file)])
     assert "\n" not in str(caught.value)
-
-
-def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
-    def robot(kernel: Kernel) -> None:
-        logging.set_logger_level("cell", logging.level_from_string("warn"))
-        assert logging.effective_level("cell.arm") == 30
-        assert logging.logger_level("cell.arm") == 0
-        logging.write(20, "cell.arm", "quiet", "grasp", "arm.py", 7)
-        kernel.sleep(0.5)
-        logging.write(40, "cell.arm", "slipped", "grasp", "arm.py", 8)
-        logging.reset_levels()
-        assert logging.is_enabled_for("cell.arm", 20)
-        assert not logging.is_enabled_for("cell.arm", 10)
-
-    kernel, _ = run(robot)
-    (entry,) = logging.log_of(kernel).entries
-    assert (entry.time_s, entry.severity.text, entry.text, entry.line) == (0.5, "ERROR", "slipped", 8)
 
 
 @pytest.mark.parametrize(

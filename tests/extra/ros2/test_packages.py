@@ -30,15 +30,6 @@ def test_console_scripts_are_read_without_building(file: str, text: str, tmp_pat
     assert SourcePackage("cell", tmp_path).scripts == {"arm": "cell.arm:main"}
 
 
-@pytest.mark.parametrize(
-    ("file", "text"),
-    [("setup.py", "setup("), ("setup.py", "setup()"), ("setup.cfg", "no section"), ("pyproject.toml", "= 1")],
-)
-def test_what_cannot_be_read_declares_nothing(file: str, text: str, tmp_path: Path) -> None:
-    (tmp_path / file).write_text(text)
-    assert SourcePackage("cell", tmp_path).scripts == {}
-
-
 def test_neighbours_in_a_workspace_are_found_and_what_colcon_leaves_out_is_not(tmp_path: Path) -> None:
     package = write_package(tmp_path)
     write_manifest(tmp_path / "src" / "stack" / "driver", "driver")

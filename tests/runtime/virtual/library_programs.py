@@ -15,22 +15,16 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from typing import Any, ClassVar
 
 import anyio
-import backoff
-import cachetools
 import py_trees
 import pybreaker
-import schedule
-import statemachine
 import tenacity
 import transitions
 import yaml
 from apscheduler.schedulers.background import BackgroundScheduler
-from apscheduler.schedulers.blocking import BlockingScheduler
-from ratelimit import RateLimitException, limits, sleep_and_retry
 from transitions.extensions import states
 
 Say = Callable[[object], None]
@@ -57,15 +51,6 @@ def timeout_of_a_behaviour_tree(say: Say) -> None:
     say(("failed", 1.5 <= _now() <= 1.7))
 
 
-@program
-def timer_of_a_behaviour_tree(say: Say) -> None:
-    timer = py_trees.timers.Timer("wait", duration=2.0)
-    while timer.status != py_trees.common.Status.SUCCESS:
-        timer.tick_once()
-        time.sleep(0.25)
-    say(("over", 2.0 <= _now() <= 2.6))
-
-
 @states.add_state_features(states.Timeout)
 class _WithTimeouts(transitions.Machine):
     pass
@@ -83,22 +68,6 @@ def timeout_of_a_state(say: Say) -> None:
     say(("end", _now()))
 
 
-class _Door(statemachine.StateMachine):
-    shut = statemachine.State(initial=True)
-    open = statemachine.State()
-    move = shut.to(open) | open.to(shut)
-
-    def on_move(self) -> None:
-        time.sleep(0.5)
-
-
-@program
-def state_machine(say: Say) -> None:
-    door = _Door()
-    door.move()
-    say((door.open.is_active, _now()))
-
-
 @program
 def retries_with_waits(say: Say) -> None:
     @tenacity.retry(wait=tenacity.wait_fixed(2.0), stop=tenacity.stop_after_delay(7.0))
@@ -109,19 +78,6 @@ def retries_with_waits(say: Say) -> None:
     try:
         grip()
     except tenacity.RetryError:
-        say(("gave up", _now()))
-
-
-@program
-def backoff_of_retries(say: Say) -> None:
-    @backoff.on_exception(backoff.constant, OSError, interval=1, jitter=None, max_time=3.5)
-    def grip() -> None:
-        say(("try", _now()))
-        raise OSError
-
-    try:
-        grip()
-    except OSError:
         say(("gave up", _now()))
 
 
@@ -148,31 +104,6 @@ def circuit_breaker(say: Say) -> None:
 
 
 @program
-def rate_limit(say: Say) -> None:
-    strict = limits(calls=1, period=10)(_now)
-    patient = sleep_and_retry(limits(calls=2, period=10)(_now))
-    say([patient() for _ in range(3)][-1] >= 9.9)
-    strict()
-    try:
-        strict()
-    except RateLimitException as error:
-        say(9.0 < error.period_remaining <= 10.0)
-
-
-_KEPT: cachetools.TTLCache[str, int] = cachetools.TTLCache(10, ttl=5.0)
-
-
-@program
-def cache_whose_items_age(say: Say) -> None:
-    local: cachetools.TTLCache[str, int] = cachetools.TTLCache(10, ttl=5.0)
-    local["cup"] = _KEPT["cup"] = 1
-    time.sleep(4.0)
-    say(("cup" in local, "cup" in _KEPT))
-    time.sleep(2.0)
-    say(("cup" in local, "cup" in _KEPT))
-
-
-@program
 def scheduler_of_python(say: Say) -> None:
     plan = sched.scheduler()
     plan.enter(2.0, 1, lambda: say(("b", _now())))
@@ -187,27 +118,6 @@ def jobs_in_the_background(say: Say) -> None:
     scheduler.start()
     time.sleep(5.0)
     scheduler.shutdown()
-
-
-@program
-def jobs_in_the_foreground(say: Say) -> None:
-    scheduler = BlockingScheduler(timezone=UTC)
-
-    def once() -> None:
-        say(("job", round(_now())))
-        scheduler.shutdown(wait=False)
-
-    scheduler.add_job(once, "date", run_date=datetime.now(UTC) + timedelta(seconds=3))
-    scheduler.start()
-
-
-@program
-def jobs_that_are_polled(say: Say) -> None:
-    schedule.clear()
-    schedule.every(3).seconds.do(lambda: say(("job", round(_now()))))
-    while _now() < 7.0:
-        schedule.run_pending()
-        time.sleep(0.5)
 
 
 @program

@@ -14,18 +14,11 @@ from tests.runtime.virtual import library_programs
 
 SEEN: dict[str, list[object]] = {
     "timeout_of_a_behaviour_tree": [("failed", True)],
-    "timer_of_a_behaviour_tree": [("over", True)],
     "timeout_of_a_state": [("late", 3.0), ("end", 5.0)],
-    "state_machine": [(True, 0.5)],
     "retries_with_waits": [*[("try", 2.0 * n) for n in range(5)], ("gave up", 8.0)],
-    "backoff_of_retries": [*[("try", float(n)) for n in range(4)], ("try", 3.5), ("gave up", 3.5)],
     "circuit_breaker": [("CircuitBreakerError", "CircuitBreakerError"), ("closed", 11.0)],
-    "rate_limit": [True, True],
-    "cache_whose_items_age": [(True, True), (False, False)],
     "scheduler_of_python": [("a", 1.0), ("b", 2.0)],
     "jobs_in_the_background": [("job", 2), ("job", 4)],
-    "jobs_in_the_foreground": [("job", 3)],
-    "jobs_that_are_polled": [("job", 3), ("job", 6)],
     "sleeping_in_any_loop": [(True, 2.0), 3.0],
     "timeout_in_a_coroutine": [("late", 1.5)],
     "pool_with_a_timeout": [("late", 1.0), ("done", 4.0)],
