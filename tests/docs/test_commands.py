@@ -39,6 +39,7 @@ ELSEWHERE = {
     "python $(which colcon)": "../extra/ros2/test_workspace.py",
     "hricdv report rebuild": "../plugin/test_journal.py",
     "hricdv evidence": "../extra/evidence/test_evidence.py",
+    "hricdv report live": "../extra/answers/test_live.py",  # runs until Ctrl-C
 }
 """Commands that need more than a project -> the tests that run them, or what they do, with the real thing."""
 
