@@ -123,14 +123,3 @@ def test_a_gripper_that_nobody_looks_at_is_found_where_it_jams(tmp_path: Path) -
     assert done.returncode == 1, done.stdout[-4000:]
     (test,) = report(tmp_path)["tests"]
     assert test["requirements"]["N8"]["verdict"] == "Failed"
-
-
-def test_closure_says_how_it_ended_and_finds_nothing(tmp_path: Path) -> None:
-    options = ("--hri-suite=closure", "-n", "2", "--hri-close-runs=10", "-q")
-    done = run(*options, f"--hri-report={tmp_path}")
-    reported = report(tmp_path)
-    closing = reported["closing"]
-    assert (closing["end_reason"] == "closed") == (not closing["open"])
-    assert f"closing: {closing['runs']} runs" in done.stdout
-    assert [test["id"] for test in reported["tests"] if test["outcome"] == "failed"] == []
-    assert done.returncode == 0, done.stdout[-4000:]
