@@ -52,6 +52,11 @@ def _processes() -> Iterator[int]:
                 yield int(path.split("/")[2])
 
 
+def repeatable(given: ConcreteTest, done: ConcreteTest) -> ConcreteTest:
+    """The test to be run again: as it became, where people decided during the run; not one that was cut off."""
+    return done if len(done.actions) >= len(given.actions) else given
+
+
 def _note(given: ConcreteTest, result: case.CaseResult) -> None:
     now_s, code = used_s(), result.code
     line = {
@@ -60,7 +65,7 @@ def _note(given: ConcreteTest, result: case.CaseResult) -> None:
         "kinds": kinds(result),
         "statements": hex(code.statements) if code is not None else "0x0",
         "branches": hex(code.branches or 0) if code is not None else "0x0",
-        "test": result.test.to_json() if len(result.test.actions) == len(given.actions) else given.to_json(),
+        "test": repeatable(given, result.test).to_json(),
     }
     file = os.open(os.environ[JOURNAL], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
     try:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from studies.fair_fight import CODE_BASES, faults, tables
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from studies.fair_fight import CODE_BASES, faults, meter, tables
 from studies.fair_fight.__main__ import PAGE, read
 from studies.fair_fight.running import summary
 from studies.localization.faults import FaultError
@@ -30,6 +32,15 @@ def test_the_sealed_faults_fit_the_code_and_are_those_that_the_seed_draws(
         with pytest.raises(FaultError, match=fault["id"]):
             faults.plant(fault, tmp_path / "table")
         file.write_text(before, encoding="utf-8")
+
+
+def test_what_people_decided_during_a_run_is_what_is_replayed() -> None:
+    action = ConcreteAction("wait", {"wait_s": 1.0})
+    given = ConcreteTest("t", "t", 1, (), {"battery": 0.5})
+    decided, cut = replace(given, actions=(action, action)), replace(given, actions=(action,))
+    assert meter.repeatable(given, decided) == decided
+    assert meter.repeatable(decided, cut) == decided
+    assert meter.repeatable(decided, replace(decided, run={"battery": 0.4})).run == {"battery": 0.4}
 
 
 def test_each_code_base_has_ten_sealed_faults() -> None:
