@@ -2,6 +2,7 @@
 
     python -m studies.fair_fight --work FOLDER                        # all; what is in results.json is not run again
     python -m studies.fair_fight --work FOLDER --only table/rl,tello  # a row, or a code base
+    python -m studies.fair_fight --work FOLDER --only table/rl --budget 60 --results ROWS.json  # that row again
     python -m studies.fair_fight --page                               # write the page from results.json
 
 `--python` names the interpreter of an environment with this project, Hypothesis, HypoFuzz, Atheris and CrossHair,
