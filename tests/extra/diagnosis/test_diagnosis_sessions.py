@@ -29,7 +29,8 @@ TESTS = [
 
 @pytest.fixture
 def surging(lamps: pytest.Pytester) -> pytest.Pytester:
-    """The lamps project: a surge makes the lamp too bright, and so does a wish in the hall."""
+    """The lamps project, which looks for causes: a surge makes the lamp too bright, and so does a wish in the hall."""
+    change(lamps.path, "pytest.ini", "hri_diagnose = 0\n", "")
     change(lamps.path, "conftest.py", 'code=("lamps",),', SURGE)
     change(
         lamps.path,
@@ -170,6 +171,7 @@ def test_a_test_whose_code_works_for_ever_is_in_no_experiment(lamps: pytest.Pyte
     change(lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",), time=VirtualTime(stall_timeout_s=0.5),')
     change(lamps.path, "conftest.py", "Testbench, Uniform", "Testbench, Uniform, VirtualTime")
     change(lamps.path, "lamps/guide.py", "    if wish.level == 0.0:\n", SPIN + "    if wish.level == 0.0:\n")
+    change(lamps.path, "pytest.ini", "hri_diagnose = 0\n", "")
     result = lamps.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == 1
     written = report(lamps.path)

@@ -44,7 +44,7 @@ def test_the_page_says_what_changed_since_the_session_before(lamps: pytest.Pytes
     lamps.runpytest_inprocess(*SUITE)
     assert "nothing but times changed" in page.read_text(encoding="utf-8")
     change(lamps.path, "lamps/guide.py", "            bus.publish(Answer())\n", "            pass\n")
-    lamps.runpytest_inprocess(*SUITE)
+    lamps.runpytest_inprocess(*SUITE, "--hri-diagnose=48")
     text = page.read_text(encoding="utf-8")
     assert "Since the session before, 2 tests fail that did not; 4 differences in all." in text
     assert text.count('fails now: <a class="mono" href="#test/') == 2
