@@ -57,13 +57,13 @@ def _cross(cross: CrossCoverage) -> str:
 def _effort(generation: GenerationResult) -> str:
     """`converged after 115 of 119 iterations (2140 model runs, 130 distinct tests), 3.1 s`."""
     counts = [plural(generation.bdi_runs, "model run")] if generation.bdi_runs else []
-    counted = ", ".join([*counts, plural(generation.distinct_texts, "distinct test")])
+    counts += [plural(generation.distinct_texts, "distinct test")] if generation.distinct_texts else []
     time = "cached" if generation.cached else seconds(generation.wall_s)
     if not generation.iterations:
-        return f"{counted}, {time}"
+        return ", ".join([*counts, time])
     at, iterations = generation.converged_at, plural(generation.iterations, "iteration")
     learning = f"not converged after {iterations}" if at is None else f"converged after {at} of {iterations}"
-    return f"{learning} ({counted}), {time}"
+    return f"{learning} ({', '.join(counts)}), {time}"
 
 
 def _diversity(diversity: Diversity) -> str:

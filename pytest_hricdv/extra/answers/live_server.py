@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import threading
 from collections.abc import Callable
 from http import HTTPStatus
@@ -97,13 +98,15 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def serve_live(path: Path, port: int) -> None:
-    """Serve until Ctrl-C.
+    """Serve until Ctrl-C or SIGTERM.
 
     Raises:
         ReportError: there is nothing at the path, or the port is in use.
     """
     if not path.exists():
         raise ReportError(f"{path}: no such report folder, and no such campaign")
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # what it has unpacked is removed
     source = LiveSource(path)
     try:
         with LiveServer(source, port) as server:

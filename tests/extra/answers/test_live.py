@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -136,6 +139,20 @@ def test_a_campaign_is_shown(tmp_path: Path) -> None:
         state = told(source)
         assert (state["what"], state["over"], state["done"], state["total"]) == ("campaign", True, 20, 20)
         assert "index.html" in source.files()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_leaves_nothing_behind_when_it_is_ended(number: signal.Signals, tmp_path: Path) -> None:
+    report, scratch = tmp_path / "report", tmp_path / "scratch"
+    report.mkdir()
+    scratch.mkdir()
+    command = [sys.executable, "-m", "pytest_hricdv", "report", "live", str(report), "--port=0"]
+    with subprocess.Popen(command, env={**os.environ, "TMPDIR": str(scratch)}, stdout=subprocess.PIPE) as server:
+        assert server.stdout is not None
+        assert b"http://127.0.0.1:" in server.stdout.readline()
+        assert [*scratch.iterdir()]
+        server.send_signal(number)
+    assert (server.returncode, [*scratch.iterdir()]) == (0, [])
 
 
 def test_only_this_machine_is_answered_and_no_page_of_another_site(tmp_path: Path) -> None:
