@@ -172,7 +172,7 @@ def _left(members: list[str], imported: Imports, placed: Mapping[str, Box], tota
 
 
 def _centre(imported: frozenset[str], placed: Mapping[str, Box]) -> float:
-    return sum(placed[name].middle for name in imported) / len(imported) if imported else _WIDTH / 2
+    return math.fsum(placed[name].middle for name in imported) / len(imported) if imported else _WIDTH / 2
 
 
 def _width(name: str) -> float:
