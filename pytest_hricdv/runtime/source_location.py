@@ -13,12 +13,20 @@ UNKNOWN = "an unknown place"
 def place_of(frame: FrameType | None) -> str:
     """Line of the innermost function that is its author's, `file:line` (see `authors_frame`).
 
-    An event loop between two tasks has no such function: then it is that of a task that is ready to run.
+    In an event loop between two tasks, it is that of a task that is ready to run, and not where the loop was started.
     """
     found = authors_frame(frame)
-    if found is None or not _is_authors(found):
-        return min(_places_of_ready_tasks(), default=UNKNOWN if found is None else _place(found))
-    return _place(found)
+    between = min(_places_of_ready_tasks(), default="") if _is_between_tasks(frame) else ""
+    return between or (UNKNOWN if found is None else _place(found))
+
+
+def _is_between_tasks(frame: FrameType | None) -> bool:
+    """Whether an event loop runs, and nothing of an author's within it."""
+    while frame is not None and not _is_authors(frame):
+        if frame.f_code.co_name == "_run_once" and frame.f_globals.get("__name__") == "asyncio.base_events":
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _place(frame: FrameType) -> str:
