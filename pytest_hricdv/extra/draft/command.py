@@ -29,6 +29,7 @@ from pytest_hricdv.extra.draft.ros.executable import find_executable
 from pytest_hricdv.extra.draft.ros_model import RosStart, ros_lines
 from pytest_hricdv.extra.draft.settlement import BUDGET_S, Reread
 from pytest_hricdv.extra.draft.settling import settle
+from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.skeleton.skeleton import name_like
 
 NO_NODES = (
@@ -213,10 +214,19 @@ def _write(prepared: FirstDraft, options: DraftOptions) -> Iterator[str]:
         yield from (
             f"first runs: {_place(trial)}{trial.cause}: the draft is not green" for trial in trials if trial.cause
         )
+        yield from _shown(prepared.draft, made)
     if made.hollow:
         yield f"hollow: {made.hollow}"
     for name in write(made, options.folder):
         yield str(options.folder / name)
+
+
+def _shown(before: Draft, after: Draft) -> Iterator[str]:
+    """What the draft has that only first runs have shown."""
+    sensors = len({sensor.name for sensor in after.sensors} - {sensor.name for sensor in before.sensors})
+    messages = len({message.topic for message in after.messages} - {message.topic for message in before.messages})
+    if sensors or messages:
+        yield f"first runs have shown {plural(sensors, 'sensor')} and {plural(messages, 'message')} more"
 
 
 def _place(trial: FirstRuns) -> str:
@@ -232,11 +242,6 @@ def _summary(model: CodeModel) -> Iterator[str]:
     )
     if model.ros.nodes or model.ros.endpoints:
         yield from ros_lines(model.ros)
-    elif not model.messages:
-        yield (
-            f"no messages found in {model.package}: its tests are nearly empty until conftest.py says what makes it "
-            "act; QUESTIONS.md says what is missing"
-        )
     for problem in model.problems:
         yield f"{problem.location}: {problem.text}" if problem.location is not None else problem.text
 

@@ -145,7 +145,7 @@ def _part_of_module(owner: str, name: str) -> Any:
     if name.startswith("__"):
         raise AttributeError(name)
     if name.endswith(("Error", "Exception")):
-        return type(name, (Exception,), {})
+        return type(name, (Exception,), {"__module__": owner})
     return _absent_class(name) if name[:1].isupper() and not name.isupper() else AbsentPart(f"{owner}.{name}")
 
 
