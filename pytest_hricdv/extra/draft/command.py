@@ -214,14 +214,14 @@ def _write(prepared: FirstDraft, options: DraftOptions) -> Iterator[str]:
         yield from (
             f"first runs: {_place(trial)}{trial.cause}: the draft is not green" for trial in trials if trial.cause
         )
-        yield from _shown(prepared.draft, made)
+        yield from _summarize_runs(prepared.draft, made)
     if made.hollow:
         yield f"hollow: {made.hollow}"
     for name in write(made, options.folder):
         yield str(options.folder / name)
 
 
-def _shown(before: Draft, after: Draft) -> Iterator[str]:
+def _summarize_runs(before: Draft, after: Draft) -> Iterator[str]:
     """What the draft has that only first runs have shown."""
     sensors = len({sensor.name for sensor in after.sensors} - {sensor.name for sensor in before.sensors})
     messages = len({message.topic for message in after.messages} - {message.topic for message in before.messages})

@@ -163,7 +163,7 @@ def _read(path: str, name: str) -> Any:
 
 def _part(path: str) -> Any:
     """What a person has set, or something of which nothing is known."""
-    return _sensed(_borders[-1], path) if _borders and path in _borders[-1].senses else AbsentPart(path)
+    return _value_of(_borders[-1], path) if _borders and path in _borders[-1].senses else AbsentPart(path)
 
 
 def _set(path: str, name: str, value: Any) -> None:
@@ -181,13 +181,13 @@ def _call(path: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
     border, (port, _, name) = _borders[-1], path.partition(".")
     border.note_absent_call(port, name or "__call__", arguments, named, place_of(sys._getframe(2)))
     if f"{path}()" in border.senses:
-        return _sensed(border, f"{path}()")
+        return _value_of(border, f"{path}()")
     if not any(map(_is_function, (*arguments, *named.values()))):
         border.tell_call(port, name or "__call__", arguments, named)
     return AbsentPart(f"{path}()")
 
 
-def _sensed(border: RunBorder, name: str) -> Any:
+def _value_of(border: RunBorder, name: str) -> Any:
     border.on_crossing()
     value = border.read_sense(name)
     return AbsentPart(name, value) if isinstance(value, float) else value
