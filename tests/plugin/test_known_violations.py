@@ -122,6 +122,7 @@ def test_a_condition_that_cannot_be_is_refused_before_anything_runs(
 
 @pytest.mark.slow
 def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "hri_diagnose = 0\n", "")
     glare_in_the_cellar(lamps)
     known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
     for shard in ("1/2", "2/2"):

@@ -16,10 +16,11 @@ SECTION = "human-robot interaction"
 
 @pytest.fixture
 def bright(lamps: pytest.Pytester) -> pytest.Pytester:
-    """The lamps project, where 24 of 28 tests fail."""
+    """The lamps project, where 24 of 28 tests fail, and causes are looked for."""
     failing = ("enter hall\nset_lamp level = 100\n" + "enter hall\n" * number for number in range(24))
     passing = ("enter hall\n" * number for number in range(1, 5))
     (lamps.path / "bright.txt").write_text("\n".join([*failing, *passing]), encoding="utf-8")
+    change(lamps.path, "pytest.ini", "hri_diagnose = 0\n", "")
     return lamps
 
 
