@@ -1,6 +1,6 @@
 """Test doubles for the environment of code under test, with which a drafted testbench runs it."""
 
-from pytest_hricdv.extra.draft.stand_ins.absent import Program, replace_modules
+from pytest_hricdv.extra.draft.stand_ins.absent import ProgramPort, replace_modules
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
 from pytest_hricdv.extra.draft.stand_ins.device import Device
@@ -23,7 +23,7 @@ __all__ = [
     "MethodCall",
     "Neutral",
     "OutboxPort",
-    "Program",
+    "ProgramPort",
     "Replace",
     "RunParameter",
     "Say",

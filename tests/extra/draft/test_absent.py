@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.draft import Program, Replace, replace_modules
+from pytest_hricdv.draft import ProgramPort, Replace, replace_modules
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
 from pytest_hricdv.extra.draft.project.draft import Draft
@@ -209,7 +209,7 @@ def test_programs_that_the_code_starts_do_not_run_and_a_person_is_at_their_end(
     }
 
     def body(border: RunBorder) -> None:
-        undo = [Replace(port.made_from, Program(port.annotation)).apply(border, port.name) for port in model.inner]
+        undo = [Replace(port.made_from, ProgramPort(port.annotation)).apply(border, port.name) for port in model.inner]
         speaker_code.main()
         for put_back in undo:
             put_back()
@@ -221,7 +221,7 @@ def test_programs_that_the_code_starts_do_not_run_and_a_person_is_at_their_end(
     draft = Draft(CodeReader("speaker_code", tmp_path).model(seen), "speaker", "person", tmp_path.resolve() / "hri")
     assert [sensor.name for sensor in draft.sensors] == ["os_system", "subprocess_run.returncode"]
     (text,) = [text for name, text in files(draft) if name == "conftest.py"]
-    assert 'Replace("speaker_code:subprocess.run", Program("subprocess.run"))' in text
+    assert 'Replace("speaker_code:subprocess.run", ProgramPort("subprocess.run"))' in text
 
 
 @pytest.mark.slow

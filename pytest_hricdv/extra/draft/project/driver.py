@@ -162,7 +162,7 @@ def _port(draft: Draft, port: Port, table: ImportTable) -> str:
             kinds.append(f"{{{_conversion(message, table)}}}" if is_item else table.use(message.module, message.name))
         return f"InboxPort({', '.join(kinds)})"
     if port.role == "program":
-        return f"Program({json.dumps(port.annotation)})"
+        return f"ProgramPort({json.dumps(port.annotation)})"
     if port.role == "connection":
         return _connection(draft, port, table)
     if port.role == "device":

@@ -93,7 +93,7 @@ class AbsentPart(UnknownValue):
 
 
 @dataclass(frozen=True)
-class Program:
+class ProgramPort:
     """Another program that the code starts, which no run does: what it hands over and gets crosses the border.
 
     Args:
