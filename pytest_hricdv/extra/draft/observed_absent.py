@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pytest_hricdv.extra.draft.code_model import CodeLine, MessageField, Operation, Port
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
+from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
 from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, texts_of_shape
 
 MAX_SENSES = 12
@@ -22,9 +23,11 @@ def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -
         root: folder of the code.
         truths: names of methods and attributes that the code tests for identity with a truth.
     """
+    registered = {key.removeprefix(CALLBACK).partition(" ")[0] for key in seen.methods if key.startswith(CALLBACK)}
     for name, place in seen.absent.items():
-        operations = [_operation(key.partition(".")[2], site, root) for key, site in sorted(seen.calls.items())
-                      if key.startswith(f"{name}.")]  # fmt: skip
+        # A key with a topic is that of a method, too.
+        keys = [key for key in sorted(seen.calls) if key.startswith(f"{name}.") and " " not in key]
+        operations = [_operation(key.partition(".")[2], seen.calls[key], root, key in registered) for key in keys]
         known = {each.name for each in operations if each.result is not None}
         operations += [_truth(each) for each in operations if each.name.rpartition(".")[2] in truths
                        and each.is_method and f"{each.name}()" not in known]  # fmt: skip
@@ -35,10 +38,9 @@ def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -
         yield Port(name, "device", "", "", (*sensed, *others), _line(place, root))
 
 
-def _operation(name: str, site: Site, root: Path) -> Operation:
+def _operation(name: str, site: Site, root: Path, is_registration: bool) -> Operation:
     """What the code called, or the value that it tested or compared."""
     location = _line(site.location, root)
-    is_registration = any(shape.kinds.get("callable") for shape in site.arguments.values())
     kind = "float" if site.compared else kind_of_shape(site.result)
     values = texts_of_shape(site.result, location) if kind == "str" else ()
     part = MessageField("value", "", kind, location, values, compared=tuple(sorted(site.compared)))

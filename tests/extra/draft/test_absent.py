@@ -180,6 +180,21 @@ def test_a_draft_has_sensors_and_calls_of_what_was_observed(monkeypatch: pytest.
     assert 'replace_modules("rover_lib")' in text
 
 
+def test_a_topic_that_is_told_is_no_method(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv(OBSERVE, str(tmp_path / "seen.json"))
+    (tmp_path / "rover_code.py").write_text(SCRIPT, encoding="utf-8")
+    lib = library()
+
+    def body(_: RunBorder) -> None:
+        rover = lib.Rover()
+        rover.on("start", body)
+        rover.tell("moved", 3.0)
+
+    run(body)
+    model = CodeReader("rover_code", tmp_path).model(read_observations(tmp_path / "seen.json"))
+    assert [(each.name, each.channel) for each in model.outputs] == [("Moved", "Rover.tell moved")]
+
+
 SPEAKER = """
 import subprocess
 from os import system
