@@ -6,7 +6,7 @@ import contextlib
 import io
 import os
 import platform
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -36,6 +36,9 @@ from pytest_hricdv.session.suites import check_commands
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
+
+_DIGITS = 8
+"""Of a test's content in its id."""
 
 
 def _shorten(result: RequirementResult) -> RequirementResult:
@@ -169,7 +172,7 @@ class Provenance:
             file=file.name,
             expected_sha256=expected,
             same=expected == result.record_sha256,
-            changed=tuple(differences(file.replay, self.code, self._with_simulation(result))),
+            changed=(*_note_edit(file.replay), *differences(file.replay, self.code, self._with_simulation(result))),
             hash_seed=hash_seed_difference(file.replay.hash_seed, self.hash_seed),
         )
 
@@ -182,6 +185,13 @@ class Provenance:
     def _with_simulation(self, result: TestResult) -> dict[str, str]:
         simulation = {"fidelity": result.fidelity, "engine": result.engine}
         return {**self.environment, **{name: value for name, value in simulation.items() if value}}
+
+
+def _note_edit(replay: Replay) -> Iterator[str]:
+    """Of a test that was made from another one, which its id shows: whether somebody has changed it."""
+    made = replay.concrete
+    if replay.origin is not None and name_test(made, "").id[-_DIGITS:] != made.id[-_DIGITS:]:
+        yield "the test was edited"
 
 
 def replay_mismatch(replayed: ReplayComparison | None) -> str:
@@ -290,4 +300,4 @@ def name_test(test: ConcreteTest, made_by: str) -> ConcreteTest:
     after = [sorted(test.after.items())] if test.after else []
     schedule = [[decision.to_data() for decision in test.schedule]] if test.schedule else []
     content = digest("made", test.suite, test.seed, actions, sorted(test.run.items()), *after, *schedule)
-    return replace(test, id=f"{slug(test.suite)}-{slug(made_by)}-{content[:8]}")
+    return replace(test, id=f"{slug(test.suite)}-{slug(made_by)}-{content[:_DIGITS]}")

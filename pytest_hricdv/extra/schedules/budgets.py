@@ -11,14 +11,14 @@ from msgspec.structs import replace
 from pytest_hricdv.extra.schedules.records import BudgetRecord
 from pytest_hricdv.extra.schedules.schedule_run import RunTest
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate
+from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.schedule import EACH_TIME, ScheduleDecision
 
 LONGEST_S = 10.0
 """Up to this delay (s) a budget is looked for: longer than any reaction of a robot to a person may take."""
 
 PRECISION_S = 0.001
-"""A budget is known to a millisecond, which is as fine as the clocks of robots' middleware tick."""
-
+"""A budget is a number of milliseconds, which is as fine as the clocks of robots' middleware tick."""
 
 PAIRED = 3
 """Of so many of the smallest budgets, the pairs are measured: a table that still fits on a screen."""
@@ -55,23 +55,28 @@ def _budget(
         # Most tests do not decide: one run with the budget so far shows it.
         if (broken := _breaks(run, candidate, places, record.budget_s)) is None:
             continue
-        passes_s, fails_s = 0.0, record.budget_s
-        while fails_s - passes_s > PRECISION_S:
-            middle_s = (passes_s + fails_s) / 2
-            again = _breaks(run, candidate, places, middle_s)
+        passes, fails = 0, round(record.budget_s / PRECISION_S)
+        while fails - passes > 1:
+            middle = (passes + fails) // 2
+            again = _breaks(run, candidate, places, middle * PRECISION_S)
             if again is None:
-                passes_s = middle_s
+                passes = middle
             else:
-                fails_s, broken = middle_s, again
-        record = replace(record, budget_s=round(passes_s, 6), requirement=broken, test=candidate.test.id)
+                fails, broken = middle, again
+        record = replace(record, budget_s=round(passes * PRECISION_S, 6), requirement=broken, test=candidate.test.id)
     return record
 
 
 def _breaks(run: RunTest, candidate: ScheduleCandidate, places: Sequence[str], delay_s: float) -> str | None:
     """The requirement that a delay at each place breaks, or an empty text for a fault; None where all pass."""
-    decisions = tuple(ScheduleDecision("delay", place, EACH_TIME, delay_s) for place in places)
-    ran = run(dataclasses.replace(candidate.test, schedule=decisions))
+    ran = run(slow_down(candidate.test, places, delay_s))
     if ran is None:
         return ""
     new = ran.fails - candidate.usual.fails
     return max(new) if new else None
+
+
+def slow_down(test: ConcreteTest, places: Sequence[str], delay_s: float) -> ConcreteTest:
+    """The test with a delay (s) before each execution of the statements at these places."""
+    decisions = tuple(ScheduleDecision("delay", place, EACH_TIME, round(delay_s, 6)) for place in places)
+    return dataclasses.replace(test, schedule=decisions)

@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 
+from msgspec.structs import replace
+
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.extra.schedules.budgets import measure_budgets
+from pytest_hricdv.extra.schedules.budgets import PRECISION_S, measure_budgets, slow_down
 from pytest_hricdv.extra.schedules.points import WRITES, points_of
-from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, words
+from pytest_hricdv.extra.schedules.races import RaceExamination, words
 from pytest_hricdv.extra.schedules.records import (
     NO_FORK,
     OTHERWISE,
@@ -74,7 +76,16 @@ def measure_session_budgets(session: FeatureSession, results: Sequence[TestResul
             made.extend(measure_budgets(worker.run, candidates, starts))
         except KeyboardInterrupt:
             session.interrupted = True
-    return sorted(made, key=lambda budget: (budget.budget_s, budget.place))
+    by_test = {candidate.test.id: candidate for candidate in candidates}
+    kept = [_keep_broken(session, by_test[budget.test], budget) if budget.test else budget for budget in made]
+    return sorted(kept, key=lambda budget: (budget.budget_s, budget.place))
+
+
+def _keep_broken(session: FeatureSession, candidate: ScheduleCandidate, budget: BudgetRecord) -> BudgetRecord:
+    """The budget with a replay file: of its test, a millisecond slower."""
+    places = [budget.place, *budget.other.split()[:1]]
+    slower = slow_down(candidate.test, places, budget.budget_s + PRECISION_S)
+    return replace(budget, replay=_keep(session, candidate, slower, budget.requirement, 1)[1])
 
 
 def _candidates(
@@ -188,7 +199,7 @@ class RaceHunt:
         is_moved = test.actions != candidate.test.actions
         examination = RaceExamination(self.run, lambda run: requirement in run.fails, is_moved)
         race = examination.examine(candidate, requirement, test, ran)
-        made, replay = self._replay(race)
+        made, replay = _keep(self.session, candidate, race.test, requirement, race.runs)
         tolerated = requirement in self.session.options.known_violations and not self.session.options.strict
         if self._is_known(requirement, race.ran.involves):
             return
@@ -210,17 +221,19 @@ class RaceHunt:
             )
         )
 
-    def _replay(self, race: ScheduleRace) -> tuple[str | None, str | None]:
-        """Id and replay file of the test with its schedule."""
-        session, nodeid = self.session, race.candidate.nodeid
-        named = name_test(race.test, "schedule")
-        with session.signals.let_through():
-            result = session.rerunner.run(named)
-        if result is None:
-            return None, None
-        origin = ReplayOrigin("schedule", race.candidate.test.id, race.requirement or "fault", race.runs)
-        case, replay = session.rerunner.keep(session.aggregation.chosen[nodeid], result, nodeid, origin)
-        return case.abstract.id, replay
+
+def _keep(
+    session: FeatureSession, candidate: ScheduleCandidate, test: ConcreteTest, requirement: str, runs: int
+) -> tuple[str | None, str | None]:
+    """Id and replay file of the candidate's test with a schedule."""
+    with session.signals.let_through():
+        result = session.rerunner.run(name_test(test, "schedule"))
+    if result is None:
+        return None, None
+    origin = ReplayOrigin("schedule", candidate.test.id, requirement or "fault", runs)
+    case = session.aggregation.chosen[candidate.nodeid]
+    kept, replay = session.rerunner.keep(case, result, candidate.nodeid, origin)
+    return kept.abstract.id, replay
 
 
 def _spread(results: Sequence[TestResult], most: int) -> list[TestResult]:

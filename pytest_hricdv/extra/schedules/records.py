@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, TypeVar
 
 from msgspec.structs import replace
 
@@ -71,6 +71,7 @@ class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
         requirement: that it violates then; empty for a fault, or where none fails.
         test: that violates it; None where none does up to `budget_s`.
         other: place and name of another one that is as slow at the same time.
+        replay: of this test, a millisecond slower than `budget_s`.
     """
 
     place: str
@@ -79,6 +80,7 @@ class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
     requirement: str = ""
     test: TestId | None = None
     other: str = ""
+    replay: ReplayName | None = None
 
 
 class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
@@ -109,17 +111,23 @@ class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
     end_reason: ScheduleSearchEnd = "done"
 
 
+Kept = TypeVar("Kept", RaceRecord, BudgetRecord)
+
+
 def _rename(result: ScheduleResult | None, names: FileNames) -> ScheduleResult | None:
     if result is None:
         return None
-    races = tuple(replace(race, replay=names.replay(race.replay)) for race in result.races)
-    return replace(result, races=races)
+    return replace(result, races=_rename_replays(result.races, names))
+
+
+def _rename_replays(records: tuple[Kept, ...], names: FileNames) -> tuple[Kept, ...]:
+    return tuple(replace(record, replay=names.replay(record.replay)) for record in records)
 
 
 SCHEDULES: Section[ScheduleResult | None] = Section("schedules", ScheduleResult | None, None, rename=_rename)
 """Of a session that searched for schedules."""
 
-BUDGETS: Section[tuple[BudgetRecord, ...]] = Section("budgets", tuple[BudgetRecord, ...], ())
+BUDGETS: Section[tuple[BudgetRecord, ...]] = Section("budgets", tuple[BudgetRecord, ...], (), rename=_rename_replays)
 """Of a session that measured them, the smallest first."""
 
 THREADS: TestSection[int] = TestSection("threads", int, 0)

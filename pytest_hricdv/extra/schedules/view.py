@@ -45,7 +45,7 @@ class SchedulesView(View):
 
     def findings(self, report: Report) -> Iterator[Line]:
         """Each race, then how much was tried; the smallest time budgets."""
-        yield from _budget_lines(BUDGETS.of(report))
+        yield from _budget_lines(BUDGETS.of(report), report.rerun_options.options)
         result = SCHEDULES.of(report)
         if result is None:
             return
@@ -63,10 +63,11 @@ class SchedulesView(View):
         if result is None and not budgets:
             return None
         options, races = report.rerun_options.options, result.races if result else ()
+        replays = [*(race.replay for race in races), *(budget.replay for budget in budgets)]
         values = {
             "result": result,
             "budgets": budgets,
-            "commands": {race.replay: replay_command(race.replay, options) for race in races if race.replay},
+            "commands": {name: replay_command(name, options) for name in replays if name},
             "titles": [title(race) for race in races],
             "tried": describe_effort(result) if result else "",
         }
@@ -76,8 +77,8 @@ class SchedulesView(View):
 VIEW = SchedulesView()
 
 
-def _budget_lines(budgets: Sequence[BudgetRecord]) -> Iterator[Line]:
-    """A line for each of the smallest, of those that break a requirement."""
+def _budget_lines(budgets: Sequence[BudgetRecord], options: Sequence[str]) -> Iterator[Line]:
+    """A line for each of the smallest, of those that break a requirement; how to see the first one break it."""
     broken = [budget for budget in budgets if budget.test is not None]
     if budgets:
         yield Line(f"time budgets of {plural(len(budgets), 'function')} and loops until a requirement breaks:")
@@ -85,6 +86,8 @@ def _budget_lines(budgets: Sequence[BudgetRecord]) -> Iterator[Line]:
         what = budget.requirement or "a fault"
         both = f"{budget.name}, and {budget.other}" if budget.other else budget.name
         yield Line(visible(f"  {budget.budget_s:9.3f} s  {what:8} {budget.place} {both} ({budget.test})"))
+    if broken and broken[0].replay:
+        yield Line(visible(f"  the first, a millisecond slower: {replay_command(broken[0].replay, options)}"), "dim")
     if left := len(budgets) - min(len(broken), MAX_BUDGETS):
         yield Line(f"  {left} more: see the report")
 

@@ -207,7 +207,26 @@ def test_a_budget_is_exact_to_a_millisecond(pytester: pytest.Pytester, name: str
         .replace("VirtualTime(", 'VirtualTime(allowed_endings=("early",), '),
         encoding="utf-8",
     )
-    pytester.runpytest_subprocess(*OPTIONS, "--hri-budgets=2")
+    measured = pytester.runpytest_subprocess(*OPTIONS, "--hri-budgets=2")
     budgets = {budget["name"]: budget for budget in written(folder)["budgets"] if "other" not in budget}
     budget = budgets[f"Arm.{name}"]
     assert (budget["requirement"], abs(budget["budget_s"] - expected_s) <= 0.001) == ("R1", True), budgets
+    (printed,) = (line.split()[0] for line in measured.outlines if f" Arm.{name} (" in line and ", and " not in line)
+    assert verdict_with(pytester, budget["replay"], float(printed) + 0.001) == "Failed"
+    assert verdict_with(pytester, budget["replay"], float(printed) - 0.001) == "Passed"
+
+
+def verdict_with(pytester: pytest.Pytester, replay: str, delay_s: float) -> str:
+    """What a replay file shows once its delay is another one; as it is, it is the same run."""
+    file = pytester.path / replay
+    test = json.loads(file.read_text(encoding="utf-8"))
+    (decision,) = test["concrete"]["schedule"]
+    is_edited = abs(decision[-1] - delay_s) > 1e-9
+    decision[-1] = delay_s if is_edited else decision[-1]
+    file.write_text(json.dumps(test), encoding="utf-8")
+    again = pytester.runpytest_subprocess(f"--hri-replay={replay}", "--hri-report=again", "-p", "no:cacheprovider")
+    again.stdout.fnmatch_lines(["*the test was edited*" if is_edited else "*the same run, to the bit*"])
+    (run,) = written(pytester.path, "again")["tests"]
+    verdict = str(run["requirements"]["R1"]["verdict"])
+    assert run["outcome"] == {"Passed": "passed", "Failed": "failed"}[verdict]
+    return verdict
