@@ -22,7 +22,7 @@ from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign import audit
 from pytest_hricdv.extra.campaign.execution import CancelledError, Execution
-from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, plan
+from pytest_hricdv.extra.campaign.plan import FOLLOWS_TESTS, CampaignError, CampaignPlan, plan
 from pytest_hricdv.extra.campaign.progress import CampaignProgress, outcomes
 from pytest_hricdv.extra.campaign.records import CAMPAIGN
 from pytest_hricdv.extra.campaign.reporting import campaign_report
@@ -58,6 +58,8 @@ def run(options: argparse.Namespace) -> int:
         store.begin(datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), now)
         progress = CampaignProgress(store, now.runs)
         progress.say(_headline(options, now, store.counts()))
+        for name in now.planned.left_out:
+            progress.say(f"left out: {name}: {FOLLOWS_TESTS}")
         why = _execute(options, now, store, project, progress)
         return _tell_end(options.state, now, store, progress, why)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +18,10 @@ from pytest_hricdv.extra.campaign import planning_process
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import variant
 from pytest_hricdv.results.model import Report, SuiteResult
+
+FOLLOWS_TESTS = "it follows the last test of a session, and a campaign only runs tests"
+
+_OPTION = re.compile(r"--hri-[a-z-]+")
 
 RunKey = tuple[int, int]
 """Number of the abstract test, and of the concretization."""
@@ -45,6 +50,7 @@ class CampaignBasis(msgspec.Struct, frozen=True):
         versions: of what is installed.
         declared: the report before the first result.
         rootdir: the project's folder, relative to `root`.
+        left_out: what follows the last test of a session, and no campaign.
     """
 
     arguments: tuple[str, ...]
@@ -54,6 +60,7 @@ class CampaignBasis(msgspec.Struct, frozen=True):
     versions: Mapping[str, str]
     declared: msgspec.Raw
     rootdir: str = "."
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -166,4 +173,7 @@ def plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> Campai
     planned = msgspec.json.decode(line, type=CampaignBasis)
     if not planned.tests:
         raise CampaignError(f"{' '.join(arguments)}: no tests: there is nothing to run")
+    options = {argument.partition("=")[0] for argument in arguments}
+    if refused := sorted(options & {*_OPTION.findall(" ".join(planned.left_out))}):
+        raise CampaignError(f"{', '.join(refused)}: {FOLLOWS_TESTS}; give it to pytest instead, with fewer seeds")
     return CampaignPlan(planned, concretizations)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,8 +14,9 @@ import pytest
 
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.report_builder import declare_report
+from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.identity import identity
-from pytest_hricdv.session.run_context import CONTEXT
+from pytest_hricdv.session.run_context import CONTEXT, RunContext
 from pytest_hricdv.session.serving import END, UNWARNED, session
 
 _WITHOUT = ("--collect-only", "-q", "-n0", *UNWARNED)
@@ -57,11 +58,17 @@ class _Planner:
                     ],
                     "project": here.project,
                     "versions": here.versions,
+                    "left_out": tuple(_follow_ups(session.config.stash[CONTEXT])),
                     "declared": msgspec.Raw(encode(declared).encode()),
                 }
             )
         )
         self._write(END)
+
+
+def _follow_ups(context: RunContext) -> Iterator[str]:
+    """Work that is asked for after the last test of a session. A campaign has an audit of its own."""
+    return (name for feature in features() if feature.name != "audit" and (name := feature.follow_up(context)))
 
 
 def main() -> None:

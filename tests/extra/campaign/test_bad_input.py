@@ -11,6 +11,7 @@ import pytest
 from pytest_hricdv.extra.campaign.plan import CampaignError
 from pytest_hricdv.extra.campaign.store import Store
 from tests.extra.campaign.conftest import RUN, SUITE, Campaign
+from tests.plugin import project
 
 
 def free_port() -> int:
@@ -29,6 +30,10 @@ def free_port() -> int:
         (["run", "--cluster=lokal"], "'lokal': expected local, local:WORKERS or a scheduler's tcp://HOST:PORT"),
         (["run", "--cluster=local:0"], "expected at least one worker"),
         (["run", "--audit=101"], "expected a share in per cent, from 0 to 100"),
+        (
+            ["run", *SUITE, "--", "--hri-schedules=5"],
+            "--hri-schedules: it follows the last test of a session, and a campaign only runs tests; give it to pytest",
+        ),
         (["run", *SUITE, "--state=nowhere/a.db"], "there is no folder"),
         (["status"], "campaign.db: no such campaign: 'hricdv campaign run --state="),
         (["report", "--state=conftest.py"], "conftest.py: damaged, or not a campaign (file is not a database)"),
@@ -45,9 +50,11 @@ def test_it_is_said_on_a_line(campaign: Campaign, arguments: list[str], said: st
 
 @pytest.mark.slow
 def test_a_scheduler_that_is_not_there(lamps: Path, campaign: Campaign) -> None:
+    project.change(lamps, "pytest.ini", "hri_audit = off", "hri_audit = off\nhri_schedules = 3")
     address = f"tcp://127.0.0.1:{free_port()}"
     done = campaign("run", *SUITE, f"--cluster={address}", "--state=a.db")
     assert done.returncode == 3
+    assert "left out: schedules (--hri-schedules): it follows the last test of a session" in done.stdout
     assert f"{address}: no scheduler answers there" in done.stdout
     assert "start one with 'dask scheduler'" in done.stdout
     assert "expected 4, stored 0" in done.stdout
