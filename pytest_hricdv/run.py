@@ -16,6 +16,7 @@ from pytest_hricdv.declarations.ros2 import MissingExecutableError
 from pytest_hricdv.disturbance import Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.generate.schedule import ScheduleDecision
 from pytest_hricdv.lanes import ActorTimes, Lanes, without_schedule
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
-__all__ = ["Actions", "ConcreteAction", "ConcreteTest", "Ending", "Run"]
+__all__ = ["Actions", "ConcreteAction", "ConcreteTest", "Ending", "Run", "ScheduleDecision"]
 
 
 class TestbenchError(InputError):
