@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, NamedTuple
 
 from pytest_hricdv.extra.schedules.records import BUDGETS, LANES, SCHEDULES, THREADS
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option import OptionReader, Value
+from pytest_hricdv.session.option import OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult
@@ -54,7 +55,13 @@ class SchedulesFeature(Feature[ScheduleOptions]):
         return ScheduleOptions(reader.integer("schedules", 0, minimum=0), reader.integer("budgets", 0, minimum=0))
 
     def check(self, context: RunContext) -> None:
-        """With `--pdb`, a test with a schedule stops where it holds a node up."""
+        """With `--pdb`, a test with a schedule stops where it holds a node up.
+
+        Raises:
+            pytest.UsageError: the system cannot fork processes.
+        """
+        if (what := self.follow_up(context)) and not hasattr(os, "fork"):
+            raise usage_error(f"{what}: this system cannot fork processes; use Linux or macOS")
         _instrumentation().is_debugged = bool(getattr(context.collection.config.option, "usepdb", False))
 
     def after_run(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:

@@ -14,7 +14,7 @@ MAX_SWITCHES = 500
 
 def lanes(scheduler: Scheduler) -> tuple[NodeLane, ...]:
     """Of each node that executed code then, in the order in which they began."""
-    held = [entry for entry in scheduler.held_up if entry.decision.kind != "delivery"]
+    held = [entry for entry in scheduler.held_up if entry.kind != "delivery"]
     times = [(entry.time_s - AROUND_S, entry.time_s + entry.for_s + AROUND_S) for entry in scheduler.held_up]
     switches: list[tuple[str, float, str]] = []
     before = -1
@@ -28,9 +28,7 @@ def lanes(scheduler: Scheduler) -> tuple[NodeLane, ...]:
         NodeLane(
             node=name,
             switches=tuple((time_s, place) for node, time_s, place in shown if node == name),
-            held=tuple(
-                (entry.time_s, entry.time_s + entry.for_s, entry.decision.place) for entry in held if entry.node == name
-            ),
+            held=tuple((entry.time_s, entry.time_s + entry.for_s, entry.place) for entry in held if entry.node == name),
         )
         for name in dict.fromkeys(scheduler.names)
     )

@@ -8,12 +8,10 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
 from pytest_hricdv.extra.schedules.points import DataAccess
-from pytest_hricdv.extra.schedules.scheduler import PointStep
+from pytest_hricdv.extra.schedules.scheduler import US_PER_S, PointStep
 
 MOST_OF_A_PAIR = 8
 """Number of executions kept of a pair: the first ones, then increasingly fewer."""
-
-US_PER_S = 1_000_000
 
 
 class DataConflict(PlainRecord, frozen=True, kw_only=True):

@@ -47,10 +47,6 @@ class DataAccess:
     reads: frozenset[str] = frozenset()
     writes: frozenset[str] = frozenset()
 
-    def conflicts(self, other: DataAccess) -> frozenset[str]:
-        """What both access and one of them writes."""
-        return (self.writes & (other.reads | other.writes)) | (self.reads & other.writes)
-
 
 @dataclass
 class CodePoints:
@@ -229,16 +225,7 @@ def _constant_names(module: ast.Module) -> frozenset[str]:
 
 def _own_names(function: ast.FunctionDef | ast.AsyncFunctionDef) -> frozenset[str]:
     """Names of local variables: what a function assigns, and does not declare global or nonlocal; its parameters."""
-    arguments = function.args
-    names = {
-        argument.arg
-        for argument in (
-            *arguments.posonlyargs,
-            *arguments.args,
-            *arguments.kwonlyargs,
-            *filter(None, (arguments.vararg, arguments.kwarg)),
-        )
-    }
+    names = {part.arg for part in ast.walk(function.args) if isinstance(part, ast.arg)}
     declared: set[str] = set()
     for node in _of_function(function):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store | ast.Del):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -13,14 +12,7 @@ from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.extra.schedules.budgets import PRECISION_S, measure_budgets, slow_down
 from pytest_hricdv.extra.schedules.points import WRITES, points_of
 from pytest_hricdv.extra.schedules.races import RaceExamination, words
-from pytest_hricdv.extra.schedules.records import (
-    NO_FORK,
-    OTHERWISE,
-    BudgetRecord,
-    RaceRecord,
-    ScheduleResult,
-    ScheduleSearchEnd,
-)
+from pytest_hricdv.extra.schedules.records import OTHERWISE, BudgetRecord, RaceRecord, ScheduleResult, ScheduleSearchEnd
 from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, ScheduleWorker
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate, ScheduleSearch
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -48,23 +40,16 @@ def search_schedules(
     Returns:
         What a report says of it, and the problems that fail the session.
     """
-    if not hasattr(os, "fork"):
-        return ScheduleResult(runs=0, tests=0, slowest_s=SLOWEST_S, end_reason="no fork"), [
-            f"--hri-schedules: {NO_FORK}"
-        ]
     session.say(f"hricdv: running tests with {plural(runs, 'schedule')} ...")
     with closing(ScheduleWorker(session.rerunner)) as worker:
         hunt = RaceHunt(session, worker.run, runs)
-        found = hunt.hunt(results)
+        result = hunt.hunt(results)
     session.deciding_runs += hunt.passing.values()
-    return found
+    return result, [_problem(race) for race in result.races if race.is_counted]
 
 
 def measure_session_budgets(session: FeatureSession, results: Sequence[TestResult], tests: int) -> list[BudgetRecord]:
     """How slow each function and loop of the code may be, over so many of the tests that passed."""
-    if not hasattr(os, "fork"):
-        session.problems.append(f"--hri-budgets: {NO_FORK}")
-        return []
     session.say(f"hricdv: measuring time budgets with {plural(tests, 'test')} ...")
     starts = points_of(session.rerunner.settings.testbench.code)[0].starts
     made: list[BudgetRecord] = []
@@ -101,43 +86,57 @@ def _candidates(
         (result for result in results if result.outcome == "passed" and result.nodeid in chosen),
         key=lambda result: (len(result.abstract), result.id, result.nodeid),
     )
-    made, taken = [], _spread(passed, most)
-    for result in taken:
+    count = min(len(passed), most)
+    made = []
+    for result in (passed[place * len(passed) // count] for place in range(count)):
         case = chosen[result.nodeid]
         usual = run(case.concrete)
         if usual is not None and not usual.fails - {*session.options.known_violations}:
             made.append(ScheduleCandidate(result.nodeid, case.concrete, case.ranges, usual))
-    return made, len(taken) - len(made)
+    return made, count - len(made)
 
 
 @dataclass
 class RaceHunt:
+    """Runs tests with schedules, and examines those that fail.
+
+    Args:
+        session: whose tests.
+        run: runs tests.
+        budget: of runs with schedules.
+    """
+
     session: FeatureSession
     run: RunTest
     budget: int
     races: list[tuple[frozenset[str], RaceRecord]] = field(default_factory=list)
     """With the places that each involves."""
     lost: int = 0
+    _runs: int = 0
     passing: dict[tuple[str, ...], DecidingRun] = field(default_factory=dict)
+    """By the places where nodes were held up, the first run that passes: it fails where a fault in the code lets others
+    come in between."""
 
-    def hunt(self, results: Sequence[TestResult]) -> tuple[ScheduleResult, list[str]]:
+    def __post_init__(self) -> None:
         declared_s = self.session.rerunner.settings.testbench.timing.slowest_s
-        search = ScheduleSearch(self.run, declared_s or SLOWEST_S, self.session.options.seed)
+        self._is_declared = declared_s is not None
+        self._search = ScheduleSearch(declared_s or SLOWEST_S, self.session.options.seed)
+
+    def hunt(self, results: Sequence[TestResult]) -> ScheduleResult:
+        """Search until the budget is spent."""
+        search = self._search
         candidates: list[ScheduleCandidate] = []
         ended: ScheduleSearchEnd = "done"
         left_out = 0
         try:
-            most = max(1, self.budget // RUNS_OF_A_TEST)
-            found, left_out = _candidates(self.session, self.run, results, most)
-            candidates += found
+            candidates, left_out = _candidates(self.session, self.run, results, max(1, self.budget // RUNS_OF_A_TEST))
             for candidate in candidates:
                 search.note(candidate.usual)
-            ended = self._search(search, candidates, is_declared=declared_s is not None)
+            ended = self._run_all(candidates)
         except KeyboardInterrupt:
             ended = "interrupted"
-        open_pairs = search.open_pairs()
         return ScheduleResult(
-            runs=search.runs,
+            runs=self._runs,
             tests=len(candidates),
             left_out=left_out,
             lost=self.lost,
@@ -145,33 +144,30 @@ class RaceHunt:
             races=tuple(race for _, race in self.races),
             pairs=len({frozenset(pair) for pair in search.seen}),
             both=len({frozenset(pair) for pair in search.seen if (pair[1], pair[0]) in search.seen}),
-            open=tuple(f"{first} before {second}" for first, second in open_pairs[:MAX_OPEN]),
+            open=tuple(f"{first} before {second}" for first, second in search.open_pairs()[:MAX_OPEN]),
             end_reason=ended,
-        ), [_problem(race) for _, race in self.races if race.is_counted]
+        )
 
-    def _search(
-        self, search: ScheduleSearch, candidates: Sequence[ScheduleCandidate], *, is_declared: bool
-    ) -> ScheduleSearchEnd:
-        for candidate, test in search.draw(candidates):
-            if search.runs >= self.budget:
+    def _run_all(self, candidates: Sequence[ScheduleCandidate]) -> ScheduleSearchEnd:
+        for candidate, test in self._search.draw(candidates):
+            if self._runs >= self.budget:
                 return "done"
-            search.runs += 1
+            self._runs += 1
             ran = self.run(test)
             if ran is None:
                 self.lost += 1
                 continue
-            search.note(ran, candidate, test)
+            self._search.note(ran, candidate, test)
             # What a run violates that has a fault, as a deadlock, follows from that.
             new = sorted(ran.fails - candidate.usual.fails)
             if not new and ran.held:
                 self._note_passing(candidate, test, ran)
             for requirement in new[:1] if "" in new else new:
                 if not self._is_known(requirement, ran.involves):
-                    self.keep(search, candidate, requirement, test, ran, is_declared=is_declared)
+                    self.keep(candidate, requirement, test, ran)
         return "nothing to order"
 
     def _note_passing(self, candidate: ScheduleCandidate, test: ConcreteTest, ran: ScheduleRun) -> None:
-        """Of runs that hold nodes up at the same places, the first: it fails where a fault lets others come between."""
         places = tuple(sorted({decision.place for decision in test.schedule}))
         if places not in self.passing:
             others = {conflict.second for conflict in candidate.usual.conflicts if conflict.first in places}
@@ -186,40 +182,28 @@ class RaceHunt:
             race.requirement == requirement and (before & places or before == places) for before, race in self.races
         )
 
-    def keep(
-        self,
-        search: ScheduleSearch,
-        candidate: ScheduleCandidate,
-        requirement: str,
-        test: ConcreteTest,
-        ran: ScheduleRun,
-        *,
-        is_declared: bool,
-    ) -> None:
+    def keep(self, candidate: ScheduleCandidate, requirement: str, test: ConcreteTest, ran: ScheduleRun) -> None:
+        """Shrink a test that fails under its schedule, and keep it unless it is known."""
         is_moved = test.actions != candidate.test.actions
         examination = RaceExamination(self.run, lambda run: requirement in run.fails, is_moved)
-        race = examination.examine(candidate, requirement, test, ran)
+        race = examination.examine(test, ran)
         made, replay = _keep(self.session, candidate, race.test, requirement, race.runs)
-        tolerated = requirement in self.session.options.known_violations and not self.session.options.strict
         if self._is_known(requirement, race.ran.involves):
             return
-        self.races.append(
-            (
-                race.ran.involves,
-                RaceRecord(
-                    requirement=requirement,
-                    fault=race.ran.faults[0] if not requirement and race.ran.faults else "",
-                    test=candidate.test.id,
-                    kind=race.kind,
-                    words=words(race),
-                    least_s=round(race.least_s, 6),
-                    is_counted=not tolerated and (race.kind == "wrong order" or is_declared),
-                    found_after=search.runs,
-                    id=made,
-                    replay=replay,
-                ),
-            )
+        tolerated = requirement in self.session.options.known_violations and not self.session.options.strict
+        record = RaceRecord(
+            requirement=requirement,
+            fault=race.ran.faults[0] if not requirement and race.ran.faults else "",
+            test=candidate.test.id,
+            kind=race.kind,
+            words=words(candidate, race),
+            least_s=round(race.least_s, 6),
+            is_counted=not tolerated and (race.kind == "wrong order" or self._is_declared),
+            found_after=self._runs,
+            id=made,
+            replay=replay,
         )
+        self.races.append((race.ran.involves, record))
 
 
 def _keep(
@@ -234,13 +218,6 @@ def _keep(
     case = session.aggregation.chosen[candidate.nodeid]
     kept, replay = session.rerunner.keep(case, result, candidate.nodeid, origin)
     return kept.abstract.id, replay
-
-
-def _spread(results: Sequence[TestResult], most: int) -> list[TestResult]:
-    """At most so many of them, evenly."""
-    if len(results) <= most:
-        return [*results]
-    return [results[place * len(results) // most] for place in range(most)]
 
 
 def _problem(race: RaceRecord) -> str:

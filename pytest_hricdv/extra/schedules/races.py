@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from pytest_hricdv.extra.schedules.schedule_run import HeldNode, RunTest, ScheduleRun, unpack_steps
+from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, unpack_steps
+from pytest_hricdv.extra.schedules.scheduler import HeldNode
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.schedule import ScheduleDecision
@@ -25,8 +26,6 @@ class ScheduleRace:
     """A schedule under which a test fails.
 
     Args:
-        candidate: the test that passes under the usual schedule.
-        requirement: that is violated; empty for a fault.
         test: with the fewest decisions.
         ran: its run.
         kind: `wrong order` if it fails because of the order of two threads or tasks, `late` if a delay does it that
@@ -35,8 +34,6 @@ class ScheduleRace:
         runs: that it took to find out.
     """
 
-    candidate: ScheduleCandidate
-    requirement: str
     test: ConcreteTest
     ran: ScheduleRun
     kind: RaceKind
@@ -60,9 +57,7 @@ class RaceExamination:
     runs: int = 0
     last: ScheduleRun | None = None
 
-    def examine(
-        self, candidate: ScheduleCandidate, requirement: str, test: ConcreteTest, ran: ScheduleRun
-    ) -> ScheduleRace:
+    def examine(self, test: ConcreteTest, ran: ScheduleRun) -> ScheduleRace:
         """What is left of a schedule under which a test fails."""
         test, ran = self._least(test, ran)
         late = self._late(test, ran) if test.schedule else None
@@ -71,7 +66,7 @@ class RaceExamination:
         if late is not None:
             test, ran, least_s, before = self._shortest(*late)
             kind = "wrong order" if before is not None and is_other_order(before, ran) else "late"
-        return ScheduleRace(candidate, requirement, test, ran, kind, least_s, self.runs)
+        return ScheduleRace(test, ran, kind, least_s, self.runs)
 
     def _tries(self, test: ConcreteTest) -> ScheduleRun | None:
         """The run, if it fails in the same way."""
@@ -146,9 +141,9 @@ def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDeci
     return replace(decision, kind="delay", value=max(0.0, for_s - JUST_S))
 
 
-def words(race: ScheduleRace) -> str:
+def words(candidate: ScheduleCandidate, race: ScheduleRace) -> str:
     """`arm is held up before arm.py:32 for 0.013 s while watch executes guard.py:14, guard.py:15`."""
-    parts = [*_moves(race)]
+    parts = [*_moves(candidate.test, race.test)]
     for held in race.ran.held:
         if held.kind == "delivery":
             parts.append(f"{held.place} of {held.node} at {held.time_s:.6g} s arrives {held.for_s:.6g} s later")
@@ -160,19 +155,18 @@ def words(race: ScheduleRace) -> str:
         others = ", ".join(dict.fromkeys(node for _, node in held.between))
         during = f" while {others} executes {_few([*between])}" if between else ""
         parts.append(f"{held.node} waits {before} for {held.for_s:.6g} s{during}")
-    parts += [wait for wait in race.ran.waits if wait not in race.candidate.usual.waits]
+    parts += [wait for wait in race.ran.waits if wait not in candidate.usual.waits]
     orders = [decision for decision in race.test.schedule if decision.kind == "order"]
     parts += [f"at choice {entry.number} number {int(entry.value) + 1} of what is ready goes first" for entry in orders]
     return "; ".join(parts)
 
 
-def _moves(race: ScheduleRace) -> Iterator[str]:
+def _moves(usual: ConcreteTest, test: ConcreteTest) -> Iterator[str]:
     """`pause_s of action 2, stop, is 1.25 instead of 1.5`."""
-    for number, (action, usual) in enumerate(zip(race.test.actions, race.candidate.test.actions, strict=True), 1):
+    for number, (action, before) in enumerate(zip(test.actions, usual.actions, strict=True), 1):
         for name, value in action.parameters.items():
-            before = usual.parameters[name]
-            if value != before:
-                yield f"{name} of action {number}, {action.command}, is {value:.6g} instead of {before:.6g}"
+            if value != (usually := before.parameters[name]):
+                yield f"{name} of action {number}, {action.command}, is {value:.6g} instead of {usually:.6g}"
 
 
 def _few(places: Sequence[str], most: int = 3) -> str:

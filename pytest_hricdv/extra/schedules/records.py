@@ -9,12 +9,8 @@ from msgspec.structs import replace
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
-ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted", "no fork"]
-"""Why it ended; nothing to order: in no test did two nodes, threads or callbacks of the code run; no fork: the system
-cannot fork processes, in which such runs take place."""
-
-
-NO_FORK = "nothing was run: schedules need a system that can fork processes"
+ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
+"""Why it ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
 
 OTHERWISE = "they do not pass in a process of their own, as they did in the session"
 

@@ -19,25 +19,12 @@ from pytest_hricdv.execution.case import UNMEASURED
 from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
 from pytest_hricdv.extra.schedules.execution import INSTRUMENTATION
 from pytest_hricdv.extra.schedules.pairs import DataConflict, ExecutedSteps
-from pytest_hricdv.extra.schedules.scheduler import Scheduler, instrument_points
+from pytest_hricdv.extra.schedules.scheduler import HeldNode, Scheduler, instrument_points
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.schedule import Kind
 from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 MAX_PACKED = 50_000
 """Number of steps of a run that are packed."""
-
-
-class HeldNode(PlainRecord, frozen=True, kw_only=True):
-    """What a decision did: the node that waited at a place, or the sender of a message whose topic the place is, when
-    and for how long (s), and what came between."""
-
-    kind: Kind = "hold"
-    place: str
-    node: str
-    time_s: NotNegative
-    for_s: NotNegative
-    between: tuple[tuple[str, str], ...] = ()
 
 
 class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
@@ -134,6 +121,11 @@ class ScheduleWorker:
             self._process.close()
         self._process = None
 
+    @property
+    def pid(self) -> int | None:
+        """Of the fork; None where there is none."""
+        return None if self._process is None else self._process.pid
+
     def _start(self) -> Fork:
         reading, self._writing = os.pipe()
         process = fork()
@@ -145,11 +137,6 @@ class ScheduleWorker:
         os.close(reading)
         self._process = process
         return process
-
-    @property
-    def pid(self) -> int | None:
-        """Of the fork; None where there is none."""
-        return None if self._process is None else self._process.pid
 
     def _serve(self, process: InFork, reading: int) -> None:
         self.rerunner = replace(self.rerunner, settings=self.rerunner.settings.with_measurement(UNMEASURED))
@@ -192,17 +179,7 @@ def _summary(scheduler: Scheduler) -> ScheduleRun:
         waits=tuple(scheduler.waits),
         messages=Counter(topic for _, topic in scheduler.messages),
         arrivals=tuple(topic for _, topic in sorted(scheduler.messages, key=itemgetter(0))) if is_late else (),
-        held=tuple(
-            HeldNode(
-                kind=held.decision.kind,
-                place=held.decision.place,
-                node=held.node,
-                time_s=round(held.time_s, 6),
-                for_s=round(held.for_s, 6),
-                between=held.meanwhile,
-            )
-            for held in scheduler.held_up
-        ),
+        held=tuple(scheduler.held_up),
         steps=pack_steps((thread, point) for point, thread, _ in scheduler.steps),
     )
 

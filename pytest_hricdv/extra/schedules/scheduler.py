@@ -9,10 +9,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from pytest_hricdv._base.record import NotNegative, PlainRecord
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.instrumented_code import instrument
 from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, points_of
-from pytest_hricdv.generate.schedule import EACH_TIME, ScheduleDecision
+from pytest_hricdv.generate.schedule import EACH_TIME, Kind, ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
 from pytest_hricdv.runtime.virtual.locks import EndlessWait, find_endless_waits
@@ -32,23 +33,16 @@ PointStep = tuple[int, int, int]
 time)."""
 
 
-@dataclass(frozen=True)
-class HoldRecord:
-    """A decision that was carried out.
+class HeldNode(PlainRecord, frozen=True, kw_only=True):
+    """What a decision did: the node that waited at a place, or the sender of a message whose topic the place is, when
+    and for how long (s), and what other nodes of the code executed meanwhile: the place, and the node's name."""
 
-    Args:
-        decision: of the schedule.
-        node: that was held up, its name; of a message, its sender.
-        time_s: when (s of simulated time).
-        for_s: for how long (s).
-        meanwhile: places that other nodes of the code executed meanwhile, each with the node's name.
-    """
-
-    decision: ScheduleDecision
+    kind: Kind = "hold"
+    place: str
     node: str
-    time_s: float
-    for_s: float = 0.0
-    meanwhile: tuple[tuple[str, str], ...] = ()
+    time_s: NotNegative
+    for_s: NotNegative
+    between: tuple[tuple[str, str], ...] = ()
 
     def spans(self, wait: EndlessWait) -> bool:
         """Whether a wake-up came in vain while it held a node up, which then began to wait."""
@@ -89,7 +83,7 @@ class Scheduler:
     """When each message of the bus arrives (us of simulated time), and its topic."""
     waits: list[str] = field(default_factory=list)
     """Of nodes that wait without end when the run is over, a sentence each."""
-    held_up: list[HoldRecord] = field(default_factory=list)
+    held_up: list[HeldNode] = field(default_factory=list)
     _counts: dict[str, int] = field(default_factory=dict)
     """How often a place with a decision was executed, and a topic published."""
     _arrivals: dict[tuple[str, str], int] = field(default_factory=dict)
@@ -164,15 +158,25 @@ class Scheduler:
         finally:
             if node in self._waiting:
                 self._waiting.remove(node)
-        self.held_up.append(
-            HoldRecord(
-                decision,
-                node.name,
-                began_s,
-                self.kernel.now_s - began_s,
-                tuple(dict.fromkeys(self._meanwhile[number:])),
-            )
+        self._note(decision, node.name, began_s, self.kernel.now_s - began_s, self._meanwhile[number:])
+
+    def _note(
+        self,
+        decision: ScheduleDecision,
+        node: str,
+        time_s: float,
+        for_s: float,
+        between: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        held = HeldNode(
+            kind=decision.kind,
+            place=decision.place,
+            node=node,
+            time_s=round(time_s, 6),
+            for_s=round(for_s, 6),
+            between=tuple(dict.fromkeys(between)),
         )
+        self.held_up.append(held)
 
     def carry(self, sender: str, topic: str) -> float:
         """How long a message is on its way (s)."""
@@ -185,7 +189,7 @@ class Scheduler:
         if len(self.messages) < MAX_CHOICES:
             self.messages.append((arrival_us, topic))
         if decision:
-            self.held_up.append(HoldRecord(decision, sender, self.kernel.now_s, delay_s))
+            self._note(decision, sender, self.kernel.now_s, delay_s)
         return (arrival_us - now_us) / US_PER_S
 
     def pick(self, count: int) -> int:

@@ -16,7 +16,7 @@ from operator import itemgetter
 from random import Random
 
 from pytest_hricdv.extra.schedules.pairs import DataConflict
-from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun
+from pytest_hricdv.extra.schedules.schedule_run import ScheduleRun
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Sampler
@@ -62,12 +62,10 @@ class ScheduleSearch:
     """Draws schedules for tests, and keeps which pairs were tried.
 
     Args:
-        run: runs tests.
         slowest_s: for so long a node is held up at most (s).
         seed: of the session.
     """
 
-    run: RunTest
     slowest_s: float
     seed: int
     seen: set[PlacePair] = field(default_factory=set)
@@ -79,7 +77,6 @@ class ScheduleSearch:
     the first one it may matter."""
     tried: Counter[PlacePair] = field(default_factory=Counter)
     """Pairs whose first node was held up."""
-    runs: int = 0
     further: list[tuple[int, ScheduleCandidate, ConcreteTest]] = field(default_factory=list)
     """Schedules with one more decision, about a pair that only a run with the others has."""
     repeats: int = 0

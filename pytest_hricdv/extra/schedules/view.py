@@ -11,7 +11,6 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.schedules.records import (
     BUDGETS,
     LANES,
-    NO_FORK,
     OTHERWISE,
     SCHEDULES,
     THREADS,
@@ -54,7 +53,7 @@ class SchedulesView(View):
             yield Line(visible(f"  {race.words}"))
             if race.replay:
                 yield Line(visible(f"  {replay_command(race.replay, report.rerun_options.options)}"), "dim")
-        is_whole = not (result.races or result.lost or result.left_out or result.end_reason == "no fork")
+        is_whole = not (result.races or result.lost or result.left_out)
         yield Line(visible(f"schedules: {describe_effort(result)}"), "ok" if is_whole else "warn")
 
     def section(self, report: Report) -> PageSection | None:
@@ -105,8 +104,6 @@ def title(race: RaceRecord) -> str:
 
 def describe_effort(result: ScheduleResult) -> str:
     """`100 runs of 6 tests, 12 of 14 pairs in either order, nodes held up for 0.05 s at most`, and what is missing."""
-    if result.end_reason == "no fork":
-        return NO_FORK
     if result.left_out and not result.tests:
         return f"nothing was run: {plural(result.left_out, 'test')} left out: {OTHERWISE}"
     left_out = f"; {plural(result.left_out, 'test')} left out: {OTHERWISE}" if result.left_out else ""

@@ -40,12 +40,6 @@ def test_a_statement_reads_and_writes_shared_data(text: str, reads: str, writes:
     )
 
 
-def test_two_statements_conflict_where_one_writes() -> None:
-    reading, writing = DataAccess(frozenset({".a", ".b"})), DataAccess(frozenset({".b"}), frozenset({".a"}))
-    assert reading.conflicts(reading) == frozenset()
-    assert reading.conflicts(writing) == writing.conflicts(reading) == {".a"}
-
-
 FUNCTIONS = '''
 class Counter:
     def __init__(self):

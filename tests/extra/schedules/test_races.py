@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from pytest_hricdv.extra.schedules.races import RaceExamination, ScheduleRace, is_other_order
-from pytest_hricdv.extra.schedules.schedule_run import HeldNode, ScheduleRun, pack_steps
-from pytest_hricdv.extra.schedules.search import ScheduleCandidate
+from pytest_hricdv.extra.schedules.schedule_run import ScheduleRun, pack_steps
+from pytest_hricdv.extra.schedules.scheduler import HeldNode
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.schedule import ScheduleDecision
 
@@ -39,9 +39,8 @@ def examined(fails: Callable[[dict[str, ScheduleDecision]], bool], *decisions: S
         return ScheduleRun(violated=("R1",) if fails(at) else (), held=held)
 
     test = ConcreteTest("t", "suite", 0, (ConcreteAction("stop"),), schedule=decisions)
-    candidate = ScheduleCandidate("t.py::t", ConcreteTest("t", "suite", 0, test.actions), SPACE, USUAL)
     examination = RaceExamination(run, lambda ran: "R1" in ran.fails, False)
-    return examination.examine(candidate, "R1", test, run(test))
+    return examination.examine(test, run(test))
 
 
 def test_what_fails_with_the_delay_alone_is_late_by_the_least_delay_that_does_it() -> None:

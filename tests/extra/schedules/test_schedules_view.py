@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.schedules.records import NO_FORK, OTHERWISE, SCHEDULES, RaceRecord, ScheduleResult
+from pytest_hricdv.extra.schedules.records import OTHERWISE, SCHEDULES, RaceRecord, ScheduleResult
 from pytest_hricdv.extra.schedules.view import VIEW, describe_effort, title
 from tests.report import sample
 from tests.report.test_html import render
@@ -32,7 +32,6 @@ RACE = RaceRecord(
             "nothing was run: 2 tests left out",
         ),
         (replace(DONE, runs=0, end_reason="nothing to order"), "nothing to order: in no run did two threads"),
-        (replace(DONE, runs=0, tests=0, end_reason="no fork"), NO_FORK),
         (replace(DONE, end_reason="interrupted"), "; interrupted"),
     ],
 )
