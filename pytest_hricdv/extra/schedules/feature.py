@@ -73,7 +73,7 @@ class SchedulesFeature(Feature[ScheduleOptions]):
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
         """Add the number of threads that took turns; with a schedule, when they did."""
         if run.test.schedule and (last := _instrumentation().last) is not None:
-            from pytest_hricdv.extra.schedules.lanes import lanes
+            from pytest_hricdv.extra.schedules.scheduler import lanes
 
             result = LANES.put(result, lanes(last))
         return THREADS.put(result, run.threads) if run.threads > 1 else result

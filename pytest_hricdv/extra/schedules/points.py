@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -185,7 +186,8 @@ class _PointInserter(ast.NodeTransformer):
         arguments: list[ast.expr] = [ast.Constant(number), statement.value]
         if isinstance(statement, ast.AugAssign):
             # The hook does the operation: what is read is read before, and what is written is written after it.
-            read = ast.copy_location(_reading(statement.target), statement.target)
+            read = copy(statement.target)
+            read.ctx = ast.Load()
             arguments += [read, ast.Constant(type(statement.op).__name__)]
         call = ast.copy_location(ast.Call(ast.Name(BETWEEN, ast.Load()), arguments, []), statement)
         targets: list[ast.expr] = [statement.target] if isinstance(statement, ast.AugAssign) else statement.targets
@@ -198,13 +200,6 @@ def _is_text(statement: ast.stmt) -> bool:
 
 def _is_plain(target: ast.expr) -> bool:
     return isinstance(target, ast.Name) or (isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name))
-
-
-def _reading(target: ast.expr) -> ast.expr:
-    if isinstance(target, ast.Attribute):
-        return ast.Attribute(target.value, target.attr, ast.Load())
-    assert isinstance(target, ast.Name)
-    return ast.Name(target.id, ast.Load())
 
 
 def _constant_names(module: ast.Module) -> frozenset[str]:

@@ -13,6 +13,7 @@ from pytest_hricdv._base.record import NotNegative, PlainRecord
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.instrumented_code import instrument
 from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, points_of
+from pytest_hricdv.extra.schedules.records import NodeLane
 from pytest_hricdv.generate.schedule import EACH_TIME, Kind, ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
@@ -24,6 +25,12 @@ MAX_STEPS = 200_000
 
 MAX_CHOICES = 10_000
 """Number of choices between ready nodes, and of messages, that are recorded."""
+
+AROUND_S = 1.0
+"""Switches are kept up to so long before and after a decision (s): within it people and robots react."""
+
+MAX_SWITCHES = 500
+"""Of a run: a busy second of ten threads."""
 
 US_PER_S = 1_000_000
 
@@ -102,12 +109,8 @@ class Scheduler:
     def hooks(self) -> dict[str, Callable[..., object]]:
         """What instrumented code calls: before a statement, and with the value that it is about to write."""
         kernel, code, steps, places, nodes = self.kernel, self.code, self.steps, self._places, self.nodes
-        names, add, running_loop, current_task = (
-            self.names,
-            steps.append,
-            asyncio._get_running_loop,
-            asyncio.current_task,
-        )
+        names, add = self.names, steps.append
+        running_loop, current_task = asyncio._get_running_loop, asyncio.current_task
         decided = {place for place, _ in self._at}
         special = frozenset(number for number, place in enumerate(places) if place in decided)
         threads: dict[tuple[Node | None, object, object], int] = {}
@@ -272,3 +275,25 @@ def schedule_run(
     run.before_end = end
     vars(builtins).update(scheduler.hooks())
     yield scheduler
+
+
+def lanes(scheduler: Scheduler) -> tuple[NodeLane, ...]:
+    """Of each node that executed code then, in the order in which they began."""
+    held = [entry for entry in scheduler.held_up if entry.kind != "delivery"]
+    times = [(entry.time_s - AROUND_S, entry.time_s + entry.for_s + AROUND_S) for entry in scheduler.held_up]
+    switches: list[tuple[str, float, str]] = []
+    before = -1
+    for point, thread, time_us in scheduler.steps:
+        time_s = time_us / US_PER_S
+        if thread != before and any(begin_s <= time_s <= end_s for begin_s, end_s in times):
+            switches.append((scheduler.names[thread], time_s, scheduler.points.places[point]))
+        before = thread
+    shown = switches[:MAX_SWITCHES]
+    return tuple(
+        NodeLane(
+            node=name,
+            switches=tuple((time_s, place) for node, time_s, place in shown if node == name),
+            held=tuple((entry.time_s, entry.time_s + entry.for_s, entry.place) for entry in held if entry.node == name),
+        )
+        for name in dict.fromkeys(scheduler.names)
+    )
