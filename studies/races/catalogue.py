@@ -28,6 +28,7 @@ class Race:
         commands: what the person can do.
         is_held_out: whether nothing may be tuned on it.
         ros2: whether it is a node of ROS 2.
+        code: packages whose statements may be held up, besides its own.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Race:
     commands: tuple[str, ...] = ("go",)
     is_held_out: bool = False
     ros2: bool = False
+    code: tuple[str, ...] = ()
 
     def write(self, folder: Path, *, repaired: bool) -> None:
         """Write its project to a folder, which is emptied."""
@@ -52,6 +54,7 @@ class Race:
             "pause_s": self.pause_s,
             "commands": self.commands,
             "ros2": self.ros2,
+            "code": ("robot", *self.code),
         }
         (folder / "race.json").write_text(json.dumps(race), encoding="utf-8")
 
@@ -159,6 +162,14 @@ ANCHORS = (
         ("stop",),
     ),
     Race("lost_notify", "Each order is served", _EACH_SERVED.format(""), (1.0, 1.5)),
+    Race(
+        "two_spinners",
+        "It moves when it is told to",
+        "always(on(go) -> eventually[0:0.5](moving))",
+        (0.5, 1.5),
+        ros2=True,
+        code=("rclpy.executors",),
+    ),
 )
 """Kinds of races that others publish, written anew and small: those of explorers for Python (frontrun,
-https://pypi.org/project/frontrun/), and two of asyncio itself, cpython#86296 and cpython#112202."""
+https://pypi.org/project/frontrun/), two of asyncio itself, cpython#86296 and cpython#112202, and rclpy#1393."""

@@ -35,7 +35,7 @@ def pytest_hricdv_testbench(config):
         requirements=HERE / "requirements.toml",
         messages=() if RACE["ros2"] else (Done, Go, Stop),
         signals=SIGNALS,
-        code=("robot",),
+        code=tuple(RACE["code"]),
         run=run_nodes if RACE["ros2"] else run,
         ros2=Ros2(topics=topics) if RACE["ros2"] else None,
         time=VirtualTime(apis=("time", "threading", "asyncio"), allowed_endings=("limit",)),
