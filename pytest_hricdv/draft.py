@@ -8,6 +8,7 @@ from pytest_hricdv.extra.draft.stand_ins.driver import Driver
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
 from pytest_hricdv.extra.draft.stand_ins.ports import ClockPort, Make, Replace, RunParameter
 from pytest_hricdv.extra.draft.stand_ins.say import CallbackCall, MethodCall, Say, member
+from pytest_hricdv.extra.draft.stand_ins.script import Script
 from pytest_hricdv.extra.draft.stand_ins.visit import Manners
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Replace",
     "RunParameter",
     "Say",
+    "Script",
     "member",
     "replace_modules",
 ]

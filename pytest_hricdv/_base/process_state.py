@@ -154,6 +154,16 @@ class Finders:
             setattr(sys, name, finders)
 
 
+@contextlib.contextmanager
+def hide_arguments() -> Iterator[None]:
+    """Hide the command line: code that parses one, in a run or where it is imported, must not get that of pytest."""
+    before, sys.argv = sys.argv, sys.argv[:1]
+    try:
+        yield
+    finally:
+        sys.argv = before
+
+
 class ProcessState:
     """A snapshot of the process, taken before replacements of earlier runs are put in place again."""
 

@@ -191,6 +191,7 @@ def execute(
             modules.install(),
             guard_run(kernel),
             keep_builtins(),
+            process_state.hide_arguments(),
             seed_run(test.seed),
             kernel.supervision.watch(),
             ExitStack() as stack,

@@ -16,7 +16,7 @@ import pytest
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
-from pytest_hricdv._base.process_state import Finders, complaint
+from pytest_hricdv._base.process_state import Finders, complaint, hide_arguments
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.results.report_builder import GeneratedSuite
@@ -91,7 +91,7 @@ class Collection:
         self._loaded = len(implementations)
         code, finders = implementations[-1].function.__code__, Finders()
         try:
-            with of_testbench(self.config, implementations[-1].function.__module__), keep_builtins():
+            with of_testbench(self.config, implementations[-1].function.__module__), keep_builtins(), hide_arguments():
                 made = hook(config=self.config)
             if lost := (*finders.put_back(),):
                 raise TestbenchError(complaint(lost, getattr(made, "code", ())))

@@ -19,6 +19,7 @@ LOUD = {
 """What is taken away -> how; the test fails for it."""
 
 SILENT = {
+    "arguments": "import argparse; argparse.ArgumentParser().parse_args()",
     "children": "import signal; signal.signal(signal.SIGCHLD, signal.SIG_IGN)",
     "signals": "import signal; signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGCHLD})",
     "folder": "import os, tempfile; folder = tempfile.mkdtemp(); os.chdir(folder); os.rmdir(folder)",

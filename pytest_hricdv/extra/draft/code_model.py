@@ -21,6 +21,10 @@ OWN_MODULE = "drafted_messages"
 """The module of a draft with the messages for which the code has no class."""
 
 
+SCRIPT = "__main__"
+"""The name of an entry that is a program: see `Script` of `pytest_hricdv.draft`."""
+
+
 @dataclass(frozen=True)
 class FieldValue:
     """A text that a field can have; `is_observed` where a recording has it, and not the code."""
@@ -240,7 +244,7 @@ class Entry:
     """The entry that runs the code.
 
     Args:
-        name: of a function, or of a class.
+        name: of a function, or of a class; `SCRIPT` of a module that is a program.
         method: of the class, called on an instance of it; empty for a function.
         is_async: whether it is a coroutine.
         ports: parameters of the function or constructor.

@@ -27,6 +27,7 @@ from pytest_hricdv.extra.draft.code.uses import find_identity_tests
 from pytest_hricdv.extra.draft.code.waits import parameters
 from pytest_hricdv.extra.draft.code_model import (
     OWN_MODULE,
+    SCRIPT,
     CodeModel,
     Entry,
     FieldValue,
@@ -177,7 +178,7 @@ class CodeReader:
         yield from (each for each in handled if each.module != OWN_MODULE or not open_ones)
         observed = list(self._find_callbacks(entry, seen)) if seen is not None else []
         yield from (each for each in observed if each.fields or not (has_inputs or handed or methods or handled))
-        if not entry.is_class:
+        if not entry.is_class and entry.name != SCRIPT:
             yield from self._stimuli.functions()
 
     def _find_callbacks(self, entry: Entry, seen: Observations) -> Iterator[Message]:
@@ -284,6 +285,8 @@ def _has_inputs(model: CodeModel) -> bool:
     """Whether people can say something that is known, set what a device returns, or the code registers something."""
     entry = model.entry
     assert entry is not None
+    if entry.name == SCRIPT:
+        return True  # its loop reads what first runs will show
     operations = [each for port in (*entry.ports, *entry.method_ports, *model.inner) for each in port.operations]
     is_open = any(each.result is not None or each.is_registration for each in operations)
     return is_open or any(message.fields for message in model.inputs)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +10,13 @@ from pytest_hricdv.extra.draft.code_model import CodeLine, MessageField, Operati
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
 from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, texts_of_shape
+from pytest_hricdv.extra.draft.stand_ins.absent import without_arguments
 
 MAX_SENSES = 12
 """Values of one class or module that a person sets."""
+
+MAX_ARGUMENTS = 4
+"""Arguments of a call that tell sensors apart; of more, as the angles of a scanner, all are one sensor."""
 
 
 def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -> Iterator[Port]:
@@ -26,16 +30,30 @@ def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -
     registered = {key.removeprefix(CALLBACK).partition(" ")[0] for key in seen.methods if key.startswith(CALLBACK)}
     for name, place in seen.absent.items():
         # A key with a topic is that of a method, too.
-        keys = [key for key in sorted(seen.calls) if key.startswith(f"{name}.") and " " not in key]
-        operations = [_operation(key.partition(".")[2], seen.calls[key], root, key in registered) for key in keys]
+        calls = {key: site for key, site in seen.calls.items() if key.startswith(f"{name}.") and " " not in key}
+        calls = _with_arguments(calls)
+        operations = [_operation(key.partition(".")[2], calls[key], root, key in registered) for key in sorted(calls)]
         known = {each.name for each in operations if each.result is not None}
         operations += [_truth(each) for each in operations if each.name.rpartition(".")[2] in truths
                        and each.is_method and f"{each.name}()" not in known]  # fmt: skip
         sensed = [each for each in operations if each.result is not None][:MAX_SENSES]
         called = [each for each in operations if each.result is None and each.is_method]
-        results = {each.name.removesuffix("()") for each in sensed}
+        results = {without_arguments(each.name).removesuffix("()") for each in sensed}
         others = [each for each in called if each.name not in results]
         yield Port(name, "device", "", "", (*sensed, *others), _line(place, root))
+
+
+def _with_arguments(calls: Mapping[str, Site]) -> dict[str, Site]:
+    """The sites, those of one call with a single argument or with many as one."""
+    keys: dict[str, list[str]] = {}
+    for key in calls:
+        keys.setdefault(without_arguments(key), []).append(key)
+    made: dict[str, Site] = {}
+    for general, each in keys.items():
+        for key in each:
+            site = made.setdefault(key if 1 < len(each) <= MAX_ARGUMENTS else general, Site())
+            site.merge(calls[key])
+    return made
 
 
 def _operation(name: str, site: Site, root: Path, is_registration: bool) -> Operation:

@@ -20,6 +20,9 @@ from pytest_hricdv.extra.draft.project.requirements import ENDS_VISIT, requireme
 FIRST_TESTS = 8
 """Tests of the first suite, with each start belief and most other beliefs."""
 
+MIN_TESTS = 12
+"""Tests of a suite, however little time there is: in fewer, what people do may well reach nothing by chance."""
+
 NO_COMMANDS = ("wait_", "stay")
 """Prefixes of commands at which a person does nothing."""
 
@@ -91,6 +94,13 @@ class Settlement:
             ends = tuple(end for end in ENDS if end in (*self.draft.allowed_endings, *new))
             self.draft = replace(self.draft, allowed_endings=ends, no_waivers=self.draft.no_waivers or trial.no_waivers)
 
+    def hurry(self, trial: FirstRuns) -> bool:
+        """Let calls take time where few tests ended; returns whether they do so from now on."""
+        return self._is_slow(trial) and self._take_time(trial)
+
+    def _is_slow(self, trial: FirstRuns) -> bool:
+        return trial.is_ended and trial.tests < MIN_TESTS
+
     def reduce(self, trial: FirstRuns) -> bool:
         """Take out what fails; returns whether anything was."""
         if self.isolated_for and self.isolated_for == trial.error:
@@ -106,7 +116,7 @@ class Settlement:
                      self._replace_libraries, self._end_at_error, self._leave_out, self._drop_state,
                      self._drop_calls, self._try_entry, self._fall_silent]  # fmt: skip
         elif trial.is_hollow or trial.error:
-            steps = [self._try_entry, self._fall_silent]
+            steps = [self._take_time, self._try_entry, self._fall_silent]
         else:
             steps = [self._isolate, self._accept_differences]
         return any(step(trial) for step in steps) or self.give_up(trial)
@@ -155,9 +165,9 @@ class Settlement:
         return True
 
     def _take_time(self, trial: FirstRuns) -> bool:
-        """Let calls of devices take time, where the code asks them without waiting."""
+        """Let calls of devices and polls take time, where the code asks without waiting, or is slow as it does."""
         is_still = "no simulated time" in trial.error or "without time passing" in trial.error
-        if not is_still or self.draft.takes_time:
+        if not (is_still or self._is_slow(trial)) or self.draft.takes_time:
             return False
         self.draft = replace(self.draft, takes_time=True)
         return True

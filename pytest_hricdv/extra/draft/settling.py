@@ -16,6 +16,7 @@ from pytest_hricdv.extra.draft.project.answers import find_edits
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.settlement import (
     BUDGET_S,
+    MIN_TESTS,
     Reread,
     Settlement,
     one_line,
@@ -25,9 +26,6 @@ from pytest_hricdv.extra.draft.settlement import (
 
 MAX_TRIALS = 25
 """Runs of a few tests in all, however little each takes."""
-
-MIN_TESTS = 12
-"""Tests of a suite, however little time there is: in fewer, what people do may well reach nothing by chance."""
 
 SUITES = ("rl", "closure")
 
@@ -73,7 +71,7 @@ def _make_green(work: Settlement, reserve_s: float, progress: Callable[[str], No
 def _go_on(work: Settlement, trial: FirstRuns, name: str, progress: Callable[[str], None]) -> bool:
     """Take out what fails; returns whether anything was, so that it has to run again."""
     if not trial.cause:
-        return False
+        return work.hurry(trial)
     is_over = work.trials >= MAX_TRIALS or work.budget_s <= work.reserve_s
     if not (work.give_up(trial) if is_over else work.reduce(trial)):
         return False

@@ -15,6 +15,7 @@ import pytest
 from pytest_hricdv.draft import ProgramPort, Replace, replace_modules
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
+from pytest_hricdv.extra.draft.observed_absent import absent_ports
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
@@ -130,7 +131,7 @@ def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.Monk
         "Rover.position()[1]": [9.0],
     }
     assert seen.calls["rover_lib.scan()[range_m]"].compared == [1.5]
-    assert set(seen.calls["rover_lib.input()"].result.kinds) == {"bool"}
+    assert set(seen.calls["rover_lib.input(4)"].result.kinds) == {"bool"}
     assert [*border.callbacks] == ["Rover.on_bump"]
     assert {*seen.absent} == {"Rover", "rover_lib"}
     again = Observations()
@@ -156,6 +157,27 @@ def test_it_returns_what_a_person_sets() -> None:
         },
     )
     assert taken == [(42.0, True, "hi")]
+
+
+@pytest.mark.parametrize(("pins", "sensors"), [(1, [""]), (3, ["0", "1", "2"]), (9, [""])])
+def test_few_numbers_or_names_that_a_call_is_given_are_sensors_of_their_own(
+    pins: int, sensors: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv(OBSERVE, str(tmp_path / "seen.json"))
+    lib = library()
+
+    def body(_: RunBorder) -> None:
+        for pin in range(pins):
+            assert lib.input(pin) or True
+
+    run(body, {"rover_lib.input()": False} if pins == 3 else None)  # also where one sensor is known
+    (port,) = absent_ports(read_observations(tmp_path / "seen.json"), tmp_path)
+    assert [each.name for each in port.operations] == [f"input({text})" for text in sensors]
+
+    def read(_: RunBorder) -> None:
+        assert [lib.input(7), lib.input("left"), lib.input(lib.A1)] == [True, False, True]
+
+    run(read, {"rover_lib.input(7)": True, "rover_lib.input(A1)": True})
 
 
 def test_a_draft_has_sensors_and_calls_of_what_was_observed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

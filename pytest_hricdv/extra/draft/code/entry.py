@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
 from pytest_hricdv.extra.draft.code.flow import Flow, default_of, last_name, parameter_names
 from pytest_hricdv.extra.draft.code.ports import PortReader
+from pytest_hricdv.extra.draft.code.scripts import find_scripts
 from pytest_hricdv.extra.draft.code.sources import DraftError, Scope, Sources
-from pytest_hricdv.extra.draft.code_model import Entry
+from pytest_hricdv.extra.draft.code_model import SCRIPT, Entry
 
 _RUNS = ("run", "main", "work", "serve", "loop", "start", "spin")
 """Functions, and methods of a robot's class, that make it work, the likeliest first."""
@@ -36,26 +38,32 @@ class EntryFinder:
     def __init__(self, sources: Sources, flow: Flow, used: Collection[str] = ()) -> None:
         self._sources, self._flow, self._used = sources, flow, used
         self._ports = PortReader(sources, flow)
+        self._scripts = tuple(find_scripts(sources))
 
     def entry(self, name: str) -> Entry | None:
         """The entry; None if there is nothing to call.
 
         Args:
-            name: of a function, class, or `Class.method`; empty for the likeliest one.
+            name: of a function, class, or `Class.method`, or `SCRIPT`; empty for the likeliest one.
 
         Raises:
             DraftError: there is no such function.
         """
+        if name == SCRIPT and self._scripts:
+            return replace(self._scripts[0][0], is_certain=True)
         if name:
-            return self._read(self._find(name), is_certain=True)
+            return replace(self._read(self._find(name)), is_certain=True)
         return next((entry for entry, score in self.entries() if score > 0), None)
 
     def entries(self) -> Iterator[tuple[Entry, float]]:
         """All candidates for the entry, each with its score, the likeliest first."""
-        candidates = sorted(self._candidates(), key=lambda candidate: -candidate.score)
-        for candidate in candidates:
-            is_alone = len(candidates) == 1 or candidate.score >= candidates[1].score + 2
-            yield self._read(candidate, is_certain=is_alone), candidate.score
+        made: list[tuple[float, Callable[[], Entry]]] = [
+            (score, partial(replace, entry)) for entry, score in self._scripts
+        ]
+        made += [(candidate.score, partial(self._read, candidate)) for candidate in self._candidates()]
+        made.sort(key=lambda each: -each[0])
+        for score, make in made:
+            yield replace(make(), is_certain=len(made) == 1 or score >= made[1][0] + 2), score
 
     def _find(self, name: str) -> _Candidate:
         head, _, method = name.partition(".")
@@ -105,12 +113,12 @@ class EntryFinder:
             return 2.5 if calls else 3.5
         return 2.5 if None in calls else -1.0 if calls else 1.5
 
-    def _read(self, candidate: _Candidate, *, is_certain: bool) -> Entry:
+    def _read(self, candidate: _Candidate) -> Entry:
         scope, method = candidate.scope, candidate.method
         module, name = scope.module.name, scope.node.name
         if not isinstance(scope.node, ast.ClassDef):
             ports = tuple(self._ports.ports(scope))
-            return Entry(module, name, "", _is_async(scope), ports, (), scope.location, is_certain)
+            return Entry(module, name, "", _is_async(scope), ports, (), scope.location)
         methods = methods_of(self._sources, scope)
         begin = methods.get("__init__")
         ports = tuple(self._ports.ports(begin, skip=1)) if begin is not None else tuple(self._ports.fields(scope))
@@ -118,7 +126,7 @@ class EntryFinder:
         # If no method runs it, its bus calls one back.
         is_async = any(_is_async(called) for called in ([method] if method is not None else methods.values()))
         run = method.node.name if method is not None else ""
-        return Entry(module, name, run, is_async, ports, method_ports, scope.location, is_certain)
+        return Entry(module, name, run, is_async, ports, method_ports, scope.location)
 
 
 def _run_method(methods: dict[str, Scope]) -> str:

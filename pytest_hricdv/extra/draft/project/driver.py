@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Iterator
 
 from pytest_hricdv.extra.draft.code.naming import word
-from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Message, MessageField, Port
+from pytest_hricdv.extra.draft.code_model import OWN_MODULE, SCRIPT, Message, MessageField, Port
 from pytest_hricdv.extra.draft.project.declarations import tuple_text
 from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
 from pytest_hricdv.extra.draft.project.imports import ImportTable
@@ -78,7 +78,8 @@ def driver_lines(draft: Draft, table: ImportTable) -> list[str]:
         names = ", ".join(f"import_module({json.dumps(name)})" for name in draft.code.modules if draft.imports_code)
         lines += ["        # TODO: nothing was found to call: what runs the robot?", f"        lambda: [{names}],"]
     else:
-        lines += [f"        {table.use(entry.module, entry.name)},  # {entry.location}"]
+        robot = f"Script({json.dumps(entry.module)})" if entry.name == SCRIPT else table.use(entry.module, entry.name)
+        lines += [f"        {robot},  # {entry.location}"]
         lines += _ports(draft, "ports", entry.ports, table)
     if entry is not None and entry.method:
         lines += [f'        method="{entry.method}",', *_ports(draft, "method_ports", entry.method_ports, table)]

@@ -25,8 +25,8 @@ from pytest_hricdv.extra.draft.project.ranges import STAYS, answer_s, lateness, 
 TESTBENCH = ("BeliefSpace", "Concretization", "CrossProduct", "Delay", "Drop", "Duplicate", "Field", "Model",
              "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
 STAND_INS = ("Neutral", "BusPort", "CallbackCall", "ClockPort", "ConnectionPort", "Device", "RunParameter", "Driver",
-             "InboxPort", "Make", "Manners", "MethodCall", "OutboxPort", "ProgramPort", "Replace", "Say", "member",
-             "replace_modules")  # fmt: skip
+             "InboxPort", "Make", "Manners", "MethodCall", "OutboxPort", "ProgramPort", "Replace", "Say", "Script",
+             "member", "replace_modules")  # fmt: skip
 STANDARD = ("Path", "SimpleNamespace", "json", "import_module")
 TAKEN = ("HERE", "TIMES", "TIMES_OF", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
 

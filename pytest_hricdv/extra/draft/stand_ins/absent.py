@@ -1,13 +1,15 @@
 """Stand-ins for modules that are not installed, as the libraries of a robot's hardware on a developer's machine.
 
 All that the code does with them crosses its border: they note what it calls, hands over, tests and compares, and
-return what a person sets. A *path* names it, as `Motor.sensor().distance()`: the class, or else the module, that the
-code has imported, what it reads of it, and what it calls. Outside of a run they are neutral.
+return what a person sets. A *path* names it, as `Motor.sensor(2).distance()`: the class, or else the module, that the
+code has imported, what it reads of it, and what it calls, with the only argument if that is a whole number or a name.
+Outside of a run they are neutral.
 """
 
 from __future__ import annotations
 
 import asyncio
+import re
 import sys
 from abc import ABCMeta
 from collections.abc import Generator, Iterator
@@ -23,6 +25,9 @@ from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, UnknownValue
 from pytest_hricdv.runtime.source_location import place_of
+
+MAX_NAME = 30
+"""Characters of a text that is a name of something; longer ones are content."""
 
 _borders: list[RunBorder] = []
 """The border of the run under way; modules are imported once for all of them."""
@@ -163,7 +168,31 @@ def _read(path: str, name: str) -> Any:
 
 def _part(path: str) -> Any:
     """What a person has set, or something of which nothing is known."""
-    return _value_of(_borders[-1], path) if _borders and path in _borders[-1].senses else AbsentPart(path)
+    sense = _sense(_borders[-1], path) if _borders else ""
+    return _value_of(_borders[-1], sense, path) if sense else AbsentPart(path)
+
+
+def _sense(border: RunBorder, path: str) -> str:
+    """The sensor at a path, or the one for all arguments; empty if there is none."""
+    return next((each for each in (path, without_arguments(path)) if each in border.senses), "")
+
+
+def without_arguments(path: str) -> str:
+    """The path of a call with any argument.
+
+    >>> without_arguments("Motor.sensor(2).distance()")
+    'Motor.sensor().distance()'
+    """
+    return re.sub(r"\(\w+\)", "()", path)
+
+
+def _argument_text(arguments: tuple[Any, ...], named: dict[str, Any]) -> str:
+    """The text of the only argument, which may tell which one is meant: a pin, a channel, a name; otherwise empty."""
+    value = arguments[0] if len(arguments) == 1 and not named else None
+    if isinstance(value, AbsentPart):  # a constant that is not installed
+        value = value.__dict__["_path"].rpartition(".")[2]
+    is_name = isinstance(value, str) and value.isidentifier() and len(value) <= MAX_NAME
+    return str(value) if is_name or (type(value) is int and value >= 0) else ""
 
 
 def _set(path: str, name: str, value: Any) -> None:
@@ -178,19 +207,25 @@ def _call(path: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
     """The code calls something: returns what a person has set, or something of which nothing is known."""
     if not _borders:
         return AbsentPart(f"{path}()")
-    border, (port, _, name) = _borders[-1], path.partition(".")
+    made = f"{path}({_argument_text(arguments, named)})"
+    border, (port, _, name) = _borders[-1], without_arguments(path).partition(".")
     border.note_absent_call(port, name or "__call__", arguments, named, place_of(sys._getframe(2)))
-    if f"{path}()" in border.senses:
-        return _value_of(border, f"{path}()")
+    if sense := _sense(border, made):
+        return _value_of(border, sense, made)
     if not any(map(_is_function, (*arguments, *named.values()))):
         border.tell_call(port, name or "__call__", arguments, named)
-    return AbsentPart(f"{path}()")
+    return AbsentPart(made)
 
 
-def _value_of(border: RunBorder, name: str) -> Any:
+def _value_of(border: RunBorder, sense: str, path: str) -> Any:
+    """The value of a sensor, which the code reads at a path of its own where the sensor is for all arguments."""
     border.on_crossing()
-    value = border.read_sense(name)
-    return AbsentPart(name, value) if isinstance(value, float) else value
+    value = border.read_sense(sense)
+    if isinstance(value, float):
+        return AbsentPart(path, value)
+    if path != sense:
+        border.note_absent_use(path, value, place_of(sys._getframe(3)))
+    return value
 
 
 def _is_function(value: Any) -> bool:

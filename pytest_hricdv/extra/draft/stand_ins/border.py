@@ -210,10 +210,10 @@ def _location(function: Callable[..., Any]) -> str:
 def signal_name(name: str) -> str:
     """The signal of what a device returns.
 
-    >>> signal_name("door.is_open"), signal_name("kocher.gießen"), signal_name("Arm.pose().x")
-    ('door_is_open', 'kocher_gie_en', 'Arm_pose_x')
+    >>> signal_name("door.is_open"), signal_name("kocher.gießen"), signal_name("Arm.pose(2).x")
+    ('door_is_open', 'kocher_gie_en', 'Arm_pose_2_x')
     """
-    return re.sub(r"\W", "_", name.replace("()", ""), flags=re.ASCII)
+    return re.sub(r"\W", "_", name.replace("()", "").replace(")", ""), flags=re.ASCII)
 
 
 def first_text(values: Iterable[Any]) -> str:
