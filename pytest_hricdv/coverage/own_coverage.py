@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.coverage.greenlet_settrace import keep_to_this_greenlet
+from pytest_hricdv.runtime.random_numbers import spare_run
 
 if TYPE_CHECKING:
     from coverage.sqldata import CoverageData
@@ -64,7 +65,8 @@ class OwnCoverage:
             if self._greenlets:
                 sys.settrace(self._tracer)
             else:
-                self._coverage.start()
+                with spare_run():  # the first start in a process draws the name of its data
+                    self._coverage.start()
                 self._coverage.switch_context(context)
                 self._context, self._tracer = context, sys.gettrace()
             self._greenlets += 1

@@ -240,6 +240,17 @@ def _draw_from(key: str, *, with_numpy: bool = True) -> Iterator[None]:
         generators.put_back(None if before is None else before.key)
 
 
+@contextmanager
+def spare_run() -> Iterator[None]:
+    """Within, this process draws from the system: what the plugin itself draws is not missing in a run's streams."""
+    global _entropy
+    before, _entropy = _entropy, None
+    try:
+        yield
+    finally:
+        _entropy = before
+
+
 class _ImportsApart(MetaPathFinder):
     """Lets a module draw from streams of its own while it is imported.
 

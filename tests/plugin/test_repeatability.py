@@ -55,7 +55,7 @@ def test_what_is_drawn_at_random_is_the_same_in_each_session(
     lamps: pytest.Pytester, file: str, place: str, text: str
 ) -> None:
     project.change(lamps.path, file, place, text)
-    options = ("--hri-suite=by-hand", "--hri-no-cov", "-p", "no:xdist")
+    options = ("--hri-suite=by-hand", "-p", "no:xdist")  # measured: coverage draws, too
     lamps.runpytest_inprocess(*options)
     first = records(lamps.path)
     lamps.runpytest_inprocess(*options)

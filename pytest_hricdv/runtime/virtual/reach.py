@@ -16,8 +16,8 @@ TOOLS = frozenset(
 )
 """Packages that run the tests: they need real time, and no node runs them."""
 
-_WITH_THREADS = frozenset({"logging.handlers"})
-"""Modules of Python's library that are always reached: threads that they start take part in the run."""
+_OF_PYTHON = frozenset({"logging.handlers", "timeit", "email.utils"})
+"""Modules of Python's library that are always reached: their threads take part in the run, they read its clock."""
 
 _NAMED = (type, FunctionType, BuiltinFunctionType)
 
@@ -52,7 +52,7 @@ class Reach:
         self.packages = tuple(packages)
         self._roots = {package.partition(".")[0] for package in packages}
         self._installed: set[str] = set()
-        self._reached: set[str] = {*_WITH_THREADS}
+        self._reached: set[str] = {*_OF_PYTHON}
 
     def __contains__(self, module: object) -> bool:
         if not isinstance(module, str):

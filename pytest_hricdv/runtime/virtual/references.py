@@ -9,6 +9,8 @@ from functools import partial
 from types import BuiltinFunctionType, CellType, FunctionType, MemberDescriptorType, MethodType, ModuleType
 from typing import Any
 
+from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
+
 MAX_DEPTH = 6
 """Objects in objects of a module's globals that are looked into: a client in a registry in a dataclass is at 4."""
 MAX_ITEMS = 1000
@@ -85,11 +87,17 @@ class ReferenceSearch:
             yield from _of_cell(cell)
         for name, value in [*vars(function).items()]:
             yield value, partial(vars(function).__setitem__, name)
+        names = function.__globals__  # a method that attrs has made has its own
+        if names is not self._names and names is not vars(sys.modules.get(function.__module__, sys)):
+            for name, value in [*names.items()]:
+                if self._is_wanted(value):
+                    yield value, partial(names.__setitem__, name)
 
     def _of_class(self, kind: type) -> Iterator[Reference]:
         for index, base in enumerate(kind.__bases__):
             if self._is_wanted(base):
                 yield base, partial(_put_base, kind, index)
+        yield from _of_factories(kind)
         for name, value in [*vars(kind).items()]:
             if isinstance(value, staticmethod) and self._is_wanted(value.__func__):
                 yield value.__func__, partial(_put_static, kind, name)
@@ -130,6 +138,32 @@ def _of_instance(value: object) -> Iterator[Reference]:
             except AttributeError:
                 continue  # nothing is in it
             yield item, partial(slot.__set__, value)
+
+
+def _of_factories(kind: Any) -> Iterator[Reference]:
+    """Functions that make the defaults of fields, where libraries keep them in code of their own."""
+    if type(kind).__module__ == "msgspec._core":
+        for default in (each for each in kind.__struct_defaults__ if hasattr(each, "factory")):
+            yield default.factory, partial(_refuse_factory, kind, default.factory)
+    fields = vars(kind).get("__pydantic_fields__")
+    for field in [*fields.values()] if type(fields) is dict and hasattr(kind, "model_rebuild") else ():
+        if field.default_factory is not None:
+            yield field.default_factory, partial(_put_factory, kind, field)
+
+
+def _refuse_factory(kind: type, factory: Any, value: object) -> None:
+    if value is not factory:
+        name = f"{factory.__module__}.{factory.__name__}"
+        raise ProhibitedError(
+            f"{kind.__module__}.{kind.__name__}: msgspec keeps {name} where virtual time cannot replace it: write "
+            f"default_factory=lambda: {name}()"
+        )
+
+
+def _put_factory(kind: Any, field: Any, value: object) -> None:
+    """The validator of a model of pydantic has a factory, too: it is built anew."""
+    field.default_factory = value
+    kind.model_rebuild(force=True)
 
 
 def _put_default(function: FunctionType, index: int, value: object) -> None:

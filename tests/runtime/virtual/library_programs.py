@@ -13,14 +13,17 @@ import queue
 import sched
 import threading
 import time
+import timeit
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any, ClassVar
 
 import anyio
+import attrs
 import py_trees
 import pybreaker
+import pydantic
 import tenacity
 import transitions
 import yaml
@@ -186,6 +189,22 @@ class _Deadline:
 
     def left_s(self) -> float:
         return round(self.at_s - float(self.now()), 3)
+
+
+@attrs.define
+class _Mark:
+    at_s: float = attrs.field(factory=time.monotonic)
+
+
+class _Stamp(pydantic.BaseModel):
+    at_s: float = pydantic.Field(default_factory=time.monotonic)
+
+
+@program
+def factories_of_fields(say: Say) -> None:
+    time.sleep(2.0)
+    say((timeit.timeit(lambda: time.sleep(0.5), number=4), round(timeit.default_timer(), 3)))
+    say((round(_Mark().at_s, 3), round(_Stamp().at_s, 3), round(_Stamp.model_validate({}).at_s, 3)))
 
 
 _CLOCKS = {"mono": time.monotonic, "wall": [time.time]}

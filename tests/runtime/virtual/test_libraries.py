@@ -5,11 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+import msgspec
 import pytest
 
 from pytest_hricdv.runtime.kernel import Kernel
 from pytest_hricdv.runtime.virtual import VirtualModules
 from pytest_hricdv.runtime.virtual.outside import guard_run
+from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 from tests.runtime.virtual import library_programs
 
 SEEN: dict[str, list[object]] = {
@@ -24,6 +26,7 @@ SEEN: dict[str, list[object]] = {
     "pool_with_a_timeout": [("late", 1.0), ("done", 4.0)],
     "threads_of_the_lowest_level": [("thread", 0.5), (True, 0.5)],
     "clocks_that_were_handed_over": [(2.0, 3.0, 2.0), (2.0, 2.0)],
+    "factories_of_fields": [(2.0, 4.0), (4.0, 4.0, 4.0)],
     "moments_of_every_kind": [
         ("moment", "moment", "datetime", True),
         "- 2020-01-02 00:00:00\n- 2020-01-03\n",
@@ -63,3 +66,13 @@ def test_what_a_library_waits_for_passes_in_virtual_time(body: Callable[..., Non
     assert time.monotonic() - began_s < 30.0
     assert type(library_programs._Moment.now()) is library_programs._Moment
     assert library_programs._Moment.now().year > 2000  # outside of runs, all is real again
+
+
+def test_a_factory_that_nothing_can_replace_is_refused_with_its_class(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Mark(msgspec.Struct):
+        at_s: float = msgspec.field(default_factory=time.monotonic)
+
+    Mark.__module__ = library_programs.__name__
+    monkeypatch.setattr(library_programs, "Mark", Mark, raising=False)
+    with pytest.raises(ProhibitedError, match=r"library_programs\.Mark: msgspec keeps time\.monotonic"):
+        run_in_virtual_time(lambda say: say(Mark().at_s))
