@@ -160,7 +160,7 @@ class OptionReader:
         value = self.command_line_value(name)
         try:
             return bool(self.config.getini(f"hri_{name}") if value is None else value)
-        except ValueError as error:  # before pytest 9.2, which says it as well as this
+        except (ValueError, pytest.UsageError) as error:  # neither names the key; from pytest 9.2 on, it is the latter
             raise usage_error(f"{self.config.inipath}: hri_{name}: expected true or false; {error}") from None
 
     @overload
