@@ -151,6 +151,12 @@ def test_options(lamps: pytest.Pytester, options: list[str], told: str) -> None:
             "R7: the hall",
             "known violation of 'R7': no such requirement; there are R1, R2",
         ),
+        (
+            "pytest.ini",
+            "pythonpath = .",
+            "pythonpath = .\nhri_strict = maybe",
+            "ini: hri_strict: expected true or false",
+        ),
         ("pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = all", "under: all: expected KIND=PCT"),
     ],
     ids=short,
