@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import Problem
-from pytest_hricdv.extra.draft.first_runs import FirstRuns
+from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns
 from pytest_hricdv.extra.draft.observed_code import with_steps
 from pytest_hricdv.extra.draft.project.answers import find_edits
 from pytest_hricdv.extra.draft.project.draft import Draft
@@ -92,8 +92,9 @@ def _run_suites(work: Settlement, limit_s: float, progress: Callable[[str], None
         if trial.is_ended and trial.tests:
             work.draft = replace(work.draft, sizes={**work.draft.sizes, suite: max(trial.tests, MIN_TESTS)})
         work.draft = without(work.draft, trial.failed)
-        if _go_on(work, trial, f"first runs, {suite}", progress):
-            continue
+        is_known = trial.error == TOO_LONG and work.budget_s <= 0.0 and any(each.passed for each in trials.values())
+        if not is_known and _go_on(work, trial, f"first runs, {suite}", progress):
+            continue  # where the budget is over, a suite that is too slow says nothing against the draft
         if suite == "rl":  # what it has shown of states are targets of the other one
             work.draft = replace(work.draft, declared=with_steps(work.draft.declared, work.seen))
         passed[suite] = _what_runs(work.draft)
