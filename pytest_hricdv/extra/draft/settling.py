@@ -27,6 +27,9 @@ from pytest_hricdv.extra.draft.settlement import (
 MAX_TRIALS = 25
 """Runs of a few tests in all, however little each takes."""
 
+OVERRUN_S = 20.0
+"""Processor time beyond the budget, the least of two runs, after which everything that may fail is removed at once."""
+
 SUITES = ("rl", "closure")
 
 SHARE = 0.25
@@ -75,6 +78,8 @@ def _go_on(work: Settlement, trial: FirstRuns, name: str, progress: Callable[[st
     is_over = work.trials >= MAX_TRIALS or work.budget_s <= work.reserve_s
     if not (work.give_up(trial) if is_over else work.reduce(trial)):
         return False
+    while work.budget_s <= -OVERRUN_S and work.give_up(trial):
+        pass  # one step after the other would take a run each
     progress(f"{name}: {one_line(trial.cause)[:150]}: run without the cause")
     return True
 
