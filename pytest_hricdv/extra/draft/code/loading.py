@@ -16,6 +16,9 @@ from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 MAX_BYTES = 2_000_000
 """A longer file is no code that anybody wrote."""
 
+MAX_NESTED = 2_000
+"""Nodes of a syntax tree within each other: each takes the analyses up to ten calls of the 30,000 that they have."""
+
 NOT_CODE = ("test", "tests", "conftest", "setup", "docs", "demo", "demos", "example", "examples", "__main__")
 """Modules of these names, and those that begin with `test_`, use the code under test and are no part of it."""
 
@@ -137,6 +140,8 @@ def _parse(files: Sequence[tuple[str, Path]], root: Path, problems: list[Problem
             if path.stat().st_size > MAX_BYTES:
                 raise OSError(f"longer than {MAX_BYTES:,} bytes")
             tree = ast.parse(path.read_bytes())
+            if _is_deep(tree):
+                raise RecursionError
         except RecursionError:
             problems.append(Problem("syntax", "nested too deeply: the file is left out", CodeLine(relative, 1)))
             continue
@@ -149,6 +154,16 @@ def _parse(files: Sequence[tuple[str, Path]], root: Path, problems: list[Problem
             continue
         imports, stars = _imports(tree, name, path.name == "__init__.py")
         yield Module(name, relative, tree, imports, stars)
+
+
+def _is_deep(tree: ast.AST) -> bool:
+    """Whether expressions or blocks are within each other more often than the analyses can follow."""
+    level: list[ast.AST] = [tree]
+    for _ in range(MAX_NESTED):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level:
+            return False
+    return True
 
 
 def _imports(tree: ast.Module, name: str, is_package: bool) -> tuple[dict[str, str], tuple[str, ...]]:
