@@ -16,7 +16,8 @@ def places_of_change(names: Iterable[str], packages: Iterable[str]) -> tuple[str
         names: the changed names, with their modules.
         packages: names of modules, and of packages with all of their loaded modules.
     """
-    lasts = {name.rpartition(".")[2] for name in names}
+    # The key of an item: sys.modules['json.decoder'].
+    lasts = {name[:-2].rpartition("['")[2] if name.endswith("']") else name.rpartition(".")[2] for name in names}
     roots = tuple(packages)
     found: list[str] = []
     for name, module in [*sys.modules.items()]:

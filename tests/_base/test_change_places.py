@@ -29,3 +29,11 @@ def test_the_line_of_a_change_is_named(tmp_path: Path, monkeypatch: pytest.Monke
     assert places_of_change(["json.dumps"], ["leg"]) == ()
     (tmp_path / "grip.py").write_text("no python")
     assert places_of_change(["json.dumps"], ["arm"]) == ()
+
+
+def test_the_line_that_replaces_a_module_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = ModuleType("arm_lock")
+    module.__file__ = str(tmp_path / "arm_lock.py")
+    monkeypatch.setitem(sys.modules, "arm_lock", module)
+    (tmp_path / "arm_lock.py").write_text("import sys\n\nsys.modules['json.decoder'] = None\n")
+    assert places_of_change(["sys.modules['json.decoder']"], ["arm_lock"]) == (f"{module.__file__}:3",)
