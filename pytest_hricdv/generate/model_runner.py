@@ -56,6 +56,7 @@ class ModelRunner:
         self.space = space
         self.run_count = 0
         self._cut_off_count = 0
+        self._has_acted = False
         self._endless: Counter[str] = Counter()
         self._memo = _load(model.path, model.sha256())
         self._system = self._memo.system
@@ -99,11 +100,12 @@ class ModelRunner:
             raise GenerateError(f"BDI model {self.model.path} with {' '.join(subset)}: {error}") from error
         self.run_count += 1
         self._cut_off_count += result.ended == _ROUND_LIMIT
+        self._has_acted |= bool(lines := self._lines(result.actions))
         self._endless.update(result.endless)
         sequence = {agent: self._coverage(agent, result.plans.get(agent, [])) for agent in self.model.covered}
         return ModelRun(
             beliefs=subset,
-            lines=self._lines(result.actions),
+            lines=lines,
             plans={agent: frozenset(labels) for agent, labels in sequence.items()},
             sequence=sequence,
             rounds=result.rounds,
@@ -188,6 +190,9 @@ class ModelRunner:
             if self._cut_off_count == self.run_count:
                 raise GenerateError("; ".join((cut_off, *notes)))
             notes.insert(0, cut_off)
+        if self.run_count and not self._has_acted:
+            who = ", ".join(self.model.actors or (self.model.actor,))
+            notes.append(f"no run of the model has an action of {who}: hricdv model run shows what the agents do")
         return tuple(notes)
 
     def _lines(self, actions: Iterable[tuple[str, str]]) -> tuple[str, ...]:

@@ -32,14 +32,15 @@ WORLD_WAITS_S = 60.0
 chosen): for a simulator in another process."""
 
 _STUCK, _SLOW = "no time has passed for", "a second of simulated time takes more than"
-"""How errors begin of code that worked for too long."""
+_WAITS = "the world waits in real time", "run waits in real time"
+"""Parts of errors of code that worked or waited for too long."""
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 def took_long(errors: Iterable[str]) -> bool:
-    """Whether one of the errors of a run is that its code worked for too long: such a run takes ten seconds or more."""
-    return any(_STUCK in error or _SLOW in error for error in errors)
+    """Whether one of a run's errors is that something worked or waited for too long: it takes ten seconds or more."""
+    return any(part in error for error in errors for part in (_STUCK, _SLOW, *_WAITS))
 
 
 class SupervisedNode(Protocol):
@@ -85,6 +86,7 @@ class Supervision:
         self._node_waits_s = min(NODE_WAITS_S, stuck_after_s)
         self._watch = Watch(self.situation, self._interrupt)
         self._is_watched = False
+        self._world_waits = False  # it has waited for too long once: nothing comes
         self._interrupted: int | None = None  # `Kernel.returns` when something was raised in what had control
 
     @contextmanager
@@ -108,7 +110,8 @@ class Supervision:
         if self._kernel.inside is not None:
             waits_s, adds_up = self._node_waits_s, True
         else:
-            waits_s, adds_up = max(WORLD_WAITS_S, 2 * self._stuck_after_s), False
+            longest_s = max(WORLD_WAITS_S, 2 * self._stuck_after_s)
+            waits_s, adds_up = NODE_WAITS_S if self._world_waits else longest_s, False
         if self._kernel.inside is not None or self._kernel.is_running:
             second = self._kernel.now_us // US_PER_S
             return WatchState(
@@ -145,4 +148,6 @@ class Supervision:
         who = "the world" if self._kernel.is_running else "run"
         if self._kernel.inside is not None:
             who = f"node {self._kernel.inside.name}"
+        else:
+            self._world_waits = True
         return KernelError(real_wait(frame, who, self._kernel.code, self._kernel.virtual))

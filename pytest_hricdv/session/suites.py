@@ -71,9 +71,9 @@ def select_suites(
     for name in names:
         if names.count(name) > 1:
             raise usage_error(f"--hri-suite: two suites have the name {name!r}; rename a file or folder")
-    for generated in selected:
+    for method, generated in zip(methods, selected, strict=True):
         check_commands(generated.suite, testbench)
-        _check_values(generated.suite, testbench)
+        _check_values(generated.suite, testbench, f"{method.path}: " if isinstance(method, Files) else "")
     return selected
 
 
@@ -147,12 +147,12 @@ def check_commands(suite: Suite, testbench: Testbench) -> None:
                 raise usage_error(f"suite {suite.name}, test {test.id}: unknown command {line!r}; known: {commands}")
 
 
-def _check_values(suite: Suite, testbench: Testbench) -> None:
+def _check_values(suite: Suite, testbench: Testbench, file: str) -> None:
     for test in suite.tests:
         try:
             check_values(test, testbench.commands)
         except GenerateError as error:
-            raise usage_error(f"suite {suite.name}, {error}") from None
+            raise usage_error(f"{file}suite {suite.name}, {error}") from None
 
 
 def cases(

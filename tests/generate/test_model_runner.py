@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
@@ -67,6 +68,13 @@ def test_a_plan_without_end_is_noted_with_its_place(tmp_path: Path, loop: str) -
     assert runner.notes() == ()
     runner.run(["hall", "polite", "bright"])
     assert any("visitor.asl:10:1: plan @" in note and "without end in 1 runs" in note for note in runner.notes())
+
+
+def test_runs_in_which_nobody_acts_are_noted(tmp_path: Path) -> None:
+    runner = ModelRunner(lamps(tmp_path, visitor=re.sub("<- .*", "<- !wish.", VISITOR)), LAMPS)
+    runner.run(["hall"])
+    (note,) = runner.notes()
+    assert note.startswith("no run of the model has an action of visitor: ")
 
 
 def test_runs_of_which_none_ends_are_an_error(tmp_path: Path) -> None:

@@ -71,6 +71,7 @@ def test_a_failing_test_with_values_is_shrunk_and_replayed(chosen: pytest.Pytest
 @pytest.mark.parametrize(
     ("line", "told"),
     [
+        ("# values 3: pauses_s 0.9", "chosen.txt: suite chosen, test "),
         ("# values 3: pauses_s 0.9", "command 3 (set_lamp level = 100): no parameter 'pauses_s'; nearest: pause_s"),
         ("# values 3: pause_s 2.0", "pause_s 2.0 is out of its range; expected range [0.5, 1] s"),
         ("# values 4: pause_s 0.9", "command 4 (leave): no parameter 'pause_s'; declared: none"),

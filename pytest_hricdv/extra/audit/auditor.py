@@ -263,8 +263,8 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
     order = [*_in_turn(failing), *_in_turn(others)]
     if number is not None:
         return order[:number]
-    # Real time ended tests that worked for too long, so their messages until then vary.
-    order = [result for result in order if not took_long(result.errors)]
+    # Real time ended tests that worked for too long, so their messages until then vary. One in error has its text only.
+    order = [result for result in order if not took_long((*result.errors, result.failure))]
     budget_s = BUDGET * sum(result.wall_s or 0.0 for result in results)
     tests: list[TestResult] = []
     for result in order:

@@ -58,7 +58,11 @@ def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions)
     chosen = session.aggregation.chosen
     cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
     if options.runs is None:  # where the code was is in the error, and fifty such runs take ten minutes
-        cases = {name: case for name, case in cases.items() if not took_long(subject.tests[name].errors)}
+        cases = {
+            name: case
+            for name, case in cases.items()
+            if not took_long((*subject.tests[name].errors, subject.tests[name].failure))
+        }
     concrete = {name: case.concrete for name, case in cases.items()}
     run = runner(
         session.rerunner,
