@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import concurrent.futures as real_futures
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import Any
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.kernel import current_node
-from pytest_hricdv.runtime.source_location import error_line
+from pytest_hricdv.runtime.source_location import error_line, place_of
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
+from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 from pytest_hricdv.runtime.virtual.threads import Thread
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -175,8 +177,23 @@ def _wait_for_one(futures: list[Any], timeout_s: float | None) -> bool:
                 future._done_callbacks.remove(notice)
 
 
+class ProcessPoolExecutor:
+    """As `concurrent.futures.ProcessPoolExecutor`, outside of nodes."""
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Any:
+        """The real one. Raises ProhibitedError in a node: what another process does takes no simulated time."""
+        node = current_node()
+        if node is not None:
+            raise ProhibitedError(
+                f"{place_of(sys._getframe(1))}: ProcessPoolExecutor in node {node.name}: other processes have no "
+                "virtual time: let the code have a ThreadPoolExecutor in tests"
+            )
+        return real_futures.ProcessPoolExecutor(*arguments, **named)
+
+
 _NAMES = {
     "ThreadPoolExecutor": ThreadPoolExecutor,
+    "ProcessPoolExecutor": ProcessPoolExecutor,
     "Future": Future,
     "as_completed": as_completed,
     "wait": wait,

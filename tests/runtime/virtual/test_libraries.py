@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import time
 from collections.abc import Callable
 
@@ -9,6 +10,7 @@ import msgspec
 import pytest
 
 from pytest_hricdv.runtime.kernel import Kernel
+from pytest_hricdv.runtime.node_error import NodeError
 from pytest_hricdv.runtime.virtual import VirtualModules
 from pytest_hricdv.runtime.virtual.outside import guard_run
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
@@ -76,3 +78,10 @@ def test_a_factory_that_nothing_can_replace_is_refused_with_its_class(monkeypatc
     monkeypatch.setattr(library_programs, "Mark", Mark, raising=False)
     with pytest.raises(ProhibitedError, match=r"library_programs\.Mark: msgspec keeps time\.monotonic"):
         run_in_virtual_time(lambda say: say(Mark().at_s))
+
+
+def test_a_pool_of_processes_is_refused_with_its_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(library_programs, "Pool", concurrent.futures.ProcessPoolExecutor, raising=False)
+    with pytest.raises(NodeError, match=r"test_libraries\.py:\d+: ProcessPoolExecutor in node robot"):
+        run_in_virtual_time(lambda say: say(vars(library_programs)["Pool"](1)))
+    assert vars(library_programs)["Pool"] is concurrent.futures.ProcessPoolExecutor
