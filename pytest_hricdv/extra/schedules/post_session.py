@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from msgspec.structs import replace
 
 from pytest_hricdv.execution.hri_case import HriCase
+from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.extra.schedules.budgets import PRECISION_S, measure_budgets, slow_down
 from pytest_hricdv.extra.schedules.points import WRITES, points_of
 from pytest_hricdv.extra.schedules.races import RaceExamination, words
@@ -76,14 +77,14 @@ def _keep_broken(session: FeatureSession, candidate: ScheduleCandidate, budget: 
 def _candidates(
     session: FeatureSession, run: RunTest, results: Sequence[TestResult], most: int
 ) -> tuple[list[ScheduleCandidate], int]:
-    """Tests that pass, with their usual runs, at most so many, evenly from the shortest to the longest.
+    """At most so many tests that pass, known violations aside, evenly from the shortest to the longest.
 
     Returns:
         These, and how many were left out, as they do not pass in a process of their own.
     """
     chosen: Mapping[str, HriCase] = session.aggregation.chosen
     passed = sorted(
-        (result for result in results if result.outcome == "passed" and result.nodeid in chosen),
+        (result for result in results if result.outcome in AS_DECLARED and result.nodeid in chosen),
         key=lambda result: (len(result.abstract), result.id, result.nodeid),
     )
     count = min(len(passed), most)

@@ -139,6 +139,17 @@ def test_a_race_is_found_repeated_and_explained(pytester: pytest.Pytester) -> No
     assert cause["deciding_change"] == "passes without the wait before arm.py:17"
 
 
+@pytest.mark.slow
+def test_tests_that_violate_what_is_known_are_searched_too(pytester: pytest.Pytester) -> None:
+    folder = project(pytester, is_safe=False)
+    with (folder / "requirements.toml").open("a", encoding="utf-8") as file:
+        file.write('[R2]\ntitle = "It goes on"\nformula = "always(on(stop) -> moving)"\n')
+    with (folder / "pytest.ini").open("a", encoding="utf-8") as file:
+        file.write("hri_known_violations = R2: people stop it\n")
+    pytester.runpytest_subprocess(*OPTIONS, "--hri-schedules=20")
+    assert "R1" in {race["requirement"] for race in written(folder)["schedules"]["races"]}
+
+
 WRITTEN = {
     "sets.toml": '[[belief_set]]\nname = "a stop"\nbeliefs = ["go", "once"]\n',
     "tests.txt": "stop\n",
