@@ -118,10 +118,8 @@ class CodeReader:
         """The entry that was asked for; else the likeliest one that gets something, or what programs made instead."""
         if self._asked or model.ros.endpoints:
             return model.entry
-        scored = list(islice(self._entries.entries(), MAX_ENTRIES))
-        if self._chosen is None and any(score > 0 for _, score in scored):  # first runs try the others, if at all
-            scored = [each for each in scored if each[1] > 0]
-        candidates = [entry for entry, _ in scored if _key(entry) not in faulty]
+        every = dict.fromkeys((model.entry, *(entry for entry, _ in islice(self._entries.entries(), MAX_ENTRIES))))
+        candidates = [entry for entry in every if entry is not None and _key(entry) not in faulty]
         made = (replace(model, entry=entry, parameters=()) for entry in candidates)
         known = next((each.entry for each in made if _has_inputs(self._with_entry(each, None, frozenset()))), None)
         if self._chosen is not None:
