@@ -161,9 +161,32 @@ def _refuse_factory(kind: type, factory: Any, value: object) -> None:
 
 
 def _put_factory(kind: Any, field: Any, value: object) -> None:
-    """The validator of a model of pydantic has a factory, too: it is built anew."""
+    """Replace the factory of a field of pydantic. Validators of its model, and of models of such fields, have it, too."""
     field.default_factory = value
-    kind.model_rebuild(force=True)
+    base = next(each for each in kind.__mro__ if each.__module__ == "pydantic.main")
+    pending, rebuilt = [kind], {kind}
+    while pending:
+        model = pending.pop(0)
+        model.model_rebuild(force=True)
+        users = [each for each in _models(base) if each not in rebuilt and _has_field_of(each, model)]
+        rebuilt.update(users)
+        pending += users
+
+
+def _models(base: Any) -> Iterator[Any]:
+    for model in base.__subclasses__():
+        yield model
+        yield from _models(model)
+
+
+def _has_field_of(model: Any, kind: type) -> bool:
+    pending = [field.annotation for field in vars(model).get("__pydantic_fields__", {}).values()]
+    while pending:
+        annotation = pending.pop()
+        if annotation is kind:
+            return True
+        pending += getattr(annotation, "__args__", ())
+    return False
 
 
 def _put_default(function: FunctionType, index: int, value: object) -> None:

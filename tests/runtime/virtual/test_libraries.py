@@ -28,7 +28,7 @@ SEEN: dict[str, list[object]] = {
     "pool_with_a_timeout": [("late", 1.0), ("done", 4.0)],
     "threads_of_the_lowest_level": [("thread", 0.5), (True, 0.5)],
     "clocks_that_were_handed_over": [(2.0, 3.0, 2.0), (2.0, 2.0)],
-    "factories_of_fields": [(2.0, 4.0), (4.0, 4.0, 4.0)],
+    "factories_of_fields": [(2.0, 4.0), (4.0, 4.0, 4.0), 4.0],
     "moments_of_every_kind": [
         ("moment", "moment", "datetime", True),
         "- 2020-01-02 00:00:00\n- 2020-01-03\n",
