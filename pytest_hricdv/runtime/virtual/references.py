@@ -161,7 +161,7 @@ def _refuse_factory(kind: type, factory: Any, value: object) -> None:
 
 
 def _put_factory(kind: Any, field: Any, value: object) -> None:
-    """Replace the factory of a field of pydantic. Validators of its model, and of models of such fields, have it, too."""
+    """Replace the factory of a field of pydantic. Validators of its model, and of its users, have it, too."""
     field.default_factory = value
     base = next(each for each in kind.__mro__ if each.__module__ == "pydantic.main")
     pending, rebuilt = [kind], {kind}

@@ -213,8 +213,9 @@ def factories_of_fields(say: Say) -> None:
     time.sleep(2.0)
     say((timeit.timeit(lambda: time.sleep(0.5), number=4), round(timeit.default_timer(), 3)))
     say((round(_Mark().at_s, 3), round(_Stamp().at_s, 3), round(_Stamp.model_validate({}).at_s, 3)))
-    (mark,) = _Reports.model_validate({"last": {"marks": [{}]}}).last.marks or ()
-    say(round(mark.at_s, 3))
+    marks = _Reports.model_validate({"last": {"marks": [{}]}}).last.marks
+    assert marks is not None
+    say(round(marks[0].at_s, 3))
 
 
 _CLOCKS = {"mono": time.monotonic, "wall": [time.time]}
