@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy  # noqa: F401  # a process loads it once, and pytester forgets what a test has loaded
 import pytest
 
 from tests.plugin import project
