@@ -136,6 +136,39 @@ RACES = (
         is_held_out=True,
     ),
     Race("shared_steps", "Each wheel turns", _ALL_SERVED, (1.0, 1.5), is_held_out=True),
+    Race(
+        "between_queues",
+        "What is done is given",
+        "always(on(done) -> given >= 2 * count(on(done)))",
+        (1.0, 1.5),
+        is_held_out=True,
+    ),
+    Race("one_reply", "Each order is served", _EACH_SERVED.format("2 * "), (1.0, 1.5), is_held_out=True),
+    Race("wrong_waiter", "Each order is served", _EACH_SERVED.format("2 * "), (1.0, 1.5), is_held_out=True),
+    Race("too_polite", "Each order is served", _EACH_SERVED.format(""), (1.0, 1.5), is_held_out=True),
+    Race(
+        "even_version",
+        "A pose is read whole",
+        "always(on(go) -> always[0:0.6](lost == 0))",
+        (1.0, 1.5),
+        is_held_out=True,
+    ),
+    Race("two_of_three", "It sees everybody", _EACH_SERVED.format(""), (1.0, 1.5), is_held_out=True),
+    Race(
+        "late_callback",
+        "It shows all cups",
+        "always(on(go) -> eventually[0.4:0.95](lost == 0))",
+        (1.0, 1.5),
+        is_held_out=True,
+    ),
+    Race(
+        "wiped_answer",
+        "It moves when it is told to",
+        "always(on(go) -> always[0.6:0.95](moving))",
+        (1.0, 1.6),
+        _GO_STOP,
+        is_held_out=True,
+    ),
 )
 
 _NOTHING_LOST = "always(on(go) -> eventually[0.1:0.4](lost == 0))"
