@@ -15,10 +15,9 @@ from importlib.metadata import version
 from types import MappingProxyType
 from typing import NamedTuple
 
-from pytest_hricdv._base.command_line import CommandParser
-from pytest_hricdv._base.output import work_on_unread
+from pytest_hricdv._base.command_line import CommandParser, work_on_unread
 from pytest_hricdv.registry import offers
-from pytest_hricdv.skeleton.command import add_commands
+from pytest_hricdv.skeleton.skeleton import add_commands
 
 
 class CommandGroup(NamedTuple):

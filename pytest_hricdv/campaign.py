@@ -2,7 +2,7 @@
 
 import sys
 
-from pytest_hricdv._base.output import work_on_unread
+from pytest_hricdv._base.command_line import work_on_unread
 from pytest_hricdv.extra.campaign.__main__ import main
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.judge import judge_run

@@ -19,7 +19,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.generate.abstract import disturbance_line
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.runtime import MessageFault

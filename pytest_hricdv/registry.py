@@ -11,7 +11,7 @@ module:
   that is rebuilt from a journal, and `associate(report, is_of_all_runs=...)` for those of a campaign;
 - `view`: `VIEW`, what it shows in the terminal and on the page (`report.view.View`);
 - `commands`: `COMMANDS`, its commands of `hricdv report` (`report.view.ReportCommand`);
-- `live`: `look(path, scratch)`, how far a campaign is, as the fields of `extra.answers.live_state.LiveState`;
+- `live`: `look(path, scratch)`, how far a campaign is, as the fields of `extra.answers.live_server.LiveState`;
 - `command`: `INIT`, what `hricdv init` does with code, and `add_command(commands)` for a
   command of its own;
 - `remote`: `REMOTE`, workers on other machines (`session.remote.Remote`);

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pytest_hricdv._base.message import InputError
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import InputError, nearest
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.ros2 import MissingExecutableError
 from pytest_hricdv.disturbance import Disturbance, Disturbances, MessageDisturbance
@@ -25,8 +24,7 @@ from pytest_hricdv.runtime.kernel import US_PER_S
 from pytest_hricdv.runtime.livelock import LOOKS_EACH_S, Cycle, Repetition
 
 if TYPE_CHECKING:
-    from pytest_hricdv.declarations.ros2 import Launch, RosNode
-    from pytest_hricdv.declarations.ros2_system import Middleware, Ros2System
+    from pytest_hricdv.declarations.ros2 import Launch, Middleware, Ros2System, RosNode
     from pytest_hricdv.runtime.virtual.terminal import Terminal
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too

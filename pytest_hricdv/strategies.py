@@ -20,7 +20,7 @@ try:
 except ImportError as error:
     raise ImportError("pytest_hricdv.strategies needs Hypothesis: pip install hypothesis") from error
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import SEED_LIMIT
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization

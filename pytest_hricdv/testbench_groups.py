@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.film import Film
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS

@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv._base.command_line import work_on_unread
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
 from pytest_hricdv.runtime.kernel import Kernel
 from pytest_hricdv.runtime.node_error import KernelError

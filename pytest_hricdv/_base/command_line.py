@@ -1,12 +1,19 @@
-"""The parser of commands: a misspelt command or option suggests the right one."""
+"""The parser of commands, where a misspelt command or option suggests the right one; and a closed output pipe, as in
+`hricdv init hri --from robot | head -3`.
+"""
 
 from __future__ import annotations
 
 import argparse
+import io
+import os
 import re
+import signal
+import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from difflib import get_close_matches
-from typing import NoReturn
+from typing import Any, NoReturn
 
 _CHOICE = re.compile(r"invalid choice: '([^']*)'")
 _UNKNOWN = re.compile(r"unrecognized arguments: (-[^ =]*)")
@@ -38,3 +45,76 @@ class CommandParser(argparse.ArgumentParser):
                 for name, parser in action.choices.items():
                     yield name
                     yield from parser._list_names()
+
+
+class _StreamWriter(io.RawIOBase):
+    """A standard stream of this process. Output without a reader is discarded, also that of child processes."""
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__()
+        self._descriptor = descriptor
+
+    def writable(self) -> bool:
+        """It is for output."""
+        return True
+
+    def fileno(self) -> int:
+        """The descriptor, which processes inherit."""
+        return self._descriptor
+
+    def isatty(self) -> bool:
+        """Whether a person reads it."""
+        return os.isatty(self._descriptor)
+
+    def write(self, data: Any) -> int:
+        """Write bytes."""
+        try:
+            return os.write(self._descriptor, data)
+        except BrokenPipeError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._descriptor)
+            os.close(nowhere)
+            return len(data)
+
+
+def work_on_unread() -> None:
+    """Let this process continue and exit with its usual status when its output has no reader any more.
+
+    For commands that make or judge something: their result is complete, and a failed gate still shows.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):  # none if the process was started without it
+            stream.flush()
+            written = io.BufferedWriter(_StreamWriter(stream.fileno()))
+            setattr(sys, name, io.TextIOWrapper(written, stream.encoding, stream.errors, None, stream.line_buffering))
+
+
+class UnreadStream:
+    """A text stream whose reader may leave, as in `pytest | head`: later texts are discarded."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text."""
+        with suppress(BrokenPipeError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write what waits."""
+        with suppress(BrokenPipeError):
+            self._stream.flush()
+
+
+def end_with_reader() -> None:
+    """Let this process end at once, as Unix programs do (status 141), when its output has no reader any more.
+
+    For commands that only print, perhaps without end.
+    """
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)

@@ -15,8 +15,7 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pytest_hricdv._base.message import InputError, quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import InputError, nearest, quote
 
 MAX_BYTES = 20_000_000
 """Greatest size of a file of tests, a replay file or a table: a hundred times that of a large suite. A text of tests

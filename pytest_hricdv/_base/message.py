@@ -1,9 +1,14 @@
-"""Error messages about input: short and legible in a terminal, whatever the input contains."""
+"""Error messages about input: short and legible in a terminal, whatever the input contains.
+
+A message about an unknown name ends with the nearest existing ones.
+"""
 
 from __future__ import annotations
 
+import difflib
 import re
 import unicodedata
+from collections.abc import Iterable
 
 MAX_MESSAGE = 900
 """Greatest length of a message, in characters: half a screen. Whoever prints it may put a few words before it."""
@@ -109,3 +114,25 @@ def _shorten(text: str, most: int) -> str:
 def _escape(char: str) -> str:
     code = ord(char)
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+SHOWN = 12
+"""Number of known names listed where none is similar."""
+
+
+def nearest(name: str, allowed: Iterable[str]) -> str:
+    """The allowed names most similar to `name`, as the end of an error message; empty if there are none.
+
+    >>> nearest("leg_redy", ["leg_ready", "request"])
+    '; nearest: leg_ready'
+    >>> nearest("x", ["leg_ready", "request"])
+    '; known: leg_ready, request'
+    """
+    names = list(dict.fromkeys(allowed))
+    similar = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    if similar:
+        return "; nearest: " + ", ".join(similar)
+    if not names:
+        return ""
+    shown = ", ".join(names[:SHOWN])
+    return f"; known: {shown}" + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")

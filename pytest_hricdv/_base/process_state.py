@@ -28,8 +28,8 @@ import msgspec
 import pytest
 
 from pytest_hricdv._base import self_check
-from pytest_hricdv._base.change_places import places_of_change
 from pytest_hricdv._base.descriptors import StandardDescriptors
+from pytest_hricdv._base.self_check import places_of_change
 
 # As they are now: restoring inspects the process with them.
 _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr

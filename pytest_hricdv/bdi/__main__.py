@@ -7,9 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pytest_hricdv._base.command_line import CommandParser
+from pytest_hricdv._base.command_line import CommandParser, end_with_reader
 from pytest_hricdv._base.message import visible
-from pytest_hricdv._base.output import end_with_reader
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.run.environment import NoEnvironment
 from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.bdi import BdiError, Structure
+from pytest_hricdv._base.message import nearest
+from pytest_hricdv.bdi import BdiError, Number, String, Structure, Term
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.language.project import read_project
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
@@ -14,8 +15,26 @@ from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, Key
 from pytest_hricdv.bdi.run.system import AgentTemplate, read_templates
 from pytest_hricdv.coupling.percept_mapping import CouplingError, PerceptMapping
-from pytest_hricdv.coupling.terms import comparable
 from pytest_hricdv.generate.model import Model
+from pytest_hricdv.monitor import Value
+
+_ATOM = re.compile(r"[a-z][A-Za-z0-9_]*")
+
+
+def term_of(value: Value) -> Term:
+    """A value of a run as a term: True is 1; a text is an atom if it can be one, else a string."""
+    return _text_term(value) if isinstance(value, str) else Number(value)
+
+
+def _text_term(text: str) -> Term:
+    return Structure(text) if _ATOM.fullmatch(text) else String(text)
+
+
+def comparable(literal: Structure) -> Structure:
+    """The literal with texts as `term_of` gives them, without annotations: `turn("released")` is `turn(released)`."""
+    args = (_text_term(arg.value) if isinstance(arg, String) else arg for arg in literal.args)
+    return Structure(literal.functor, tuple(args), (), literal.negated)
+
 
 CONTENT = {".send": 2, ".broadcast": 1}
 """The place of the content among the arguments of the actions that send a message."""

@@ -8,11 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
-from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
-from pytest_hricdv.coverage.cross_records import (
+from pytest_hricdv.coverage.cross_product import (
+    Bin,
     BinHits,
     Coordinate,
     CrossCoverage,
+    CrossProduct,
     IllegalBin,
     ImpossibleBin,
     ProductCoverage,

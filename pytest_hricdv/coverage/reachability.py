@@ -10,8 +10,14 @@ from typing import Any
 from pytest_hricdv._base import sealed_cache
 from pytest_hricdv.coverage.closure import declare
 from pytest_hricdv.coverage.code_map import CoverageError
-from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
-from pytest_hricdv.coverage.cross_records import ExplorationRecord, PlannedBin, ProductDeclaration, Proof
+from pytest_hricdv.coverage.cross_product import (
+    Bin,
+    CrossProduct,
+    ExplorationRecord,
+    PlannedBin,
+    ProductDeclaration,
+    Proof,
+)
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration

@@ -1,6 +1,10 @@
 """A pool of forked processes that write lines; each is ended when silent for too long, all with the session.
 
 Only for a process without threads: a fork has no other thread, and what another one had locked stays locked.
+
+Time-outs count only time in which the pool is polled. A machine sleeps, a job is suspended, a process is stopped
+(SIGSTOP) and resumes: other processes, and messages to them, had no usable time meanwhile. Setting a clock has no
+effect on it either.
 """
 
 from __future__ import annotations
@@ -8,13 +12,35 @@ from __future__ import annotations
 import os
 import selectors
 import signal
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Generic, NoReturn, TypeVar
 
-from pytest_hricdv.execution.awake_clock import LOOKS_EACH_S, AwakeClock
 from pytest_hricdv.execution.forked import die_with
+
+LOOKS_EACH_S = 0.5
+"""Interval (s; chosen) at which a waiting process reads the clock."""
+
+_LONGEST_S = 2 * LOOKS_EACH_S
+"""A look that comes later (s; chosen: on a busy machine a look is late, too) ends a pause."""
+
+
+class AwakeClock:
+    """Begins with 0."""
+
+    def __init__(self) -> None:
+        self._seen_s = time.monotonic()
+        self._now_s = 0.0
+
+    def look(self) -> float:
+        """The time during which the clock was polled (s of wall time)."""
+        now_s = time.monotonic()
+        self._now_s += min(now_s - self._seen_s, _LONGEST_S)
+        self._seen_s = now_s
+        return self._now_s
+
 
 KILLED = f"ended by {signal.Signals.SIGKILL.name}" if hasattr(signal, "SIGKILL") else ""
 """How a process ended that somebody else has killed, as a system without memory does."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from msgspec.structs import replace
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.execution.execution_feature import Watcher
 from pytest_hricdv.monitor import Criterion, Log, PastFormula, Requirement, Verdict, Vocabulary, watch
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor

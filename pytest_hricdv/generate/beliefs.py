@@ -23,8 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
-from pytest_hricdv._base.message import quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest, quote
 from pytest_hricdv.generate import GenerateError, name_place
 
 _ATOM = re.compile(r"[a-z]\w*\Z", re.ASCII)

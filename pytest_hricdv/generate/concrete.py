@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from msgspec import Struct
 
 from pytest_hricdv._base.input_file import MalformedError, from_json
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, disturbance_of, id_of_test
 from pytest_hricdv.generate.actors import (

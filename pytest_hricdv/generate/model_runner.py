@@ -8,7 +8,7 @@ from functools import lru_cache
 from itertools import combinations
 from pathlib import Path
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, TooLargeError
 from pytest_hricdv.bdi.language.syntax_tree import functors_of
 from pytest_hricdv.bdi.memo import Memo

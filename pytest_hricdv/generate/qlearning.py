@@ -12,8 +12,7 @@ from dataclasses import dataclass, field, replace
 from random import Random
 from typing import Protocol
 
-from pytest_hricdv._base.message import quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest, quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import MAX_TESTS
 from pytest_hricdv.generate.rng import random_index

@@ -16,8 +16,7 @@ from typing import TypeVar
 from msgspec import Raw, Struct
 
 from pytest_hricdv._base.input_file import MAX_DIGITS, MalformedError, from_json, read_text
-from pytest_hricdv._base.message import quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest, quote
 from pytest_hricdv.generate import GenerateError, chosen_values, name_place
 from pytest_hricdv.generate.abstract import (
     AbstractDraft,

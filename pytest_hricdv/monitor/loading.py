@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
-from pytest_hricdv._base.message import quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest, quote
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError

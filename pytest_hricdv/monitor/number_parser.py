@@ -9,8 +9,7 @@ from typing import TypeVar, cast
 
 from lark import Token, Tree
 
-from pytest_hricdv._base.message import quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest, quote
 from pytest_hricdv.monitor.node import Term
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.term_parser import Node, TermParser, UnknownOperatorError

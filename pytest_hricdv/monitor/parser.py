@@ -10,8 +10,7 @@ from typing import cast
 
 from lark import Token, Tree
 
-from pytest_hricdv._base.message import quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest, quote
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, Response
 from pytest_hricdv.monitor.node import PastFormula, Term
 from pytest_hricdv.monitor.number_parser import NumberParser

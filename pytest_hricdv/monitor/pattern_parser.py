@@ -11,8 +11,7 @@ from typing import cast
 
 from lark import Token, Tree
 
-from pytest_hricdv._base.message import quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest, quote
 from pytest_hricdv.monitor.dsl import NumberValue, TruthValue
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.node import Term

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.monitor.names import IDENTIFIER, Kind, field_of
 from pytest_hricdv.monitor.node import PastFormula, TextTerm
 from pytest_hricdv.monitor.past_formula import OPERATORS

@@ -22,20 +22,16 @@ from pytest_hricdv.bdi.agent.intentions import PendingQuestion, PendingWait
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.bdi.run.tracing import StepNotes, Trace, TracedAgent
-from pytest_hricdv.coupling.coupled_run import CoupledRun
+from pytest_hricdv.coupling.coupled_agent import CoupledRun, ReadyAct
 from pytest_hricdv.coupling.percept_mapping import CouplingError
-from pytest_hricdv.coupling.ready_acts import ReadyAct
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import command_from_action
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, draw_action
 from pytest_hricdv.monitor import Value
-from pytest_hricdv.online.chooser import NONE, Choice, Chooser
-from pytest_hricdv.online.decisions import Decisions
+from pytest_hricdv.online.decisions import NONE, Choice, Chooser, Decisions, LateBeliefs
 from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.enacted_lanes import ActionStart, LaneRecord
-from pytest_hricdv.online.hearing import EventInbox
-from pytest_hricdv.online.late_beliefs import LateBeliefs
-from pytest_hricdv.online.online_agent import MOST_WAITS, ActingAgent
+from pytest_hricdv.online.online_agent import MOST_WAITS, ActingAgent, EventInbox
 from pytest_hricdv.online.role import Role
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.coupling.agent_names import AgentNames, read_agents
-from pytest_hricdv.coupling.event_pattern import EventPattern, parse_heard
+from pytest_hricdv.coupling.events import EventPattern, parse_heard
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model

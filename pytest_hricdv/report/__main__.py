@@ -11,9 +11,8 @@ from pathlib import Path
 
 from msgspec import structs
 
-from pytest_hricdv._base.command_line import CommandParser
+from pytest_hricdv._base.command_line import CommandParser, work_on_unread
 from pytest_hricdv._base.message import harmless_line
-from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite_files import dump_tests

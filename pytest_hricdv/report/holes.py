@@ -12,8 +12,8 @@ from itertools import product
 from typing import Literal, NamedTuple
 from urllib.parse import quote
 
-from pytest_hricdv.coverage.cross_records import ProductDeclaration
-from pytest_hricdv.coverage.holes import Bin, Hole, holes
+from pytest_hricdv.coverage.cross_product import Bin, ProductDeclaration
+from pytest_hricdv.coverage.gaps import Hole, holes
 from pytest_hricdv.coverage.records import Gap
 from pytest_hricdv.report import explanation
 from pytest_hricdv.report.formatting import natural, plural

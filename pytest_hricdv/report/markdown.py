@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from pytest_hricdv._base.message import MAX_LINE, cut, visible
-from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.cross_product import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.annotations import MAX_ANNOTATIONS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.cross_product import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.report import totals
 from pytest_hricdv.report.formatting import Style, percent, plural, seconds, share

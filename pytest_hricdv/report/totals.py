@@ -7,7 +7,7 @@ from itertools import groupby
 from operator import attrgetter, itemgetter
 from typing import Literal
 
-from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.cross_product import CrossCoverage
 from pytest_hricdv.coverage.gaps import near_miss
 from pytest_hricdv.coverage.records import WaiverRecord
 from pytest_hricdv.execution.outcome import FAILING, XFAILED, TestOutcome

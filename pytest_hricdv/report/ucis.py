@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import product
 
-from pytest_hricdv.coverage.cross_records import ProductCoverage, ProductDeclaration
+from pytest_hricdv.coverage.cross_product import ProductCoverage, ProductDeclaration
 from pytest_hricdv.coverage.records import PlanCoverage
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.monitor import RequirementResult

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from pytest_hricdv.coverage import gaps
 from pytest_hricdv.coverage.closure import PointIndex, closure_summary, cross_closure
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, percent
-from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.cross_product import CrossCoverage
 from pytest_hricdv.coverage.records import Closure, Gap, PlanCoverage, ReportedCode, SuiteCode
 from pytest_hricdv.coverage.suite_coverage import (
     RunCoverage,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
 from msgspec import Meta
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord, ReplayName, TestId
-from pytest_hricdv.coverage.cross_records import CrossCoverage, ExplorationRecord, ProductDeclaration
+from pytest_hricdv.coverage.cross_product import CrossCoverage, ExplorationRecord, ProductDeclaration
 from pytest_hricdv.coverage.records import (
     Closure,
     CodeShare,

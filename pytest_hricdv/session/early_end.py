@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pytest_hricdv._base.output import UnreadStream
+from pytest_hricdv._base.command_line import UnreadStream
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import REBUILT_WITHIN_S, WORKERS_END_WITHIN_S, Signals

@@ -107,7 +107,7 @@ def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
 
 def _setting(line: str) -> dict[str, Any]:
     """The constant of a line, by name."""
-    from pytest_hricdv._base.suggestion import nearest
+    from pytest_hricdv._base.message import nearest
     from pytest_hricdv.generate import GenerateError
     from pytest_hricdv.generate.qlearning import QLearning
 

@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from pytest_hricdv._base.change_places import places_of_change
+from pytest_hricdv._base.self_check import places_of_change
 
 CHANGES = (
     "json.dumps = None",

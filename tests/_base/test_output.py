@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv._base.output import UnreadStream, _StreamWriter
+from pytest_hricdv._base.command_line import UnreadStream, _StreamWriter
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no SIGPIPE")
 

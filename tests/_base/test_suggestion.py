@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 
 
 def test_similar_names_are_suggested_the_most_similar_first() -> None:

@@ -16,7 +16,7 @@ from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.generate.suite_files import dump_tests, parse_tests
 from pytest_hricdv.monitor import load_requirements
-from pytest_hricdv.online.chooser import ANY_INTERACTION, ANY_STATE, Weight
+from pytest_hricdv.online.decisions import ANY_INTERACTION, ANY_STATE, Weight
 from pytest_hricdv.testbench import (
     Disturbance,
     InteractiveAgent,

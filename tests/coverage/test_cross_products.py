@@ -14,8 +14,7 @@ from pytest_hricdv import testbench
 from pytest_hricdv.coverage import cross_product
 from pytest_hricdv.coverage.closure import cross_closure, declare
 from pytest_hricdv.coverage.code_map import CoverageError
-from pytest_hricdv.coverage.cross_product import Bin, CheckedHits, CrossProduct
-from pytest_hricdv.coverage.cross_records import Proof
+from pytest_hricdv.coverage.cross_product import Bin, CheckedHits, CrossProduct, Proof
 from pytest_hricdv.coverage.suite_coverage import RunCoverage
 
 KINDS = {"reading": ("1", "0", "none"), "outcome": ("kept", "given")}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, SourceFile
-from pytest_hricdv.coverage.cross_records import ExplorationRecord, PlannedBin, ProductDeclaration, Proof
+from pytest_hricdv.coverage.cross_product import ExplorationRecord, PlannedBin, ProductDeclaration, Proof
 from pytest_hricdv.coverage.gaps import bin_gaps, code_gaps, plan_gaps
 from pytest_hricdv.coverage.records import Gap, WaiverRecord
 from pytest_hricdv.coverage.suite_coverage import RunCoverage

@@ -7,7 +7,7 @@ from itertools import product
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.coverage.holes import MAX_PROJECTIONS, Hole, holes
+from pytest_hricdv.coverage.gaps import MAX_PROJECTIONS, Hole, holes
 
 NAMES = ("place", "mood", "end")
 BINS = tuple(product(("hall", "cellar"), ("glad", "sad", "tired"), ("done", "left")))

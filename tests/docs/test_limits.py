@@ -21,7 +21,7 @@ from pytest_hricdv._base.input_file import from_toml, read_bytes, unpack
 from pytest_hricdv.bdi.language import limits
 from pytest_hricdv.bdi.language.parser import parse_program
 from pytest_hricdv.bdi.language.project import read_project
-from pytest_hricdv.coupling.coupled_run import CoupledRun
+from pytest_hricdv.coupling.coupled_agent import CoupledRun
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.extra.campaign.__main__ import _number as number_of_campaign
 from pytest_hricdv.extra.cluster import code_archive
@@ -279,7 +279,7 @@ LIMITS = (
     Limit("bdi.language.limits:CHARACTERS", lambda n, _: limits.check_text(n * 1_000_000), "characters", "16,000,000"),
     Limit("bdi.language.limits:MAX_ANSWERS", lambda n, _: [*limits.limit_answers(iter(range(n)))], "1,000,000 answers"),
     Limit("bdi.language.limits:MAX_HELD", lambda n, at: run_agent(at, "p. " * n), "mas2j:1:.*than 5 beliefs", low=5),
-    Limit("coupling.coupled_run:MAX_CYCLES", wait_without_end, "more than 10,000 times without time passing"),
+    Limit("coupling.coupled_agent:MAX_CYCLES", wait_without_end, "more than 10,000 times without time passing"),
     Limit(
         "coverage.cross_product:MAX_BINS",
         lambda n, _: CrossProduct({"a": tuple(map(str, range(n)))}),

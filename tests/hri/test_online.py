@@ -9,7 +9,7 @@ import pytest
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import abstract_from, concretize
-from pytest_hricdv.online.chooser import (
+from pytest_hricdv.online.decisions import (
     ANY_INTERACTION,
     ANY_STATE,
     DISTURBANCE,

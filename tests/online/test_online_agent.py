@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.coupling.percept_mapping import PerceptMapping
-from pytest_hricdv.online.chooser import ACT, GOAL, NONE, Choice, Situation
+from pytest_hricdv.online.decisions import ACT, GOAL, NONE, Choice, Situation
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 from tests.online.toy import Life, Wish, role
 

@@ -10,7 +10,7 @@ from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Value, Vocabulary
-from pytest_hricdv.online.chooser import NONE, ChoicePoint
+from pytest_hricdv.online.decisions import NONE, ChoicePoint
 from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.online.online_agent import OnlineAgent
 from pytest_hricdv.online.role import Role, load_role

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from hypothesis import strategies as st
 
 from pytest_hricdv.coverage.code_map import Bits
-from pytest_hricdv.coverage.cross_records import Coordinate, ExplorationRecord, ImpossibleBin, ProductDeclaration, Proof
+from pytest_hricdv.coverage.cross_product import Coordinate, ExplorationRecord, ImpossibleBin, ProductDeclaration, Proof
 from pytest_hricdv.coverage.records import MappedFile, ReportedCode, WaiverRecord
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive

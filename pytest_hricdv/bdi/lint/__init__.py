@@ -26,7 +26,7 @@ from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Program
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure
-from pytest_hricdv.bdi.lint import failure_checks, name_checks, plan_checks, portability_checks, variable_checks  # noqa: F401
+from pytest_hricdv.bdi.lint import name_checks, plan_checks, portability_checks, variable_checks  # noqa: F401
 from pytest_hricdv.bdi.lint.model import CHECKS, AgentModel, System
 from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, files_of, text_of
 

@@ -16,12 +16,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pytest_hricdv._base.command_line import CommandParser
+from pytest_hricdv._base.command_line import CommandParser, work_on_unread
 from pytest_hricdv._base.message import quote, visible
-from pytest_hricdv._base.output import work_on_unread
-from pytest_hricdv.extra.campaign import audit, commands
+from pytest_hricdv.extra.campaign import commands
 from pytest_hricdv.extra.campaign.commands import USAGE
 from pytest_hricdv.extra.campaign.database import MAX_K
+from pytest_hricdv.extra.campaign.execution import AUDIT_PERCENT
 from pytest_hricdv.extra.campaign.plan import CampaignError
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.session.remote import ClusterError
@@ -82,7 +82,13 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
         metavar="PATTERN",
         help="with --send-code, send hidden files with this name, as .robot.toml, too; repeatable",
     )
-    add("--audit", type=_percent, default=audit.PERCENT, metavar="PCT", help="runs done again elsewhere (default 1 %%)")
+    add(
+        "--audit",
+        type=_percent,
+        default=AUDIT_PERCENT,
+        metavar="PCT",
+        help="runs done again elsewhere (default 1 %%)",
+    )
     add(
         "--run-seconds",
         type=_number,

@@ -25,14 +25,14 @@ Constants of the strategies: half and twice their values change the share of ope
 by -7 to +1 points instead of up to 12 (six made-up handovers).
 
 Modules
-    loop, archive, strategy         the loop with its bandit, independent of the strategies
-    targets, open_points            the points to hit; what came closest to those left open
-    observation, violations         what one run yields: points, distances, categories of violations
+    loop, strategy                  the loop with its bandit, independent of the strategies; the archive
+    targets                         the points to hit; what came closest to those left open
+    observation                     what one run yields: points, distances, categories of violations
     evidence, suite                 what the loop has shown; the smallest suite that hits as much, and its cache
     pool, interactions              abstract tests, and the interactions in them
-    outcome_model, experience       surrogate models of interactions
-    missing_conditions, intervention_effects, combination_synthesis
-                                    what is missing, what interventions bring about, and combinations of them
+    outcome_model, experience       surrogate models of interactions, and what their effects lack
+    intervention_effects, combination_synthesis
+                                    what interventions bring about, and combinations of them
     selection                       the test that will probably hit most open bins
     NAME_strategy                   the strategies; `violation_strategy` searches for violations after the loop
     process, runs                   the process that runs tests, each in a fork; the session's end of it

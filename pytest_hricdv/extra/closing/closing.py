@@ -20,23 +20,26 @@ from pytest_hricdv.coverage.reachability import Reachability, explore_model, rea
 from pytest_hricdv.execution.separate_process import ProcessError
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing import online_strategy
-from pytest_hricdv.extra.closing.archive import GIVEN, Archive
 from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy
-from pytest_hricdv.extra.closing.live_loop import LiveLoop
 from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError, search_violations
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.online_strategy import OnlineStrategy, roles_of
-from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingOptions, ClosingResult
-from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
-from pytest_hricdv.extra.closing.strategy import Strategy
+from pytest_hricdv.extra.closing.runs import ClosingRuns, LiveLoop, RunsHere, RunsOnCluster
+from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, Strategy
 from pytest_hricdv.extra.closing.suite import SuiteCache, repeatable_suite, smallest_suite
-from pytest_hricdv.extra.closing.targets import ClosingProgress, impossible_points, list_open, target_points
+from pytest_hricdv.extra.closing.targets import (
+    ClosingProgress,
+    Surroundings,
+    impossible_points,
+    list_open,
+    target_points,
+)
 from pytest_hricdv.extra.closing.violation_strategy import ViolationStrategy
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans

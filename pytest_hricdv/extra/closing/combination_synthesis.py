@@ -16,14 +16,14 @@ from math import prod
 from random import Random
 
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Effect, Intervention, Outcome
-from pytest_hricdv.extra.closing.intervention_effects import Deviation, EffectChange, InterventionEffects
-from pytest_hricdv.extra.closing.missing_conditions import (
+from pytest_hricdv.extra.closing.experience import (
     CharacterCondition,
     EffectCondition,
     MissingCondition,
     find_missing,
 )
+from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Effect, Intervention, Outcome
+from pytest_hricdv.extra.closing.intervention_effects import Deviation, EffectChange, InterventionEffects
 from pytest_hricdv.extra.closing.outcome_model import CombinationCandidate, OutcomeModel, fit_combination
 from pytest_hricdv.extra.closing.strategy import CHOICES, draw_good
 from pytest_hricdv.generate.rng import pick_weighted, shuffle

@@ -14,13 +14,12 @@ from functools import partial
 from random import Random
 from typing import TypeVar
 
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.combination_synthesis import CombinationSynthesis
 from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
 from pytest_hricdv.extra.closing.interactions import Combination, Intervention, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
-from pytest_hricdv.extra.closing.strategy import Proposal, draw_good
+from pytest_hricdv.extra.closing.strategy import Archive, Proposal, draw_good
 from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler
 

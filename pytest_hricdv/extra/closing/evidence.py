@@ -11,8 +11,7 @@ from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.extra.closing.archive import GIVEN, Archive, ArchivedRun
-from pytest_hricdv.extra.closing.open_points import Surroundings, explain_gap, nearest, waiver
+from pytest_hricdv.extra.closing.observation import FAULT, KINDS, NEW, describe
 from pytest_hricdv.extra.closing.records import (
     RULE_OF_THREE,
     ClosingEnd,
@@ -28,10 +27,10 @@ from pytest_hricdv.extra.closing.records import (
     ViolationEstimate,
     ViolationKind,
 )
-from pytest_hricdv.extra.closing.targets import by_kind
+from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, ArchivedRun
+from pytest_hricdv.extra.closing.targets import Surroundings, by_kind, explain_gap, nearest, waiver
 from pytest_hricdv.extra.closing.violation_strategy import NAME, vacuous_alternatives
 from pytest_hricdv.extra.closing.violation_strategy import NAME as SEARCHING
-from pytest_hricdv.extra.closing.violations import FAULT, KINDS, NEW, describe
 from pytest_hricdv.generate.suite_files import dump_tests
 
 

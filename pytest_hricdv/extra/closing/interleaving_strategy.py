@@ -18,9 +18,8 @@ from random import Random
 from typing import NamedTuple
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.strategy import Proposal
+from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.generate.abstract import AbstractDraft
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, act_of, actor_of, actors_of
 from pytest_hricdv.generate.chosen_values import RUN

@@ -12,8 +12,7 @@ from itertools import chain
 from math import exp, lgamma, log, log1p
 from typing import NamedTuple
 
-from pytest_hricdv.extra.closing.interactions import Combination, Effect, Intervention
-from pytest_hricdv.extra.closing.missing_conditions import (
+from pytest_hricdv.extra.closing.experience import (
     CharacterCondition,
     EffectCondition,
     MissingCondition,
@@ -25,6 +24,7 @@ from pytest_hricdv.extra.closing.missing_conditions import (
     is_met,
     is_missing,
 )
+from pytest_hricdv.extra.closing.interactions import Combination, Effect, Intervention
 from pytest_hricdv.extra.closing.outcome_model import INDIRECT_WEIGHT, PRIOR_TRIES, OutcomeModel, fit_combination
 
 ERROR_RATE, ERROR_PRIOR_TRIES = 0.05, 20.0

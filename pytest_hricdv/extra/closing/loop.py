@@ -18,10 +18,9 @@ from typing import NamedTuple, Protocol
 from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.records import ClosingEnd
-from pytest_hricdv.extra.closing.strategy import Proposal, Strategy
+from pytest_hricdv.extra.closing.strategy import Archive, ArchivedRun, Proposal, Strategy
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
 from pytest_hricdv.generate.rng import make_rng, pick_weighted
 

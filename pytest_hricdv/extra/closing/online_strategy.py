@@ -12,11 +12,10 @@ from random import Random
 
 from pytest_hricdv import disturbance
 from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.strategy import Proposal
+from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
 from pytest_hricdv.generate.concrete import Concretization, abstract_from
-from pytest_hricdv.online.chooser import Weight, WeightedChooser
+from pytest_hricdv.online.decisions import Weight, WeightedChooser
 from pytest_hricdv.online.online_agent import OnlineActions, OnlineAgent
 from pytest_hricdv.online.online_people import OnlinePeople
 from pytest_hricdv.online.role import Role, load_role

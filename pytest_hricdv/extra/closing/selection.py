@@ -7,7 +7,6 @@ from random import Random
 from typing import NamedTuple
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interactions import (
     UNDISTURBED,
@@ -17,7 +16,7 @@ from pytest_hricdv.extra.closing.interactions import (
     RunValues,
 )
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.strategy import draw_good
+from pytest_hricdv.extra.closing.strategy import Archive, draw_good
 from pytest_hricdv.generate.rng import random_index
 
 CANDIDATES = 48

@@ -9,9 +9,9 @@ import msgspec
 
 from pytest_hricdv._base import sealed_cache
 from pytest_hricdv.coverage.closure import MeasuredTest, Point, minimal_suite
-from pytest_hricdv.extra.closing.archive import GIVEN, Archive, ArchivedRun
 from pytest_hricdv.extra.closing.loop import BatchRunner
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingResult
+from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, ArchivedRun
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.results.report_builder import GeneratedSuite

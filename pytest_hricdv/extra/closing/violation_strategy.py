@@ -15,9 +15,8 @@ from random import Random
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.evolution_strategy import FIRST_WIDTH, PATIENCE, mutate, next_width
-from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
-from pytest_hricdv.extra.closing.strategy import Proposal
-from pytest_hricdv.extra.closing.violations import KNOWN, NEW
+from pytest_hricdv.extra.closing.observation import KNOWN, NEW
+from pytest_hricdv.extra.closing.strategy import Archive, ArchivedRun, Proposal
 from pytest_hricdv.generate.abstract import AbstractDraft
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, values_of
 

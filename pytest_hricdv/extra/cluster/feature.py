@@ -89,7 +89,7 @@ class DaskCluster(Remote):
         self, root: Path, here: Path, *, send: bool, state: Path | None = None, hidden: Sequence[str] = ()
     ) -> RemoteProject:
         """See `Remote`."""
-        from pytest_hricdv.extra.cluster.worker_project import worker_project
+        from pytest_hricdv.extra.cluster.code_archive import worker_project
 
         return worker_project(root, here, send=send, state=state, hidden=hidden)
 

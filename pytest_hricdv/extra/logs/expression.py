@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 
-from pytest_hricdv._base.message import InputError, quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import InputError, nearest, quote
 from pytest_hricdv.recordings.bags import Value
 
 FUNCTIONS: Mapping[str, Callable[..., float]] = {

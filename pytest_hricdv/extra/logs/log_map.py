@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Literal
 
 from pytest_hricdv._base.input_file import read_toml
-from pytest_hricdv._base.message import InputError, quote
+from pytest_hricdv._base.message import InputError, nearest, quote
 from pytest_hricdv._base.record import PlainRecord
-from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.extra.logs.expression import parse_expression
 from pytest_hricdv.monitor.names import Kind

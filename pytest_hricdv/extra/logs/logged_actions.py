@@ -10,8 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import cast
 
-from pytest_hricdv._base.message import InputError, quote
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import InputError, nearest, quote
 from pytest_hricdv.extra.logs.log_map import PLACE, ActionSource, LogMap, reading_of, source_of
 from pytest_hricdv.extra.logs.logged_run import LogReader
 from pytest_hricdv.generate import GenerateError

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 from pytest_hricdv.bdi import BdiError
-from pytest_hricdv.coupling.event_pattern import Bindings, EventPattern
-from pytest_hricdv.coupling.events import EventOccurrence, Events
+from pytest_hricdv.coupling.events import Bindings, EventOccurrence, EventPattern, Events
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.declarations.model_oracle import MODEL, ModelOracleError
 from pytest_hricdv.extra.oracle.oracle import Oracle

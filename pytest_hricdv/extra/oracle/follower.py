@@ -8,9 +8,7 @@ from pytest_hricdv.bdi import Structure
 from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention
 from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Number
 from pytest_hricdv.bdi.logic.unify import unify
-from pytest_hricdv.coupling.coupled_agent import CoupledAgent
-from pytest_hricdv.coupling.coupled_run import MS_PER_S, CoupledRun
-from pytest_hricdv.coupling.ready_acts import ReadyAct
+from pytest_hricdv.coupling.coupled_agent import MS_PER_S, CoupledAgent, CoupledRun, ReadyAct
 from pytest_hricdv.extra.oracle.oracle import Oracle
 
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.bdi import Number
 from pytest_hricdv.bdi.language.syntax import Program, Rule
 from pytest_hricdv.bdi.language.terms import Key
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.coupling.agent_names import AgentNames, read_agents
-from pytest_hricdv.coupling.event_pattern import EventPattern, parse_event, parse_heard
+from pytest_hricdv.coupling.events import EventPattern, parse_event, parse_heard
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.declarations.model_oracle import MODEL, ModelOracle, ModelOracleError
 from pytest_hricdv.generate.model import Model

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi import Structure
 from pytest_hricdv.bdi.logic.unify import unify
-from pytest_hricdv.coupling.event_pattern import Bindings
-from pytest_hricdv.coupling.ready_acts import ReadyAct
+from pytest_hricdv.coupling.coupled_agent import ReadyAct
+from pytest_hricdv.coupling.events import Bindings
 from pytest_hricdv.extra.oracle.follower import ModelFollower
 from pytest_hricdv.extra.oracle.oracle import Oracle
 from pytest_hricdv.monitor import Trigger

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.declarations.ros2 import LaunchError
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS
 from pytest_hricdv.runtime.kernel import current_node

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from pytest_hricdv._base.message import MAX_LINE, cut
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import MAX_LINE, cut, nearest
 from pytest_hricdv.declarations.ros2 import (
     IGNORED,
     Launch,

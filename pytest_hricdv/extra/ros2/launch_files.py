@@ -23,8 +23,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from pytest_hricdv._base.error_text import causes, error_text
-from pytest_hricdv._base.message import InputError
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import InputError, nearest
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError
 from pytest_hricdv.extra.ros2.executables import Executables, ForeignExecutableError
 from pytest_hricdv.extra.ros2.launch_processes import Processes, Transport, protocol_of

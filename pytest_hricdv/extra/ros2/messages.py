@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.runtime.json_value import Value
 from pytest_hricdv.runtime.source_location import error_line

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pytest_hricdv.declarations.ros2_system import (
+from pytest_hricdv.declarations.ros2 import (
     Caller,
     RosActionCaller,
     RosQueue,

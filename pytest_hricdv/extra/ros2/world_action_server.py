@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pytest_hricdv.declarations.ros2 import Ros2Error
-from pytest_hricdv.declarations.ros2_system import RosServedGoal
+from pytest_hricdv.declarations.ros2 import Ros2Error, RosServedGoal
 from pytest_hricdv.extra.ros2.actions import ActionGoalHandle, ActionServer, GoalEvent, GoalState
 from pytest_hricdv.extra.ros2.clocks import Clock, ClockType
 from pytest_hricdv.extra.ros2.contexts import GraphNode

@@ -10,9 +10,8 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct, ValidationError, convert, structs
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, check_keys_of, from_toml, read_text
-from pytest_hricdv._base.message import InputError, quote
+from pytest_hricdv._base.message import InputError, nearest, quote
 from pytest_hricdv._base.record import Count, Names, Percent, PlainRecord
-from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.results.section import Section
 
 PlanState = Literal["met", "waived", "open", "not checked", "failed"]

@@ -11,9 +11,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from pytest_hricdv._base.input_file import read_toml
-from pytest_hricdv._base.message import InputError
+from pytest_hricdv._base.message import InputError, nearest
 from pytest_hricdv._base.record import PlainRecord
-from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.build import always, equal, requirement
 from pytest_hricdv.monitor.dsl import NameValue, NumberValue, TextValue
 from pytest_hricdv.monitor.requirement import Requirement, RequirementError

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.runtime.kernel import Kernel, Node, current_node
 from pytest_hricdv.runtime.node_error import KernelError, TerminalInterrupt
 from pytest_hricdv.runtime.virtual.terminal_keys import KEYS, default_attributes

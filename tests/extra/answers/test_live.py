@@ -15,8 +15,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.answers.live_server import HOST, LiveServer
-from pytest_hricdv.extra.answers.live_state import LiveSource
+from pytest_hricdv.extra.answers.live_server import HOST, LiveServer, LiveSource
 from pytest_hricdv.results import loop_progress
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.journal import NAME

@@ -7,9 +7,9 @@ from collections.abc import Collection
 import pytest
 
 from pytest_hricdv.extra.closing import closing
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.loop import BatchRunner
 from pytest_hricdv.extra.closing.observation import RunObservation
+from pytest_hricdv.extra.closing.strategy import Archive
 from pytest_hricdv.extra.closing.suite import repeatable_suite
 from tests.plugin.project import counted_up_to_313, outcomes, report
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.strategy import Archive
 from tests.plugin.project import A_WORKER, change, outcomes, report
 from tests.plugin.test_bad_input import refused
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, SourceFile
-from pytest_hricdv.extra.closing.archive import GIVEN, Archive, ArchivedRun
 from pytest_hricdv.extra.closing.evidence import evidence, rule_of_three
 from pytest_hricdv.extra.closing.observation import RunObservation
-from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.records import ClosingResult, ImpossiblePoint
+from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, ArchivedRun
+from pytest_hricdv.extra.closing.targets import Surroundings
 from pytest_hricdv.generate.abstract import AbstractTest
 
 CODE = CodeMap(

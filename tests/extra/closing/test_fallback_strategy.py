@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.loop import Loop, OnlineTests
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.strategy import Archive
 from pytest_hricdv.generate.abstract import AbstractTest
 from tests.extra.closing import handover
 

@@ -7,10 +7,10 @@ from random import Random
 
 import pytest
 
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.interleaving_strategy import Encounter, InterleavingStrategy, Order, meetings_of
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.strategy import Archive
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, TurnWait, interleave
 from pytest_hricdv.generate.beliefs import BeliefSpace

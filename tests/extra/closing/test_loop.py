@@ -9,10 +9,9 @@ import pytest
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, OnlineTests
 from pytest_hricdv.extra.closing.observation import RunObservation
-from pytest_hricdv.extra.closing.strategy import Proposal
+from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.extra.closing.suite import smallest_suite
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
 from pytest_hricdv.generate.rng import pick

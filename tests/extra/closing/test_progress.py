@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.strategy import Archive
 from pytest_hricdv.extra.closing.targets import ClosingProgress, progress_texts
 from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.session.collection import Collection

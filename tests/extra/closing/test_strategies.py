@@ -5,13 +5,12 @@ from __future__ import annotations
 import pytest
 
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.loop import Loop
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.strategy import Strategy
+from pytest_hricdv.extra.closing.strategy import Archive, Strategy
 from pytest_hricdv.generate.abstract import identify
 from pytest_hricdv.generate.rng import make_rng
 from tests.extra.closing import handover

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from pytest_hricdv.extra.closing.archive import Archive, ArchivedRun
 from pytest_hricdv.extra.closing.loop import OnlineTests
 from pytest_hricdv.extra.closing.observation import RunObservation
+from pytest_hricdv.extra.closing.strategy import Archive, ArchivedRun
 from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
 

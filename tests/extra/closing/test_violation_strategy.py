@@ -9,14 +9,12 @@ from random import Random
 import pytest
 
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.evidence import violation_estimate
 from pytest_hricdv.extra.closing.loop import GENERATION, Loop, OnlineTests, search_violations
-from pytest_hricdv.extra.closing.observation import RunObservation
+from pytest_hricdv.extra.closing.observation import NEW, RunObservation
 from pytest_hricdv.extra.closing.records import ViolationEstimate
-from pytest_hricdv.extra.closing.strategy import Proposal
+from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.extra.closing.violation_strategy import NAME, ViolationStrategy, vacuous_alternatives
-from pytest_hricdv.extra.closing.violations import NEW
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
 from pytest_hricdv.generate.concrete import Concretization, concretize
 from pytest_hricdv.generate.sampler import Uniform

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.extra.closing.violations import describe, violation_points
+from pytest_hricdv.extra.closing.observation import describe, violation_points
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement, Vocabulary, parse_formula
 from pytest_hricdv.monitor.verdict import Verdict, Violation

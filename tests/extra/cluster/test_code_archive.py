@@ -12,8 +12,7 @@ import pytest
 
 from pytest_hricdv._base import project_files
 from pytest_hricdv.extra.cluster import code_archive
-from pytest_hricdv.extra.cluster.code_archive import ArchiveError
-from pytest_hricdv.extra.cluster.worker_project import worker_project
+from pytest_hricdv.extra.cluster.code_archive import ArchiveError, worker_project
 from pytest_hricdv.session.remote import ClusterError
 
 

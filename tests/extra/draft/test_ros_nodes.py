@@ -94,6 +94,6 @@ def test_without_the_feature_ros2_plain_code_is_drafted_and_nodes_say_what_they_
 def test_without_the_feature_draft_code_is_not_drafted(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pytest_hricdv.skeleton.command.offers", lambda role, name: ())
+    monkeypatch.setattr("pytest_hricdv.skeleton.skeleton.offers", lambda role, name: ())
     assert main(["init", "--from", "json"]) == 2
     assert "need the feature `draft`, which is not installed" in capsys.readouterr().err

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
 from pytest_hricdv.extra.draft.code.flow import Flow, default_of, last_name, parameter_names
 from pytest_hricdv.extra.draft.code.ports import PortReader

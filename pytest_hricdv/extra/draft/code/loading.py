@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Sources
 from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 

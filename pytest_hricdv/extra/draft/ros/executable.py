@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv._base.message import nearest
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.sources import DraftError, Sources
 from pytest_hricdv.extra.draft.ros.nodes import NODES
