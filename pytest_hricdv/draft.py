@@ -6,10 +6,8 @@ from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
 from pytest_hricdv.extra.draft.stand_ins.device import Device
 from pytest_hricdv.extra.draft.stand_ins.driver import Driver
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
-from pytest_hricdv.extra.draft.stand_ins.ports import ClockPort, Make, Replace, RunParameter
-from pytest_hricdv.extra.draft.stand_ins.say import CallbackCall, MethodCall, Say, member
-from pytest_hricdv.extra.draft.stand_ins.script import Script
-from pytest_hricdv.extra.draft.stand_ins.visit import Manners
+from pytest_hricdv.extra.draft.stand_ins.ports import ClockPort, Make, Replace, RunParameter, Script
+from pytest_hricdv.extra.draft.stand_ins.visit import CallbackCall, Manners, MethodCall, Say, member
 
 __all__ = [
     "BusPort",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
+from pytest_hricdv.extra.diagnosis.subject import DiagnosisOptions
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 

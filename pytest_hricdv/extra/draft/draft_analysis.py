@@ -14,7 +14,7 @@ from typing import TypeVar
 from pytest_hricdv.extra.draft.analysis import analyse_sources, questions
 from pytest_hricdv.extra.draft.code.attributes import AttributeStates
 from pytest_hricdv.extra.draft.code.classes import FORMS, methods_of
-from pytest_hricdv.extra.draft.code.entry import EntryFinder
+from pytest_hricdv.extra.draft.code.entry import EntryFinder, read_calls
 from pytest_hricdv.extra.draft.code.flow import Flow, parameters_of
 from pytest_hricdv.extra.draft.code.inner import InnerObjects
 from pytest_hricdv.extra.draft.code.loading import find
@@ -22,7 +22,6 @@ from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import Scope
 from pytest_hricdv.extra.draft.code.stimuli import StimulusReader, is_reader
-from pytest_hricdv.extra.draft.code.usage import read_calls
 from pytest_hricdv.extra.draft.code.uses import find_identity_tests
 from pytest_hricdv.extra.draft.code.waits import parameters
 from pytest_hricdv.extra.draft.code_model import (
@@ -37,8 +36,7 @@ from pytest_hricdv.extra.draft.code_model import (
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
-from pytest_hricdv.extra.draft.observed_absent import absent_ports
-from pytest_hricdv.extra.draft.observed_calls import messages_for_answers, messages_for_calls
+from pytest_hricdv.extra.draft.observed_calls import absent_ports, messages_for_answers, messages_for_calls
 from pytest_hricdv.extra.draft.observed_code import (
     best_entry,
     find_machines,

@@ -11,8 +11,7 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import CodeModel, Message, Problem
 from pytest_hricdv.extra.draft.node_analysis import analyse_node
-from pytest_hricdv.extra.draft.ros.executable import Executable, find_executable
-from pytest_hricdv.extra.draft.ros.tools import ros_tools
+from pytest_hricdv.extra.draft.ros.executable import Executable, find_executable, ros_tools
 from pytest_hricdv.extra.draft.ros_model import CodeLine, Endpoint, LaunchedNodes, RosNodes, RosStart, StartedNode
 
 T = TypeVar("T")

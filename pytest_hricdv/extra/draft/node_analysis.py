@@ -28,10 +28,9 @@ from pytest_hricdv.extra.draft.code_model import (
     StateMachine,
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
-from pytest_hricdv.extra.draft.ros.executable import Executable
+from pytest_hricdv.extra.draft.ros.executable import Executable, ros_tools
 from pytest_hricdv.extra.draft.ros.interfaces import fields, is_installed
 from pytest_hricdv.extra.draft.ros.nodes import FOLDERS
-from pytest_hricdv.extra.draft.ros.tools import ros_tools
 from pytest_hricdv.extra.draft.ros_model import Endpoint, EndpointKind, RosNodes, RosStart, StartedNode
 
 _FORMS: dict[EndpointKind, tuple[str, str, Direction, int]] = {

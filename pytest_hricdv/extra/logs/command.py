@@ -213,8 +213,8 @@ class _LogCheck:
         return of_own_trace(recording.types, self._vocabulary, self._testbench.cross, names)
 
     def _compare(self, logs: Report, tests: Report) -> FleetComparison:
-        from pytest_hricdv.extra.logs.comparison import Occurrences
         from pytest_hricdv.extra.logs.feature import FleetComparison
+        from pytest_hricdv.extra.logs.log_report import Occurrences
 
         names, commands = logs.requirements.keys() & tests.requirements.keys(), self._report.commands
         logged = Occurrences.of(logs, names, commands)

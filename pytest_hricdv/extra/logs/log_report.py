@@ -1,12 +1,16 @@
-"""The report of checked logs: a suite with the same records, and so the same page, as one of tests."""
+"""The report of checked logs: a suite with the same records, and so the same page, as one of tests.
+
+What logs show and tests do not, and the reverse.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from importlib.metadata import version
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -18,10 +22,77 @@ from pytest_hricdv.extra.logs.feature import UNKNOWN
 from pytest_hricdv.extra.logs.judging import JudgedRun
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.report.formatting import and_more, natural
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.model import ConcreteParameters, GateResult, Report, RerunOptions, TestResult
 from pytest_hricdv.results.report_builder import GeneratedSuite, SessionInfo, declare_report
 from pytest_hricdv.session.run_context import RunContext
+
+SHOWN = 8
+"""Names of a kind that the terminal shows."""
+
+
+@dataclass(frozen=True)
+class Occurrences:
+    """What occurred in runs: requirements that were triggered, bins that were hit, and actions of people."""
+
+    requirements: frozenset[str]
+    bins: Mapping[str, frozenset[Bin]]
+    actions: frozenset[str]
+
+    @classmethod
+    def of(cls, report: Report, requirements: Collection[str], actions: Collection[str] | None = None) -> Occurrences:
+        """What occurred in the runs of a report.
+
+        Args:
+            report: of logs, or of tests.
+            requirements: that are of interest.
+            actions: of the runs; None: the lines of the tests.
+        """
+        runs = [run for test in report.tests for run in test.runs]
+        return cls(
+            frozenset(
+                name
+                for run in runs
+                for name in requirements
+                if name in run.requirements and run.requirements[name].triggers
+            ),
+            {
+                name: frozenset(hit for run in runs for hit in (run.cross or {}).get(name, ()))
+                for name in report.cross_products
+            },
+            frozenset(line for run in runs for line in run.abstract) if actions is None else frozenset(actions),
+        )
+
+    def without(self, other: Occurrences) -> Occurrences:
+        """What did not occur in other runs."""
+        bins = {name: hits - other.bins.get(name, frozenset()) for name, hits in self.bins.items()}
+        return Occurrences(
+            self.requirements - other.requirements,
+            {name: hits for name, hits in bins.items() if hits},
+            self.actions - other.actions,
+        )
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "requirements": sorted(self.requirements, key=natural),
+            "bins": {name: sorted(bins) for name, bins in self.bins.items()},
+            "actions": sorted(self.actions, key=natural),
+        }
+
+    def lines(self, title: str) -> Iterator[str]:
+        """For the terminal: a line for each kind."""
+        data = self.data
+        kinds = {"requirements": data["requirements"], "actions": data["actions"]}
+        kinds |= {f"bins of {name}": [*map(" x ".join, bins)] for name, bins in data["bins"].items()}
+        if not any(kinds.values()):
+            yield f"  {title}: nothing"
+        for kind, names in kinds.items():
+            if names:
+                yield f"  {title}: {len(names)} {kind}: {', '.join(names[:SHOWN])}{and_more(len(names[SHOWN:]))}"
+
 
 SUITE = "logs"
 NO_CODE = "logs do not show which code ran"

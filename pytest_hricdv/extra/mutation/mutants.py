@@ -18,9 +18,8 @@ import libcst as cst
 from mutmut.mutation import mutators
 
 from pytest_hricdv.coverage.code_map import CodeMap
-from pytest_hricdv.extra.mutation.names import Names
 from pytest_hricdv.extra.mutation.robot_operators import ROBOT, Change, Changes
-from pytest_hricdv.extra.mutation.source import Source
+from pytest_hricdv.extra.mutation.source import Names, Source
 from pytest_hricdv.generate.rng import digest, make_rng, shuffle
 
 

@@ -12,8 +12,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import libcst as cst
 from libcst import matchers
 
-from pytest_hricdv.extra.mutation.names import OPPOSITES, Names, is_time_or_speed, next_other
-from pytest_hricdv.extra.mutation.source import NOTES, Source, last_name, name_of_call, string_value
+from pytest_hricdv.extra.mutation.source import (
+    NOTES,
+    OPPOSITES,
+    Names,
+    Source,
+    is_time_or_speed,
+    last_name,
+    name_of_call,
+    next_other,
+    string_value,
+)
 
 Change = tuple[cst.CSTNode, cst.CSTNode]
 """A node of the tree, and what stands in its place."""

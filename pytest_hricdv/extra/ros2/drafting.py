@@ -27,7 +27,7 @@ FOR_EVER_S = 1e6
 
 
 class Ros2Tools:
-    """See `pytest_hricdv.extra.draft.ros.tools`, whose protocol this is."""
+    """See `pytest_hricdv.extra.draft.ros.executable`, whose protocol this is."""
 
     def packages(self, *folders: Path) -> dict[str, Path]:
         """Packages around folders and in them: name -> folder."""

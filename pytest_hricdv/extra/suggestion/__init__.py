@@ -5,8 +5,8 @@ process         the process that records runs, of the code as it is and with see
 recordings      which runs are made, and where they are kept
 events          what happened in runs: instants, and conditions with the spans in which they held
 candidate       a requirement that may be suggested
-response, precedence, absence, bounds
-                one template each (Dwyer, Avrunin, Corbett: Patterns in Property Specifications, ICSE 1999)
+order_templates, bounds
+                templates (Dwyer, Avrunin, Corbett: Patterns in Property Specifications, ICSE 1999)
 mining          candidates that all runs satisfy, ranked by the faults that violate them
 suggest         all of that, after the last test of a session
 """

@@ -6,12 +6,10 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pytest_hricdv.extra.suggestion.absence import absences
 from pytest_hricdv.extra.suggestion.bounds import bounds
 from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCandidate
 from pytest_hricdv.extra.suggestion.events import Runs, find_events
-from pytest_hricdv.extra.suggestion.precedence import precedences
-from pytest_hricdv.extra.suggestion.response import responses
+from pytest_hricdv.extra.suggestion.order_templates import absences, precedences, responses
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun
 from pytest_hricdv.monitor import Log, MonitorError, Requirement, RequirementError, Verdict, evaluate, parse_formula
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pytest_hricdv.coverage.code_map import SourceFile
-from pytest_hricdv.extra.diagnosis.places import weight_suspects
+from pytest_hricdv.extra.diagnosis.locations import weight_suspects
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.extra.diagnosis.trace import ExecutedStatement, ViolationTrace
 

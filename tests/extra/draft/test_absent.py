@@ -15,7 +15,7 @@ import pytest
 from pytest_hricdv.draft import ProgramPort, Replace, replace_modules
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.observe.observations import Observations, read_observations
-from pytest_hricdv.extra.draft.observed_absent import absent_ports
+from pytest_hricdv.extra.draft.observed_calls import absent_ports
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.stand_ins.absent import cross_border

@@ -81,7 +81,7 @@ def test_the_terminal_says_what_nodes_say_and_hear(
 def test_without_the_feature_ros2_plain_code_is_drafted_and_nodes_say_what_they_need(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pytest_hricdv.extra.draft.ros.tools.offers", lambda role, name: ())
+    monkeypatch.setattr("pytest_hricdv.extra.draft.ros.executable.offers", lambda role, name: ())
     (tmp_path / "node_code.py").write_text(ros_robots.ARM, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     for way in ("--from=node_code", "--ros2=node_code.py"):

@@ -7,12 +7,11 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from pytest_hricdv.extra.draft.code.branches import Branches
 from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code.sources import Function, Scope, name_with_dots
-from pytest_hricdv.extra.draft.code.uses import UseReader, walk_what_runs
+from pytest_hricdv.extra.draft.code.uses import Branches, UseReader, walk_what_runs
 from pytest_hricdv.extra.draft.code_model import Imports, MessageField
 
 TEXT_OF = ("strip", "rstrip", "lstrip", "decode", "lower", "upper")

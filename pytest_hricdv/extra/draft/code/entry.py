@@ -1,20 +1,71 @@
-"""The entry that runs the code, and the arguments that it needs."""
+"""The entry that runs the code, and the arguments that it needs. It may be a module that is a program, a loop among its
+statements; and demos, tests and main programs show which calls they repeat.
+"""
 
 from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 from pytest_hricdv._base.message import nearest
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
 from pytest_hricdv.extra.draft.code.flow import Flow, default_of, last_name, parameter_names
 from pytest_hricdv.extra.draft.code.ports import PortReader
-from pytest_hricdv.extra.draft.code.scripts import find_scripts
-from pytest_hricdv.extra.draft.code.sources import DraftError, Scope, Sources
+from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Scope, Sources, name_with_dots
 from pytest_hricdv.extra.draft.code_model import SCRIPT, Entry
+
+GUARDED, IMPORTED = 2.0, 10.0
+"""How likely a program is the entry, beside functions and classes; nothing can import one that runs where it is."""
+
+
+def find_scripts(sources: Sources) -> Iterator[tuple[Entry, float]]:
+    """The programs among the modules, each with how likely it is the entry."""
+    endless = {scope.node.name for scope in sources.functions if _find_loop(scope.node.body) is not None}
+    for module in sources.modules:
+        free = [each for each in module.tree.body if not _is_guard(each)]
+        guarded = [each for each in module.tree.body if _is_guard(each)]
+        loop = _find_loop(free) or _find_call(free, endless)
+        if loop is not None:
+            yield _entry(module, loop), IMPORTED
+        elif (loop := _find_loop(guarded)) is not None:
+            yield _entry(module, loop), GUARDED
+
+
+def _entry(module: Module, node: ast.stmt) -> Entry:
+    return Entry(module.name, SCRIPT, "", False, (), (), module.location(node))
+
+
+def _is_guard(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.If) and "__name__" in ast.unparse(statement.test)
+
+
+def _statements(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
+    """The statements that run when a body does, those in blocks as well."""
+    for statement in body:
+        yield statement
+        if not isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            for name in ("body", "orelse", "finalbody"):
+                yield from _statements(getattr(statement, name, []))
+
+
+def _find_loop(body: Sequence[ast.stmt]) -> ast.stmt | None:
+    return next((each for each in _statements(body) if isinstance(each, ast.While)), None)
+
+
+def _find_call(body: Sequence[ast.stmt], endless: set[str]) -> ast.stmt | None:
+    """A statement that calls a function with a loop: `main()`, `robot.run()`, `asyncio.run(main())`."""
+    for statement in _statements(body):
+        called = statement.value if isinstance(statement, ast.Expr) else None
+        if any(
+            isinstance(each, ast.Call) and last_name(each.func) in endless for each in ast.walk(called or ast.Pass())
+        ):
+            return statement
+    return None
+
 
 _RUNS = ("run", "main", "work", "serve", "loop", "start", "spin")
 """Functions, and methods of a robot's class, that make it work, the likeliest first."""
@@ -155,3 +206,59 @@ def _is_loop(method: Scope) -> bool:
 
 def _is_async(scope: Scope) -> bool:
     return isinstance(scope.node, ast.AsyncFunctionDef)
+
+
+USERS = ("test*.py", "tests/**/*.py", "test/**/*.py", "demo*.py", "demos/**/*.py", "main*.py", "example*.py",
+         "examples/**/*.py", "run*.py", "scripts/**/*.py", "__main__.py")  # fmt: skip
+"""Patterns of programs that use the code."""
+
+MAX_FILES, MAX_BYTES = 100, 200_000
+"""More files, and longer ones, are not read."""
+
+
+def read_calls(sources: Sources) -> Counter[str]:
+    """Calls of programs, next to the code or in it -> how many of them are in loops, and pass no text."""
+    calls: Counter[str] = Counter()
+    read = {module.file for module in sources.modules}
+    roots = [sources.root, *(sources.root / name for name in sources.top_level), sources.root.parent]
+    files = dict.fromkeys(path for root in roots if root.is_dir() for path in _files(root, sources.root))
+    for path in list(files)[:MAX_FILES]:
+        if path.is_relative_to(sources.root) and path.relative_to(sources.root).as_posix() in read:
+            continue
+        try:
+            tree = ast.parse(path.read_bytes())
+        except (SyntaxError, ValueError, OSError, RecursionError):
+            continue
+        calls.update(_calls(tree))
+    for module in sources.modules:  # `if __name__ == "__main__":`
+        for statement in module.tree.body:
+            if isinstance(statement, ast.If) and "__name__" in ast.unparse(statement.test):
+                calls.update(_calls(statement))
+    return calls
+
+
+def _files(root: Path, code: Path) -> Iterator[Path]:
+    patterns = USERS if root != code.parent else USERS[1:3]  # `tests/` beside `src/`
+    for pattern in patterns:
+        for path in sorted(root.glob(pattern)):
+            if path.is_file() and path.stat().st_size <= MAX_BYTES:
+                yield path
+
+
+def _calls(node: ast.AST) -> Counter[str]:
+    """The last part of what is called, but for functions of modules, such as `time.sleep`."""
+    modules = {alias.asname or alias.name.partition(".")[0]
+               for each in ast.walk(node) if isinstance(each, ast.Import) for alias in each.names}  # fmt: skip
+    calls: Counter[str] = Counter()
+    waiting: list[tuple[ast.AST, int]] = [(node, 0)]
+    while waiting:
+        each, depth = waiting.pop()
+        inner = 0 if isinstance(each, ast.If) else depth + isinstance(each, ast.For | ast.While | ast.AsyncFor)
+        waiting += [(child, inner) for child in ast.iter_child_nodes(each)]
+        if isinstance(each, ast.Call):
+            owner, _, name = name_with_dots(each.func).rpartition(".")
+            passed = (*each.args, *(keyword.value for keyword in each.keywords))
+            has_texts = any(isinstance(getattr(value, "value", None), str) for value in passed)
+            if owner not in modules or name[:1].isupper():
+                calls[name or getattr(each.func, "attr", "")] += depth > 0 and not has_texts
+    return calls

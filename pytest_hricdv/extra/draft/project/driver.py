@@ -8,9 +8,8 @@ from collections.abc import Iterable, Iterator
 
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, SCRIPT, Message, MessageField, Port
-from pytest_hricdv.extra.draft.project.declarations import tuple_text
+from pytest_hricdv.extra.draft.project.declarations import ImportTable, tuple_text
 from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
-from pytest_hricdv.extra.draft.project.imports import ImportTable
 from pytest_hricdv.extra.draft.project.inputs import Input, Variant
 from pytest_hricdv.extra.draft.project.ranges import number_range
 

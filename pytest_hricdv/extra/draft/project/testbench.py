@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pytest_hricdv.extra.draft.code.naming import unit_of, word
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Message, MessageField, Port
 from pytest_hricdv.extra.draft.project.declarations import (
+    ImportTable,
     command_table_lines,
     model_lines,
     state_lines,
@@ -18,7 +19,6 @@ from pytest_hricdv.extra.draft.project.declarations import (
 )
 from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
 from pytest_hricdv.extra.draft.project.driver import driver_lines, has_cross, say_lines
-from pytest_hricdv.extra.draft.project.imports import ImportTable
 from pytest_hricdv.extra.draft.project.inputs import OTHER, is_open
 from pytest_hricdv.extra.draft.project.ranges import STAYS, answer_s, lateness, limit_s, reaction_lines, times_of_lines
 

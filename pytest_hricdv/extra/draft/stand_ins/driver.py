@@ -18,8 +18,7 @@ from pytest_hricdv.extra.draft.observe.tracer import state_text
 from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, signal_name
 from pytest_hricdv.extra.draft.stand_ins.ports import Replace
-from pytest_hricdv.extra.draft.stand_ins.say import CallbackCall, MethodCall, Say
-from pytest_hricdv.extra.draft.stand_ins.visit import LOOKS_EACH_S, Manners, Visit
+from pytest_hricdv.extra.draft.stand_ins.visit import LOOKS_EACH_S, CallbackCall, Manners, MethodCall, Say, Visit
 from pytest_hricdv.runtime import text_of, topic_of
 from pytest_hricdv.runtime.virtual.threads import active_count
 from pytest_hricdv.testbench import Outcome, Run

@@ -1,4 +1,7 @@
-"""Template response: an event is followed by another one, within one time and not before another."""
+"""Templates of order and time. Response: an event is followed by another one, within one time and not before another.
+Precedence: an event happens only after another one, and at most once after each. Absence: an event never follows a
+message with one value, though it follows other values.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,130 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, RequirementCandidate, above, below, number
-from pytest_hricdv.extra.suggestion.events import RecordedEvent, Runs, next_after
+from pytest_hricdv.extra.suggestion.events import RecordedEvent, Runs, last_before, next_after
+from pytest_hricdv.report.formatting import capitalize
+
+MAX_OF_EVENT = 4
+"""Causes of an event that become candidates: those nearest to it."""
+
+
+def precedences(events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
+    """Precedences of all pairs whose second event is caused by the code under test, or is a message of the world.
+
+    A signal of the world may have changed for a person.
+    """
+    for event in events:
+        is_answer = event.author == "robot" or (event.author == "world" and event.is_message)
+        if not is_answer or event.count < MIN_SUPPORT:
+            continue
+        candidates = [
+            (lag_s, _precedence(event, cause))
+            for cause in events
+            if not cause.is_state and _may_cause(cause, event) and (lag_s := _longest_lag_s(event, cause)) is not None
+        ]
+        candidates.sort(key=lambda pair: (pair[0], pair[1].formula))
+        yield from [candidate for _, candidate in candidates[:MAX_OF_EVENT]]
+
+
+def _may_cause(cause: RecordedEvent, event: RecordedEvent) -> bool:
+    """Whether one may be the reason of the other: about something else, or about other messages of the topic."""
+    # A cause that happens again and again before each event excludes little.
+    if cause.count > 8 * event.count:
+        return False
+    if cause.subject != event.subject:
+        return True
+    are_parts = cause.is_message and event.is_message and cause.is_part and event.is_part
+    return are_parts and all({*ours}.isdisjoint(others) for ours, others in zip(cause.times, event.times, strict=True))
+
+
+def _longest_lag_s(event: RecordedEvent, cause: RecordedEvent) -> float | None:
+    """The longest time (s) from a cause to the event; None if an event has no cause of its own."""
+    longest_s = 0.0
+    for times, causes in zip(event.times, cause.times, strict=True):
+        before_s = float("-inf")
+        for time_s in times:
+            cause_s = last_before(causes, time_s)
+            if cause_s is None or cause_s < before_s:
+                return None
+            longest_s = max(longest_s, time_s - cause_s)
+            before_s = time_s
+    return longest_s
+
+
+def _precedence(event: RecordedEvent, cause: RecordedEvent) -> RequirementCandidate:
+    return RequirementCandidate(
+        "precedence",
+        f"{capitalize(event.words)} happens at most once after {cause.words}, and never without it",
+        event.text,
+        f"previously(!{event.operand} since {cause.operand})",
+        frozenset({event.subject, cause.subject}),
+        event.count,
+        "",
+        1.0 / (1.0 + cause.count / event.count / 2),
+        event.is_state,
+    )
+
+
+MIN_OTHERWISE = 0.6
+"""Share of the other values after which the event has to happen, for its absence to be significant."""
+
+
+def absences(runs: Runs, events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
+    """Candidates for each value of a topic, compared with all other messages of the topic."""
+    topics = [event for event in events if event.is_message and not event.is_part and not event.is_state]
+    by_topic = {event.subject: event for event in topics}
+    for trigger in events:
+        every = by_topic.get(trigger.subject)
+        if not trigger.is_part or trigger.is_state or every is None or trigger.count < MIN_SUPPORT:
+            continue
+        rest = tuple(
+            tuple(time_s for time_s in times if time_s not in {*ours})
+            for times, ours in zip(every.times, trigger.times, strict=True)
+        )
+        if sum(map(len, rest)) < MIN_SUPPORT:
+            continue
+        for event in events:
+            if event.author != "person" and event.subject != trigger.subject and not event.is_state:
+                yield from _absence(runs, trigger, rest, event, topics)
+
+
+def _absence(
+    runs: Runs,
+    trigger: RecordedEvent,
+    rest: tuple[tuple[float, ...], ...],
+    event: RecordedEvent,
+    rounds: Sequence[RecordedEvent],
+) -> Iterator[RequirementCandidate]:
+    """The absence up to the next message that begins a round; topics of people are tried first."""
+    for again in sorted(rounds, key=lambda other: (other.author != "person", other.text)):
+        if again.subject in (event.subject, trigger.subject):
+            continue
+        if _share(runs, trigger.times, event, again) > 0.0 or _share(runs, rest, event, again) < MIN_OTHERWISE:
+            continue
+        yield RequirementCandidate(
+            "absence",
+            f"After {trigger.words}, {event.words} does not happen before {again.words}",
+            trigger.text,
+            f"always(!{event.operand}) until {again.text}",
+            frozenset({trigger.subject, event.subject, again.subject}),
+            trigger.count,
+            "",
+            0.8,
+        )
+        return
+
+
+def _share(runs: Runs, times: Sequence[Sequence[float]], event: RecordedEvent, again: RecordedEvent) -> float:
+    """The share of these times after which the event happens before the next round."""
+    total = happened = 0
+    for run, triggers in enumerate(times):
+        for time_s in triggers:
+            end_s = next_after(again.times[run], time_s) or runs.logs[run].end_s
+            then_s = next_after(event.times[run], time_s)
+            total += 1
+            happened += then_s is not None and then_s < end_s
+    return happened / max(1, total)
+
 
 MIN_ANSWERED = 0.9
 """A reaction follows before the next trigger in this share of cases; otherwise it does not react to it."""
