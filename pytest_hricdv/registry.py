@@ -44,7 +44,7 @@ FEATURES = MappingProxyType(
         "unused": ("feature",),
         "search": ("feature", "records", "view"),
         "schedules": ("feature", "execution", "records", "view"),
-        "patch": ("feature", "records", "merging", "view"),
+        "patch": ("feature", "records", "view"),
         "trend": ("feature",),
         "film": ("feature", "records"),
         "traces": ("feature", "records"),

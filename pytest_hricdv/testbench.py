@@ -1,14 +1,19 @@
-"""`Testbench`, which a user supplies: what to generate, how to run it, and what must hold."""
+"""`Testbench`, which a user supplies: what to generate, how to run it, and what must hold.
+
+Finds the fields of messages that requirements can compare, from the declared types.
+"""
 
 from __future__ import annotations
 
+import collections.abc
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
@@ -23,15 +28,60 @@ from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform
-from pytest_hricdv.message_types import comparable_fields
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
-from pytest_hricdv.runtime import topic_of
-from pytest_hricdv.runtime.geometry import Body
+from pytest_hricdv.runtime import fields_of, text_of, topic_of
+from pytest_hricdv.runtime.world import Body
 from pytest_hricdv.testbench_groups import Field, People, Signal, Simulation, StateField, Suites, Timing, VirtualTime
+
+_KINDS: tuple[Kind, ...] = (bool, float, str)
+
+_COLLECTIONS = (
+    bytes, bytearray, list, tuple, set, frozenset, dict, collections.deque, collections.abc.Sequence,
+    collections.abc.Mapping, collections.abc.Set,
+)  # fmt: skip
+"""Types that a record stores as length and checksum (see `pytest_hricdv.runtime.message_fields`)."""
+
+
+def comparable_fields(
+    message: type[object], above: str = "", inside: tuple[type[object], ...] = ()
+) -> Iterator[tuple[str, Kind, tuple[str, ...]]]:
+    """The fields that requirements can compare: name, type, and all its texts where its type says so.
+
+    A message in a message has its fields by paths, and a list its `length` and `crc`. What may be None is none of them.
+
+    Args:
+        message: the class.
+        above: its path, with a dot at its end.
+        inside: of which classes, so that one in itself comes to an end.
+    """
+    hints = get_type_hints(message)
+    for name in fields_of(message) or ():
+        hint, path = hints.get(name), above + name
+        kind, texts = _field_type(hint)
+        if kind is not None:
+            yield path, kind, texts
+        elif isinstance(hint, type) and fields_of(hint) is not None and hint not in inside:
+            yield from comparable_fields(hint, f"{path}.", (*inside, message))
+        elif (get_origin(hint) or hint) in _COLLECTIONS:
+            yield f"{path}.length", float, ()
+            yield f"{path}.crc", float, ()
+
+
+def _field_type(hint: object) -> tuple[Kind | None, tuple[str, ...]]:
+    """The type that requirements see of a field, None if they cannot compare it; all its texts, if its type says so."""
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return str, tuple(map(text_of, hint))
+    if get_origin(hint) is Literal:
+        values = tuple(text_of(value) if isinstance(value, Enum) else value for value in get_args(hint))
+        types = {type(value) for value in values}
+        hint = types.pop() if len(types) == 1 else None
+        return (str, values) if hint is str else _field_type(hint)
+    return float if hint is int else next((kind for kind in _KINDS if hint is kind), None), ()
+
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

@@ -100,7 +100,7 @@ def sample_model(context: GenerationContext, reason: str, cache: Any | None) -> 
     """
 
     def sample_now() -> Exploration:
-        from pytest_hricdv.generate.sampled_exploration import explore_by_sampling  # it loads the BDI engine
+        from pytest_hricdv.generate.model_runner import explore_by_sampling  # it loads the BDI engine
 
         return explore_by_sampling(context.model_runner(), reason)
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from pytest_hricdv.monitor import Vocabulary
-    from pytest_hricdv.runtime.geometry import Body
+    from pytest_hricdv.runtime.world import Body
 
 
 class Camera(Protocol):

@@ -24,8 +24,8 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, MonitorSet, PastFormula, Verdict, explain
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
+from pytest_hricdv.runtime.node_error import refusal, word_of
 from pytest_hricdv.runtime.random_numbers import seed_run
-from pytest_hricdv.runtime.termination import refusal, word_of
 from pytest_hricdv.runtime.virtual import VirtualModules
 from pytest_hricdv.runtime.virtual.builtin_names import keep_builtins
 from pytest_hricdv.runtime.virtual.locks import find_deadlocks

@@ -13,7 +13,7 @@ from pytest_hricdv.monitor import Criterion, Verdict
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Run
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 from pytest_hricdv.testbench import Testbench
 
 

@@ -11,7 +11,7 @@ from pytest_hricdv.execution.execution_feature import Watcher
 from pytest_hricdv.monitor import Criterion, Log, PastFormula, Requirement, Verdict, Vocabulary, watch
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
 from pytest_hricdv.runtime import Record
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

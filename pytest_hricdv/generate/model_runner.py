@@ -1,12 +1,17 @@
-"""Runs the BDI agents with belief subsets; their external actions are the abstract tests."""
+"""Runs the BDI agents with belief subsets; their external actions are the abstract tests.
+
+Exploration by sampling: runs randomly drawn belief sets of a model that is too large to be explored completely.
+"""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations
 from pathlib import Path
+from random import Random
 
 from pytest_hricdv._base.message import nearest
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, TooLargeError
@@ -18,6 +23,7 @@ from pytest_hricdv.generate.actors import After
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.causes import causes
 from pytest_hricdv.generate.model import Exploration, ExploredRun, Model, ModelRun
+from pytest_hricdv.generate.rng import make_rng, pick
 
 Content = tuple[tuple[str, ...], int]
 """The abstract test of a run, and the plans executed as bits."""
@@ -270,3 +276,57 @@ def distinct_runs(runs: Iterable[ModelRun], space: BeliefSpace, plans: Sequence[
 def order_of_run(run: ExploredRun) -> tuple[int, int, ExploredRun]:
     """Sort key: part of the cache and of what is chosen from it, so it is the same on every machine."""
     return run.beliefs.bit_count(), run.beliefs, run
+
+
+SAMPLES = 2**MAX_OTHERS
+"""Number of belief sets drawn: as many as one start belief has in the largest model that is explored completely."""
+
+DRAWS = 20 * SAMPLES
+"""Most draws: for spaces with fewer sets, more than 19 of 20 draws repeat one."""
+
+
+def explore_by_sampling(runner: ModelRunner, reason: str) -> Exploration:
+    """Find some runs of a model: of belief sets with one start belief, and one belief of each group or none.
+
+    The sets depend on the belief space alone, so they are the same in each session. Sets that the model fails with are
+    left out, and the reason says how many.
+
+    Args:
+        reason: why the model cannot be explored as a whole.
+
+    Raises:
+        GenerateError: the model fails with each set.
+    """
+    plans = tuple((agent, label) for agent, labels in runner.plan_labels.items() for label in labels)
+    executed: list[ModelRun] = []
+    failures: list[GenerateError] = []
+    sets = [*_sets(runner, make_rng("sampled exploration", list(runner.space.beliefs)))]
+    for beliefs in sets:
+        try:
+            executed.append(runner.run(beliefs))
+        except GenerateError as error:
+            failures.append(error)
+    if not executed:
+        raise failures[0]
+    runs = sorted(distinct_runs(executed, runner.space, plans), key=order_of_run)
+    text = f"{reason}; so {len(sets)} sets of beliefs were drawn, which gave {len(runs)} different runs"
+    if failures:
+        text += f"; with {len(failures)} of them the model failed; the first: {failures[0]}"
+    return Exploration(plans, runner.space.beliefs, tuple(runs), text)
+
+
+def _sets(runner: ModelRunner, rng: Random) -> Iterator[tuple[str, ...]]:
+    """Distinct belief sets: each start belief alone, then those that are drawn."""
+    space, drawn = runner.space, dict[tuple[str, ...], None]()
+    groups = [
+        ("", *(belief for belief in group if belief not in space.default_beliefs)) for group in space.groups.values()
+    ]
+    possible = len(space.start) * math.prod(len(group) for group in groups)
+    for start in space.start:
+        drawn[space.subset([start])] = None
+    for _ in range(DRAWS):
+        if len(drawn) >= min(SAMPLES, possible):
+            break
+        beliefs = [pick(rng, space.start), *(pick(rng, group) for group in groups)]
+        drawn[space.subset(belief for belief in beliefs if belief)] = None
+    yield from drawn

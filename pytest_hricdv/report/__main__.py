@@ -34,7 +34,7 @@ from pytest_hricdv.results.baseline import (
 )
 from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
-from pytest_hricdv.results.folder_lock import FolderLock, LockedError
+from pytest_hricdv.results.folder_files import FolderLock, LockedError
 from pytest_hricdv.results.gate_check import check_gates, gates_of
 from pytest_hricdv.results.gates import Threshold, ThresholdError, parse_threshold, threshold_kinds
 from pytest_hricdv.results.journal import NAME, EndRecord, Journal, JournalWriter

@@ -6,9 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.monitor import NearMiss, RequirementResult
-from pytest_hricdv.report import action_lines, log_lines
 from pytest_hricdv.report.formatting import by_requirement, enumerate_names, plural, quantity, seconds, split_first
-from pytest_hricdv.report.log_lines import LogLine
+from pytest_hricdv.report.run_lines import (
+    BRIEF_ACTIONS,
+    MAX_ACTIONS,
+    LogLine,
+    actions_around,
+    list_actions,
+    logs_around,
+)
 from pytest_hricdv.report.violations import (
     first_violation,
     headline,
@@ -71,7 +77,7 @@ def failure(
     lines += [*(_others_counted(test, failed) if brief else _other_requirements(test, failed)), *_course(test), ""]
     violation = first_violation(test.requirements[failed[0]]) if failed else None
     at_s = violation.time_s if violation else None
-    most = action_lines.BRIEF_ACTIONS if brief else action_lines.MAX_ACTIONS
+    most = BRIEF_ACTIONS if brief else MAX_ACTIONS
     event = "" if at_s is None else f"{failed[0]} is violated"
     story = _actions(test, test.sim_s if at_s is None else at_s, event, most)
     lines += [*story, "", *_log_around(logged, test.sim_s if at_s is None else at_s)]
@@ -264,9 +270,7 @@ def _course(test: TestResult) -> Iterator[str]:
     yield f"ended:   after {seconds(test.sim_s)} simulated{ended}"
 
 
-def _actions(
-    test: TestResult, at_s: float | None = None, event: str = "", most: int = action_lines.MAX_ACTIONS
-) -> Iterator[str]:
+def _actions(test: TestResult, at_s: float | None = None, event: str = "", most: int = MAX_ACTIONS) -> Iterator[str]:
     """The human's actions, to the end or around the instant (s) of an event."""
     name = f"abstract test {test.id}, own seed {test.seed}"
     who = enumerate_names(
@@ -278,13 +282,13 @@ def _actions(
         begun = [(time_s, test.abstract[number]) for time_s, number in test.action_starts]
         begun = sorted([*begun, *test.bystander_events], key=lambda entry: entry[0])
         actions = [*(action for _, action in begun), *(test.abstract[number] for number in left)]
-        return action_lines.around(actions, [time_s for time_s, _ in begun], at_s, name, event, who, most)
-    return action_lines.list_actions(test.abstract, name, who)
+        return actions_around(actions, [time_s for time_s, _ in begun], at_s, name, event, who, most)
+    return list_actions(test.abstract, name, who)
 
 
 def _log_around(logged: Sequence[LogLine], at_s: float) -> list[str]:
     """The log around an instant (s), after an empty line; nothing if there is none."""
-    lines = [*log_lines.around(logged, at_s)]
+    lines = [*logs_around(logged, at_s)]
     return [*lines, ""] if lines else []
 
 

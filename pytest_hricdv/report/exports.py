@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_hricdv.report import files, totals
-from pytest_hricdv.report.code_formats import cobertura, lcov
+from pytest_hricdv.report.coverage_formats import cobertura, lcov, ucis
 from pytest_hricdv.report.markdown import markdown
-from pytest_hricdv.report.ucis import ucis
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
 

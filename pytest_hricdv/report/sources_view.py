@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from pytest_hricdv.coverage.records import MappedFile
-from pytest_hricdv.report.code_formats import FileHits, count_bits, count_hits
+from pytest_hricdv.report.coverage_formats import FileHits, count_bits, count_hits
 from pytest_hricdv.report.tests_view import plan_bits, plan_names
 from pytest_hricdv.results.model import ModelSource, Report
 

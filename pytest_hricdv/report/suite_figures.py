@@ -9,8 +9,8 @@ from pytest_hricdv.coverage.cross_product import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.report import totals
 from pytest_hricdv.report.formatting import Style, percent, plural, seconds, share
-from pytest_hricdv.results.generation import Diversity, GenerationResult
 from pytest_hricdv.results.model import Report, SuiteResult
+from pytest_hricdv.results.origin import Diversity, GenerationResult
 
 
 @dataclass(frozen=True)

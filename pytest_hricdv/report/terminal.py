@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import behaviour_view, totals
-from pytest_hricdv.report.brief_summary import brief_lines
+from pytest_hricdv.report.brief_summary import brief_lines, requirement_lines
 from pytest_hricdv.report.explanation import describe_replay
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
@@ -25,7 +25,6 @@ from pytest_hricdv.report.formatting import (
     wrap,
     wrap_line,
 )
-from pytest_hricdv.report.requirement_lines import requirement_lines
 from pytest_hricdv.report.suite_figures import suite_figures
 from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult

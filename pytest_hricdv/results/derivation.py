@@ -26,8 +26,8 @@ from pytest_hricdv.coverage.suite_coverage import (
     tally,
     union,
 )
-from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
+from pytest_hricdv.results.origin import GenerationResult
 from pytest_hricdv.results.section import shares
 
 NO_CLOSURE = Closure(points=0, sim_s=0, growth=(), minimal=(), adds_nothing=(), unique={})

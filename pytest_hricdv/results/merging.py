@@ -18,12 +18,12 @@ from msgspec.structs import replace
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.execution.outcome import OUTCOMES
+from pytest_hricdv.execution.judge import OUTCOMES
 from pytest_hricdv.registry import offers
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive
-from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.model import GatePolicy, Report, RerunOptions, SessionSummary, SuiteResult, TestResult
+from pytest_hricdv.results.origin import GenerationResult
 from pytest_hricdv.results.section import report_sections, test_sections
 
 _EQUAL = (

@@ -23,12 +23,11 @@ from pytest_hricdv.coverage.records import (
     RequirementTally,
     SuiteCode,
 )
-from pytest_hricdv.execution.outcome import FAILING, TestOutcome
+from pytest_hricdv.execution.judge import FAILING, TestOutcome
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges, Difference
 from pytest_hricdv.results.behaviour import Timeline as Timeline
-from pytest_hricdv.results.generation import GenerationResult
-from pytest_hricdv.results.origin import ReportOrigin, RerunOption
+from pytest_hricdv.results.origin import GenerationResult, ReportOrigin, RerunOption
 from pytest_hricdv.results.section import extend_record, further_engines, report_sections, test_sections
 
 SCHEMA: Final = "hricdv-report/3"

@@ -15,16 +15,15 @@ from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import ReportedCode
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.execution.outcome import TestOutcome
+from pytest_hricdv.execution.judge import TestOutcome
 from pytest_hricdv.generate import chosen_values
 from pytest_hricdv.generate.actors import after_to_data
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Requirement, RequirementResult
 from pytest_hricdv.monitor.analysis import limits, names_shown
-from pytest_hricdv.results.consistency import check_report
+from pytest_hricdv.results.codec import check_report
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.gates import Exemption
-from pytest_hricdv.results.generation import Diversity, GenerationResult, LastNewPlan
 from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import (
     SCHEMA,
@@ -40,6 +39,7 @@ from pytest_hricdv.results.model import (
     SuiteResult,
     TestResult,
 )
+from pytest_hricdv.results.origin import Diversity, GenerationResult, LastNewPlan
 from pytest_hricdv.results.timeline import timeline
 from pytest_hricdv.testbench import Testbench
 

@@ -14,7 +14,7 @@ from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv.monitor import Trigger, Verdict
 from pytest_hricdv.results.model import Timeline
 from pytest_hricdv.runtime import Record, RecordedMessage
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 
 SPANS = 80
 """Number of time spans of a signal's run; the least and the greatest value of each span are kept."""

@@ -1,13 +1,11 @@
 """Virtual time for blocking robot nodes, a typed message bus, and the record of a run."""
 
 from pytest_hricdv.runtime.bus import Bus, MessageFault, NodeBus, Subscription, topic_of
-from pytest_hricdv.runtime.geometry import Body
-from pytest_hricdv.runtime.json_value import text_of
 from pytest_hricdv.runtime.kernel import Kernel, Node
 from pytest_hricdv.runtime.message_fields import fields_of, is_message
 from pytest_hricdv.runtime.node_error import KernelError, NodeError
-from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder
-from pytest_hricdv.runtime.world import World
+from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder, text_of
+from pytest_hricdv.runtime.world import Body, World
 
 __all__ = [
     "Body",

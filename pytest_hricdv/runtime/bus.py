@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Generic, TypeVar
 
-from pytest_hricdv.runtime.json_value import Value
 from pytest_hricdv.runtime.kernel import Kernel, Node
 from pytest_hricdv.runtime.message_fields import fields_of, record_fields
-from pytest_hricdv.runtime.record import Recorder
+from pytest_hricdv.runtime.record import Recorder, Value
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

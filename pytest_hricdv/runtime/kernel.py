@@ -22,10 +22,9 @@ from typing import NoReturn
 from greenlet import GreenletExit, greenlet
 
 from pytest_hricdv._base.error_text import error_text, text_of
-from pytest_hricdv.runtime.node_error import KernelError, NodeError, TerminalInterrupt
+from pytest_hricdv.runtime.node_error import KernelError, NodeError, TerminalInterrupt, word_of
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
-from pytest_hricdv.runtime.termination import word_of
 from pytest_hricdv.runtime.timeouts import PRUNE_AT, Timeouts
 from pytest_hricdv.runtime.world import World, advance_world
 

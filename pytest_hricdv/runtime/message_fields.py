@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Set
 from enum import Enum
 
-from pytest_hricdv.runtime.json_value import Value, plain, text_of
+from pytest_hricdv.runtime.record import Value, plain, text_of
 
 FORMS = "dataclasses, named tuples, or classes of attrs, msgspec or pydantic"
 """The classes that can be messages, in words."""

@@ -1,6 +1,18 @@
-"""Errors of a run in virtual time."""
+"""Errors of a run in virtual time, and the end of a test as pytest signals it (skip, fail, exit), told apart from
+them.
+
+`pytest.skip`, `pytest.xfail`, `pytest.exit` and `unittest.SkipTest` are exceptions. Raised by the code under
+test, its world or a handler, they would end a test as if its author had said so: without a verdict, and without a
+failure. They are known by their names: nothing here may depend on pytest, which the code may replace in parts.
+"""
 
 from __future__ import annotations
+
+from types import TracebackType
+
+from pytest_hricdv._base.error_text import text_of
+from pytest_hricdv._base.message import quote
+from pytest_hricdv.runtime.source_location import authors_frame
 
 
 class KernelError(Exception):
@@ -24,3 +36,45 @@ class NodeError(KernelError):
         super().__init__(f"{node} {failure}")
         self.node = node
         self.time_s = time_s
+
+
+_WORDS = {
+    ("builtins", "Skipped"): "pytest.skip",  # pytest says that it lives there
+    ("_pytest.outcomes", "Skipped"): "pytest.skip",
+    ("_pytest.outcomes", "XFailed"): "pytest.xfail",
+    ("_pytest.outcomes", "Exit"): "pytest.exit",
+    ("unittest.case", "SkipTest"): "unittest.SkipTest",
+}
+
+
+def word_of(error: BaseException | None) -> str:
+    """`pytest.skip`: by what an error ends a test that has not failed; empty for any other error."""
+    for kind in type(error).__mro__:
+        word = _WORDS.get((kind.__module__, kind.__name__))
+        if word is not None:
+            return word
+    return ""
+
+
+def refusal(error: BaseException) -> str:
+    """The reason why such an end is refused, with the line that asked for it."""
+    message = getattr(error, "msg", None) or text_of(error)
+    return (
+        f"{_place(error.__traceback__)}: {word_of(error)}({quote(message)}) in a run: only a test function or a "
+        "fixture may end a test so, not the code under test, its world or the testbench's run: let them raise an "
+        "error, or decide in the test function"
+    )
+
+
+def _place(traceback: TracebackType | None) -> str:
+    frame = None
+    while traceback is not None:
+        if not traceback.tb_frame.f_globals.get("__name__", "").startswith("_pytest."):
+            frame, line = traceback.tb_frame, traceback.tb_lineno
+        traceback = traceback.tb_next
+    if frame is None:
+        return "an unknown place"
+    authors = authors_frame(frame)
+    if authors is None or authors is frame:
+        return f"{frame.f_code.co_filename}:{line}"
+    return f"{authors.f_code.co_filename}:{authors.f_lineno}"

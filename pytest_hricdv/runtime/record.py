@@ -1,4 +1,7 @@
-"""The record of a run: messages, changes of signals, and disturbances, with their times and a hash."""
+"""The record of a run: messages, changes of signals, and disturbances, with their times and a hash.
+
+Values of a record: Python's own bools, numbers and strings, whatever library computed them.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,30 @@ import math
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from hashlib import sha256
 from typing import Protocol
 
 from pytest_hricdv._base import own_json as json
-from pytest_hricdv.runtime.json_value import Value, plain
+
+Value = float | bool | int | str
+
+_PLAIN = (bool, int, float, str)
+
+
+def plain(value: object) -> Value | None:
+    """A bool, a number or a text; a scalar of numpy, or an array of one, as the value that it stands for; else None."""
+    if isinstance(value, _PLAIN):
+        return value
+    item = getattr(value, "item", None)
+    scalar = item() if callable(item) and getattr(value, "shape", None) == () else None
+    return scalar if isinstance(scalar, _PLAIN) else None
+
+
+def text_of(member: Enum) -> str:
+    """How a member of an enumeration is recorded: by its value if this is a text, else by its name."""
+    return member.value if isinstance(member.value, str) else member.name
+
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

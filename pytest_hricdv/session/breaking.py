@@ -22,7 +22,7 @@ from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report.formatting import seconds
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 
 NAME = "hri_state"
 

@@ -16,7 +16,7 @@ from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.report import files
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError
-from pytest_hricdv.results.folder_lock import FolderLock, LockedError
+from pytest_hricdv.results.folder_files import FolderLock, LockedError
 from pytest_hricdv.results.journal import (
     NAME,
     EndRecord,

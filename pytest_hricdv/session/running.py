@@ -14,17 +14,16 @@ from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.execution.judge import judge_run, judge_test
-from pytest_hricdv.execution.outcome import XFAILED, Judgement
+from pytest_hricdv.execution.judge import XFAILED, Judgement, judge_run, judge_test
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import explanation, junit
-from pytest_hricdv.report.log_lines import LogLine, RunLog
+from pytest_hricdv.report.run_lines import LogLine, RunLog
 from pytest_hricdv.results.codec import encode_bounded
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import build_result
 from pytest_hricdv.run import UnstartableError
 from pytest_hricdv.runtime import KernelError
-from pytest_hricdv.runtime.termination import word_of
+from pytest_hricdv.runtime.node_error import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.following import IMPORTS

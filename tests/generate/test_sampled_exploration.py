@@ -10,8 +10,7 @@ import pytest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import ModelRun
-from pytest_hricdv.generate.model_runner import ModelRunner, explore_exhaustively
-from pytest_hricdv.generate.sampled_exploration import SAMPLES, explore_by_sampling
+from pytest_hricdv.generate.model_runner import SAMPLES, ModelRunner, explore_by_sampling, explore_exhaustively
 from tests.generate.toy import VISITOR, lamps
 
 MANY = BeliefSpace(start=("hall", "cellar"), groups={f"wish {n}": (f"a{n}", f"b{n}") for n in range(8)})

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.report.code_formats import cobertura, hits, lcov
+from pytest_hricdv.report.coverage_formats import cobertura, hits, lcov
 from pytest_hricdv.results.model import Report
 from tests.report import sample
 from tests.report.dtd import faults

@@ -12,7 +12,6 @@ from pytest_hricdv.coverage.cross_product import Coordinate, ExplorationRecord, 
 from pytest_hricdv.coverage.records import MappedFile, ReportedCode, WaiverRecord
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
-from pytest_hricdv.results.generation import Diversity, GenerationResult, LastNewPlan
 from pytest_hricdv.results.model import (
     SCHEMA,
     ConcreteParameters,
@@ -22,6 +21,7 @@ from pytest_hricdv.results.model import (
     RerunOptions,
     TestResult,
 )
+from pytest_hricdv.results.origin import Diversity, GenerationResult, LastNewPlan
 
 STATEMENTS = 5
 SIZE = 6

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.results.folder_lock import FolderLock
+from pytest_hricdv.results.folder_files import FolderLock
 from pytest_hricdv.results.journal import (
     NAME,
     JournalWriter,

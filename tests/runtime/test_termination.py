@@ -8,7 +8,7 @@ import unittest
 import pytest
 
 from pytest_hricdv.runtime import Kernel, NodeError
-from pytest_hricdv.runtime.termination import refusal, word_of
+from pytest_hricdv.runtime.node_error import refusal, word_of
 from pytest_hricdv.runtime.virtual.outside import guard_run
 
 

@@ -27,9 +27,9 @@ from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.verdict import verdict
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
+from pytest_hricdv.results.folder_files import PROGRESS_FILE as LOOP
+from pytest_hricdv.results.folder_files import LoopProgress, read_progress
 from pytest_hricdv.results.journal import NAME, Journal, ResultRecord, records
-from pytest_hricdv.results.loop_progress import NAME as LOOP
-from pytest_hricdv.results.loop_progress import LoopProgress, read_progress
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.report_builder import rebuild
 from pytest_hricdv.session.progress import ENOUGH, time_left

@@ -31,7 +31,7 @@ from pytest_hricdv.extra.campaign.row import LOST, Row, RowSummary
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.registry import offers
 from pytest_hricdv.report import files
-from pytest_hricdv.results.consistency import check_report
+from pytest_hricdv.results.codec import check_report
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.proportion import share
 from pytest_hricdv.results.replay import Replay, ReplayError

@@ -9,7 +9,7 @@ import msgspec
 from msgspec import Meta
 
 from pytest_hricdv._base.record import Count, NotNegative, Number
-from pytest_hricdv.execution.outcome import TestOutcome
+from pytest_hricdv.execution.judge import TestOutcome
 from pytest_hricdv.extra.campaign.plan import RunKey
 from pytest_hricdv.results.model import TestResult
 

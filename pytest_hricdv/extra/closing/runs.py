@@ -27,7 +27,7 @@ from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, ArchivedRun
 from pytest_hricdv.extra.closing.targets import by_kind, count_texts
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.report.formatting import natural
-from pytest_hricdv.results.loop_progress import LoopProgress, remove_progress, write_progress
+from pytest_hricdv.results.folder_files import LoopProgress, remove_progress, write_progress
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.remote import Answer, LostRequest, Remote, Workers, WorkRequest
 from pytest_hricdv.session.serving import arguments_of

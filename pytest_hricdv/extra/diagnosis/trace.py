@@ -22,7 +22,7 @@ from pytest_hricdv._base.record import Count, Number, PlainRecord
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, keep_to_this_greenlet
 from pytest_hricdv.execution.faults import CodeUnderTest
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

@@ -15,7 +15,7 @@ from pytest_hricdv.report.formatting import Line, and_more, fit, plural, seconds
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.report.violations import describe_violation, first_violation, order_failures, unit_of
-from pytest_hricdv.results.baseline_diff import NEW_CAUSE
+from pytest_hricdv.results.gate_check import NEW_CAUSE
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_REQUIREMENTS = 8

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from hashlib import sha256
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
@@ -96,6 +97,17 @@ class PatchFeature(Feature[PatchOptions]):
 
 def _kind(threshold: str) -> str:
     return threshold.partition("=")[0].strip()
+
+
+def merge(reports: Sequence[Report], merged: Report) -> Report:
+    """The merged report with what all tests together reach, where all sessions compared the same code likewise."""
+    from pytest_hricdv.extra.patch.records import PATCH, measure
+
+    patches = [PATCH.of(report) for report in reports]
+    first = patches[0]
+    if first is None or any(patch is None or patch.by_file != first.by_file for patch in patches):
+        return merged
+    return PATCH.put(merged, measure(merged, first.revision, first.base, first.by_file))
 
 
 FEATURE = PatchFeature()

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from pytest_hricdv.extra.ros2.messages import RosMessage, fields_of, import_type, kinds_of
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.runtime import Bus
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

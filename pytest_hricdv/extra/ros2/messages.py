@@ -22,7 +22,7 @@ from typing import Any
 
 from pytest_hricdv._base.message import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 from pytest_hricdv.runtime.source_location import error_line
 
 

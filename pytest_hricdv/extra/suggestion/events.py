@@ -11,7 +11,7 @@ from typing import Literal
 from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage, StoredRun
 from pytest_hricdv.monitor import Log, Vocabulary
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 
 Author = Literal["robot", "person", "world"]
 """The cause of an event: the code under test, an actor of the model, or neither as far as is known."""

@@ -14,7 +14,7 @@ from pytest_hricdv._base.atomic_file import write_bytes
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.monitor import Log
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 
 Series = tuple[bytes, bytes]
 Texts = tuple[bytes, list[str]]

@@ -23,7 +23,7 @@ from pytest_hricdv.extra.traces.records import SceneChange
 from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import Record
-from pytest_hricdv.runtime.geometry import Body
+from pytest_hricdv.runtime.world import Body
 from pytest_hricdv.testbench import Testbench
 
 LIBRARY = "pytest-hricdv"

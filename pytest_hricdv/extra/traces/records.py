@@ -12,7 +12,7 @@ from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv.results.section import FileNames, TestSection
 
 if TYPE_CHECKING:
-    from pytest_hricdv.runtime.geometry import Body
+    from pytest_hricdv.runtime.world import Body
 
 FOLDER = "traces"
 """The report's folder with the traces."""

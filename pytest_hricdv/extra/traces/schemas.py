@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_hricdv.runtime.json_value import Value
+from pytest_hricdv.runtime.record import Value
 from pytest_hricdv.testbench import Testbench
 
 Schema = tuple[str, Mapping[str, Any]]

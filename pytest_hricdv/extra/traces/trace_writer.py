@@ -15,8 +15,7 @@ from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.traces.records import FOLDER, SceneChange, TraceResult
 from pytest_hricdv.registry import offers
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.runtime.geometry import Body
-from pytest_hricdv.runtime.world import World
+from pytest_hricdv.runtime.world import Body, World
 from pytest_hricdv.testbench import Run
 
 SCENE_PERIOD_US = 50_000

@@ -19,7 +19,7 @@ from threading import local
 from types import ModuleType
 from typing import Any
 
-from pytest_hricdv.runtime.virtual.keyboards import is_keyboard, refuse_in_nodes
+from pytest_hricdv.runtime.virtual.prohibition import is_keyboard, refuse_in_nodes
 from pytest_hricdv.runtime.virtual.reach import Reach, is_initializing
 from pytest_hricdv.runtime.virtual.references import Reference, ReferenceSearch
 

@@ -16,10 +16,9 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.extra.answers.live_server import HOST, LiveServer, LiveSource
-from pytest_hricdv.results import loop_progress
 from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.folder_files import PROGRESS_FILE, LoopProgress, remove_progress, write_progress
 from pytest_hricdv.results.journal import NAME
-from pytest_hricdv.results.loop_progress import LoopProgress
 from tests.extra.campaign import conftest as campaigns
 from tests.plugin import project as lamps_project
 from tests.report.conftest import chromium
@@ -99,24 +98,24 @@ def test_a_session_is_shown_as_far_as_its_journal_goes(lamps: pytest.Pytester, t
 
 
 def test_a_loop_is_shown_while_it_runs(tmp_path: Path) -> None:
-    loop_progress.write_progress(tmp_path, LOOP)
+    write_progress(tmp_path, LOOP)
     with source_of(tmp_path) as source:
         state = told(source)
         assert (state["what"], state["done"], state["total"], state["left"]) == ("loop", 30, 90, "about 20 s left")
         assert state["verdicts"] == [("R1", 20, 2, 8)]
         assert state["causes"] == ["R1: enter hall; <b>greet</b>"]
         assert (state["open"], state["has_page"], source.files()) == (["1 statement", "12 bins"], False, {})
-        loop_progress.remove_progress(tmp_path)
-        loop_progress.remove_progress(tmp_path)
+        remove_progress(tmp_path)
+        remove_progress(tmp_path)
         source._next_s = 0.0
         assert source.state() is None
 
 
 def test_a_session_after_a_loop_that_was_killed_is_shown(lamps: pytest.Pytester, tmp_path: Path) -> None:
     lines = journal_of(tmp_path / "live", lamps)
-    loop_progress.write_progress(tmp_path / "live", LOOP)
+    write_progress(tmp_path / "live", LOOP)
     append(tmp_path / "live", lines[:3])
-    os.utime(tmp_path / "live" / loop_progress.NAME, (0, 0))
+    os.utime(tmp_path / "live" / PROGRESS_FILE, (0, 0))
     with source_of(tmp_path / "live") as source:
         assert told(source)["what"] == "session"
 
@@ -153,7 +152,7 @@ def test_it_leaves_nothing_behind_when_it_is_ended(tmp_path: Path) -> None:
 
 
 def test_only_this_machine_is_answered_and_no_page_of_another_site(tmp_path: Path) -> None:
-    loop_progress.write_progress(tmp_path, LOOP)
+    write_progress(tmp_path, LOOP)
     with serving(tmp_path) as server:
         port = server.server_address[1]
         assert server.server_address[0] == HOST == "127.0.0.1"
@@ -175,7 +174,7 @@ def test_only_this_machine_is_answered_and_no_page_of_another_site(tmp_path: Pat
 def test_a_browser_follows_a_session_to_its_end(lamps: pytest.Pytester, tmp_path: Path) -> None:
     lines = journal_of(tmp_path / "live", lamps)
     results = [place for place, line in enumerate(lines) if b'"record":"finished"' in line]
-    loop_progress.write_progress(tmp_path / "live", LOOP)
+    write_progress(tmp_path / "live", LOOP)
     with chromium() as browser, serving(tmp_path / "live") as server:
         page = browser.new_page()
         said: list[str] = []
@@ -184,7 +183,7 @@ def test_a_browser_follows_a_session_to_its_end(lamps: pytest.Pytester, tmp_path
         page.goto(server.address)
         page.get_by_text("loop: 30 of 90 runs").wait_for()
         page.get_by_text("R1: enter hall; <b>greet</b>").wait_for()
-        loop_progress.remove_progress(tmp_path / "live")
+        remove_progress(tmp_path / "live")
         append(tmp_path / "live", lines[: results[1] + 1])
         page.get_by_text("session: 2 of 4 tests").wait_for()
         frame = page.frame_locator("#page")

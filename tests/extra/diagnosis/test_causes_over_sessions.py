@@ -11,7 +11,7 @@ from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Diag
 from pytest_hricdv.extra.trend.feature import HistoryEntry, compare_causes
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.results.baseline import Baseline, baseline_of, read_baseline, write_baseline
-from pytest_hricdv.results.baseline_diff import compare
+from pytest_hricdv.results.gate_check import compare
 from pytest_hricdv.results.model import GateResult, Report
 from pytest_hricdv.results.origin import ReportOrigin
 from tests.extra.diagnosis.test_diagnosis_sessions import SUITE, surging  # noqa: F401 (a fixture)
