@@ -32,14 +32,14 @@ from typing import Any
 FEATURES = MappingProxyType(
     {
         "mutation": ("feature", "records", "view"),
-        "suggestion": ("feature", "command", "records", "view"),
+        "suggestion": ("feature", "command", "records"),
         "engines": ("feature", "view"),
         "draft": ("feature", "command"),
         "closing": ("feature", "records", "view"),
         "campaign": ("records", "view", "live"),
         "verification_plan": ("feature",),
         "cluster": ("feature",),
-        "diagnosis": ("feature", "records", "merging", "view", "commands"),
+        "diagnosis": ("feature", "records", "merging", "view"),
         "audit": ("feature", "records"),  # before what follows failures up: some are none
         "unused": ("feature",),
         "search": ("feature", "records", "view"),

@@ -1,65 +1,16 @@
-"""Judges runs: the only place that decides the outcome of a run, and of its test function; and what outcomes mean
-for a session.
+"""Judges runs: the only place that decides the outcome of a run, and of its test function.
+
+Sessions, custom tests, replays, campaigns, mutants and closing loops ask it. It reads typed results only; what pytest
+then raises or writes is derived from its judgement, and never the other way round.
 """
 
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal, Protocol, get_args
+from typing import Literal, Protocol
 
 from pytest_hricdv.execution.case import CaseResult
-
-TestOutcome = Literal[
-    "failed",  # a violation that nobody declared, a fault, another run than the replayed one, or the test's own failure
-    "error",  # no run came to its end, so nothing was checked
-    "expected-failure",  # the test function's own xfail ended it
-    "engine-sensitive",  # on a second engine it came out otherwise, by no more than margins may differ
-    "known-violation",  # it violated only what is declared as known to be violated
-    "passed",
-    "not-run",
-]
-
-OUTCOMES: tuple[TestOutcome, ...] = get_args(TestOutcome)
-"""All outcomes, the worst first: if runs of one test differ, the worst represents the test."""
-
-FAILING: tuple[TestOutcome, ...] = ("failed", "error")
-"""Outcomes that fail a session, a merge and a campaign."""
-
-XFAILED: tuple[TestOutcome, ...] = ("known-violation", "engine-sensitive", "expected-failure")
-"""Outcomes that pytest reports as xfailed: they fail nothing, and are no pass."""
-
-AS_DECLARED: tuple[TestOutcome, ...] = ("passed", "known-violation")
-"""Outcomes of runs without a deviation from the project's declarations."""
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """The judgement of one run.
-
-    Args:
-        outcome: of the run, if nothing else ends its test.
-        undeclared: requirements that it violated, on whichever engine, and whose violation is not declared as known.
-        reason: why, in a line, where the outcome is expected to fail or depends on the engine.
-        depends_on_engine: whether that is what decided.
-    """
-
-    outcome: TestOutcome
-    undeclared: tuple[str, ...] = ()
-    reason: str = ""
-    depends_on_engine: bool = False
-
-
-def is_declared(requirement: str, known_violations: Container[str], *, outside: bool) -> bool:
-    """Whether a violation is declared as known.
-
-    Args:
-        requirement: that was violated.
-        known_violations: requirements whose violations are known.
-        outside: it was outside of the condition under which they are.
-    """
-    return requirement in known_violations and not outside
-
+from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome, is_declared
 
 ENGINE_SENSITIVE = "engine-sensitive"
 

@@ -21,7 +21,7 @@ from typing import IO
 import msgspec
 
 from pytest_hricdv._base.hash_seed import environment_of_child
-from pytest_hricdv.execution.process_pool import LOOKS_EACH_S, AwakeClock
+from pytest_hricdv.execution.forks import LOOKS_EACH_S, AwakeClock
 
 _MOST_BYTES = 1 << 16
 """Number of bytes read at a time: the capacity of a Linux pipe (pipe(7))."""

@@ -22,7 +22,7 @@ from pathlib import PurePosixPath
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_product import ProductCoverage, ProductDeclaration
 from pytest_hricdv.coverage.records import PlanCoverage
-from pytest_hricdv.execution.judge import AS_DECLARED
+from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 

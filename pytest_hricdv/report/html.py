@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.execution.judge import OUTCOMES
+from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.report import behaviour_view, explanation, formatting, tests_view, totals, waivers_view
 from pytest_hricdv.report.holes import hole_causes
 from pytest_hricdv.report.page_scripts import folder_of, inline_scripts, styles

@@ -10,7 +10,7 @@ from typing import Literal
 from pytest_hricdv.coverage.cross_product import CrossCoverage
 from pytest_hricdv.coverage.gaps import near_miss
 from pytest_hricdv.coverage.records import WaiverRecord
-from pytest_hricdv.execution.judge import FAILING, XFAILED, TestOutcome
+from pytest_hricdv.execution.outcome import FAILING, XFAILED, TestOutcome
 from pytest_hricdv.report.formatting import and_more, branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.holes import holes_of_suite
 from pytest_hricdv.report.view import views

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.execution.judge import OUTCOMES
+from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.registry import offers
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive

@@ -23,7 +23,7 @@ from pytest_hricdv.coverage.records import (
     RequirementTally,
     SuiteCode,
 )
-from pytest_hricdv.execution.judge import FAILING, TestOutcome
+from pytest_hricdv.execution.outcome import FAILING, TestOutcome
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges, Difference
 from pytest_hricdv.results.behaviour import Timeline as Timeline

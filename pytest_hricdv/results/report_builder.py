@@ -15,7 +15,7 @@ from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import ReportedCode
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.execution.judge import TestOutcome
+from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.generate import chosen_values
 from pytest_hricdv.generate.actors import after_to_data
 from pytest_hricdv.generate.suite import Suite, diagnose

@@ -20,7 +20,7 @@ from pytest_hricdv._base.process_state import Finders, complaint, hide_arguments
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.results.report_builder import GeneratedSuite
-from pytest_hricdv.runtime.virtual.builtin_names import keep_builtins
+from pytest_hricdv.runtime.virtual.prohibition import keep_builtins
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.following import of_testbench
 from pytest_hricdv.session.option import feature_options, locate_error, usage_error

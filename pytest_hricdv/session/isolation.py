@@ -27,7 +27,7 @@ import pytest
 from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.coverage.measurement import OwnMeasurement
 from pytest_hricdv.execution.execution_feature import execution_features
-from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
+from pytest_hricdv.execution.forks import Fork, ForkError, InFork, fork
 from pytest_hricdv.execution.run_monitors import formulas
 from pytest_hricdv.execution.separate_process import ProcessError, start_process
 from pytest_hricdv.monitor import MonitorSet

@@ -11,7 +11,8 @@ from typing import TypeVar
 import pytest
 
 from pytest_hricdv._base.message import MAX_TEXT, cut, visible
-from pytest_hricdv.execution.judge import XFAILED, FunctionEnd, Judgement, TestOutcome
+from pytest_hricdv.execution.judge import FunctionEnd
+from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
 from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.options import Options
 

@@ -18,7 +18,7 @@ from pytest_hricdv._base.hash_seed import SEVERAL
 from pytest_hricdv._base.self_check import complaint, wrong_answers
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, skip_exploration
-from pytest_hricdv.execution.judge import FAILING
+from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import beliefs_without_test, list_model

@@ -9,7 +9,7 @@ import pytest
 from _pytest._code.code import ReprExceptionInfo, ReprFileLocation, ReprTracebackNative
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.execution.judge import XFAILED
+from pytest_hricdv.execution.outcome import XFAILED
 from pytest_hricdv.report import junit
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.results.model import TestResult

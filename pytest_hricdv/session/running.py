@@ -14,7 +14,8 @@ from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.execution.judge import XFAILED, Judgement, judge_run, judge_test
+from pytest_hricdv.execution.judge import judge_run, judge_test
+from pytest_hricdv.execution.outcome import XFAILED, Judgement
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import explanation, junit
 from pytest_hricdv.report.run_lines import LogLine, RunLog

@@ -12,7 +12,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from pytest_hricdv.execution.judge import FAILING
+from pytest_hricdv.execution.outcome import FAILING
 from studies import page, plots, session
 from studies.experiment import charts
 from studies.experiment.comparison import Method, methods

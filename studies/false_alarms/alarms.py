@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from pytest_hricdv.execution.judge import AS_DECLARED, is_declared
+from pytest_hricdv.execution.outcome import AS_DECLARED, is_declared
 from pytest_hricdv.results.model import Report, TestResult
 
 RUN, SESSION = "the run", "the session"

@@ -9,7 +9,8 @@ from typing import Literal
 import pytest
 
 from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.execution.judge import FunctionEnd, Judgement, TestOutcome, judge_run, judge_test
+from pytest_hricdv.execution.judge import FunctionEnd, judge_run, judge_test
+from pytest_hricdv.execution.outcome import Judgement, TestOutcome
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Verdict, Violation
 from pytest_hricdv.runtime import Record

@@ -10,7 +10,7 @@ from collections.abc import Generator
 
 import pytest
 
-from pytest_hricdv.execution.process_pool import End, OutputLine, ProcessPool, Send
+from pytest_hricdv.execution.forks import End, OutputLine, ProcessPool, Send
 
 LONG_S = 60
 """Longer than anything here takes: a process that is ended after it fails its test."""

@@ -15,7 +15,7 @@ import msgspec
 import pytest
 
 from pytest_hricdv._base.error_text import text_of
-from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
+from pytest_hricdv.execution.forks import Fork, ForkError, InFork, fork
 from pytest_hricdv.extra.audit.sources import Reading, SourceWatch
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
+from pytest_hricdv.execution.forks import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import (
     LetThrough,
     LostError,

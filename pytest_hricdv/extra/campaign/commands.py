@@ -23,12 +23,12 @@ from msgspec import structs
 
 from pytest_hricdv._base.message import harmless_line, visible
 from pytest_hricdv._base.project_files import differences
-from pytest_hricdv.execution.judge import FAILING
+from pytest_hricdv.execution.outcome import FAILING
+from pytest_hricdv.extra.campaign.database import LOST
 from pytest_hricdv.extra.campaign.execution import CancelledError, Execution, audit
 from pytest_hricdv.extra.campaign.plan import FOLLOWS_TESTS, CampaignError, CampaignPlan, plan
 from pytest_hricdv.extra.campaign.records import CAMPAIGN
 from pytest_hricdv.extra.campaign.reporting import campaign_report
-from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Counts, Store
 from pytest_hricdv.extra.campaign.table import write_parquet
 from pytest_hricdv.report import files, terminal

@@ -16,8 +16,8 @@ from itertools import zip_longest
 
 import msgspec
 
+from pytest_hricdv.extra.campaign.database import LOST
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
-from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.session import run_process

@@ -16,7 +16,7 @@ from msgspec import structs
 
 from pytest_hricdv._base.contained import files_inside
 from pytest_hricdv._base.project_files import differences
-from pytest_hricdv.extra.campaign.database import damage_error, error_location
+from pytest_hricdv.extra.campaign.database import LOST, Row, RowSummary, damage_error, error_location
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import (
     CampaignRequirement,
@@ -27,7 +27,6 @@ from pytest_hricdv.extra.campaign.records import (
     LeastMargin,
     LostRun,
 )
-from pytest_hricdv.extra.campaign.row import LOST, Row, RowSummary
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.registry import offers
 from pytest_hricdv.report import files

@@ -19,9 +19,18 @@ from typing import Self
 import msgspec
 
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, unpack
-from pytest_hricdv.extra.campaign.database import TABLES, check_keys, check_tables, connect, error_location
+from pytest_hricdv.extra.campaign.database import (
+    LOST,
+    TABLES,
+    Row,
+    RowSummary,
+    check_keys,
+    check_tables,
+    connect,
+    error_location,
+    read_row,
+)
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, RunKey
-from pytest_hricdv.extra.campaign.row import LOST, Row, RowSummary, read_row
 from pytest_hricdv.results.codec import check_report, encode
 from pytest_hricdv.results.folder_files import FolderLock, LockedError
 from pytest_hricdv.results.model import TestResult

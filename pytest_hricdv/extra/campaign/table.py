@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.atomic_file import replace_file
+from pytest_hricdv.extra.campaign.database import Row
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan
-from pytest_hricdv.extra.campaign.row import Row
 from pytest_hricdv.extra.campaign.store import Store
 
 BATCH = 10_000  # rows that are in memory at a time: about 20 MB as Python has them

@@ -29,7 +29,7 @@ Modules
     targets                         the points to hit; what came closest to those left open
     observation                     what one run yields: points, distances, categories of violations
     evidence, suite                 what the loop has shown; the smallest suite that hits as much, and its cache
-    pool, interactions              abstract tests, and the interactions in them
+    pool                            abstract tests, and the interactions in them
     outcome_model, experience       surrogate models of interactions, and what their effects lack
     intervention_effects, combination_synthesis
                                     what interventions bring about, and combinations of them

@@ -22,9 +22,9 @@ from pytest_hricdv.extra.closing.experience import (
     MissingCondition,
     find_missing,
 )
-from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Effect, Intervention, Outcome
 from pytest_hricdv.extra.closing.intervention_effects import Deviation, EffectChange, InterventionEffects
 from pytest_hricdv.extra.closing.outcome_model import CombinationCandidate, OutcomeModel, fit_combination
+from pytest_hricdv.extra.closing.pool import UNDISTURBED, Combination, Effect, Intervention, Outcome
 from pytest_hricdv.extra.closing.strategy import CHOICES, draw_good
 from pytest_hricdv.generate.rng import pick_weighted, shuffle
 

@@ -16,8 +16,7 @@ from typing import TypeVar
 
 from pytest_hricdv.extra.closing.combination_synthesis import CombinationSynthesis
 from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
-from pytest_hricdv.extra.closing.interactions import Combination, Intervention, Outcome, PlannedInteraction
-from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.pool import Combination, Intervention, Outcome, PlannedInteraction, Pool
 from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal, draw_good
 from pytest_hricdv.generate.rng import pick, random_index

@@ -15,9 +15,8 @@ from typing import NamedTuple
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.extra.closing.interactions import Effect, Outcome, PlannedInteraction, interactions_of
 from pytest_hricdv.extra.closing.outcome_model import OutcomeModel
-from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.pool import Effect, Outcome, PlannedInteraction, Pool, interactions_of
 from pytest_hricdv.extra.closing.strategy import Archive, ArchivedRun
 from pytest_hricdv.generate.abstract import AbstractTest, disturbance_of
 

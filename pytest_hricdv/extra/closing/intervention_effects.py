@@ -24,8 +24,8 @@ from pytest_hricdv.extra.closing.experience import (
     is_met,
     is_missing,
 )
-from pytest_hricdv.extra.closing.interactions import Combination, Effect, Intervention
 from pytest_hricdv.extra.closing.outcome_model import INDIRECT_WEIGHT, PRIOR_TRIES, OutcomeModel, fit_combination
+from pytest_hricdv.extra.closing.pool import Combination, Effect, Intervention
 
 ERROR_RATE, ERROR_PRIOR_TRIES = 0.05, 20.0
 """Rate at which a missing condition is met by chance, and the tries that this prior weighs; see the package."""

@@ -9,8 +9,7 @@ from __future__ import annotations
 from random import Random
 
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Outcome, PlannedInteraction
-from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.pool import UNDISTURBED, Combination, Outcome, PlannedInteraction, Pool
 from pytest_hricdv.extra.closing.selection import Option, Selection
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.generate.rng import pick, shuffle

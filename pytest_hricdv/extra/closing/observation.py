@@ -31,7 +31,8 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.execution.judge import is_declared, list_undeclared_violations
+from pytest_hricdv.execution.judge import list_undeclared_violations
+from pytest_hricdv.execution.outcome import is_declared
 from pytest_hricdv.execution.run_monitors import log_of
 from pytest_hricdv.experiments.failure_signature import failure_signature
 from pytest_hricdv.extra.closing.records import ViolationKind

@@ -13,7 +13,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.extra.closing.interactions import (
+from pytest_hricdv.extra.closing.pool import (
     UNDISTURBED,
     Combination,
     Effect,

@@ -23,7 +23,7 @@ import msgspec
 
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.execution_feature import Watcher
-from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, OutputLine, ProcessPool, Send
+from pytest_hricdv.execution.forks import KILLED, MAX_ATTEMPTS, OutputLine, ProcessPool, Send
 from pytest_hricdv.extra.closing.observation import RunObservation, observe
 from pytest_hricdv.extra.closing.online_strategy import OnlineRun, roles_of
 from pytest_hricdv.generate.abstract import AbstractTest

@@ -17,7 +17,7 @@ from typing import Self
 import msgspec
 import pytest
 
-from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
+from pytest_hricdv.execution.forks import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, SeparateProcess, start_process
 from pytest_hricdv.extra.closing import process as closing_process
 from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineTests

@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.interactions import (
+from pytest_hricdv.extra.closing.pool import (
     UNDISTURBED,
     Combination,
     Outcome,
     PlannedInteraction,
+    Pool,
     RunValues,
 )
-from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.strategy import Archive, draw_good
 from pytest_hricdv.generate.rng import random_index
 

@@ -17,6 +17,7 @@ from pytest_hricdv.extra.diagnosis.experiments import Experiments, list_experime
 from pytest_hricdv.extra.diagnosis.failures import FAULT
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group
 from pytest_hricdv.extra.diagnosis.locations import locate, node_places, rank_places, traces_of, variation_coverage
+from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.extra.diagnosis.pair_search import PairSearch, keep_run
 from pytest_hricdv.extra.diagnosis.records import (
     CAUSES,
@@ -28,7 +29,7 @@ from pytest_hricdv.extra.diagnosis.records import (
 )
 from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, remember_runs, runner
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
-from pytest_hricdv.extra.diagnosis.subject import DiagnosisOptions, Subject
+from pytest_hricdv.extra.diagnosis.subject import Subject
 from pytest_hricdv.extra.diagnosis.switching import SwitchSearch, make_switch_runner
 from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
 from pytest_hricdv.generate.concrete import ConcreteTest

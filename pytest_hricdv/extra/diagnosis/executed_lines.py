@@ -22,7 +22,7 @@ from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.execution.forks import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.records import ExecutedLines, Neighbour
 from pytest_hricdv.extra.diagnosis.runs import in_fork
 from pytest_hricdv.extra.diagnosis.trace import Tracer, TraceStep

@@ -8,7 +8,7 @@ from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv._base import own_json as json
-from pytest_hricdv.execution.judge import is_declared
+from pytest_hricdv.execution.outcome import is_declared
 from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.results.model import TestResult
 

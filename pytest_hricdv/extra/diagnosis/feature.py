@@ -1,12 +1,20 @@
-"""Diagnosis in a session: its option, and its experiments after the last test if tests failed."""
+"""Diagnosis in a session: its option, and its experiments after the last test if tests failed.
+
+Commands on reports: `hricdv report triage`.
+"""
 
 from __future__ import annotations
 
+import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.extra.diagnosis.subject import DiagnosisOptions
+from pytest_hricdv._base.message import harmless_line
+from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
+from pytest_hricdv.report.view import ReportCommand
+from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 
@@ -15,6 +23,40 @@ if TYPE_CHECKING:
     from pytest_hricdv.extra.diagnosis.executed_lines import LineTracer
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
+
+OK, FAILED = 0, 1
+
+
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("report", type=Path, metavar="REPORT", help="a report folder or its report.json")
+
+
+def _triage(options: argparse.Namespace) -> int:
+    from pytest_hricdv.extra.diagnosis.records import DIAGNOSIS
+    from pytest_hricdv.extra.diagnosis.triage import lines, proposals
+
+    report = load(options.report)
+    diagnosis = DIAGNOSIS.of(report)
+    if diagnosis is None:
+        if any(test.fails for test in report.tests):
+            raise ReportError(f"{options.report}: no causes in it; run the suite again without --hri-diagnose=0")
+        print("no test fails: nothing to tolerate")
+        return OK
+    made = proposals(report, diagnosis)
+    for line in lines(report, made):
+        print(harmless_line(line))
+    return OK if all(entry.line for proposal in made for entry in proposal.entries) else FAILED
+
+
+COMMANDS = (
+    ReportCommand(
+        "triage",
+        "propose an entry of hri_known_violations for each cause; exit 1 where no condition separates one",
+        _add_arguments,
+        _triage,
+    ),
+)
+
 
 _TRACING: pytest.StashKey[LineTracer] = pytest.StashKey()
 

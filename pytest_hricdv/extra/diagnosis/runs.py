@@ -16,7 +16,7 @@ from pytest_hricdv.coverage.measurement import Measurement
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.execution.case import CaseResult, RunSettings
-from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.execution.forks import ForkError, InFork, fork
 from pytest_hricdv.execution.run_monitors import formulas
 from pytest_hricdv.extra.diagnosis.failures import FAULT
 from pytest_hricdv.extra.diagnosis.trace import Tracer, ViolationTrace

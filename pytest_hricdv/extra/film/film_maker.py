@@ -19,7 +19,7 @@ from pytest_hricdv._base.atomic_file import replace_file
 from pytest_hricdv._base.contained import inside
 from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.execution.forks import ForkError, InFork, fork
 from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.reachability import skip_exploration
-from pytest_hricdv.execution.judge import TestOutcome
+from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.extra.logs.feature import UNKNOWN
 from pytest_hricdv.extra.logs.judging import JudgedRun
 from pytest_hricdv.generate.suite import Suite

@@ -15,9 +15,9 @@ import msgspec
 from pytest_hricdv._base.hash_seed import question_of_drawn_seed
 from pytest_hricdv.coverage.closure import MeasuredTest, PointIndex, minimal_suite
 from pytest_hricdv.coverage.code_map import Bits
+from pytest_hricdv.execution.forks import MAX_ATTEMPTS
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.execution.judge import AS_DECLARED
-from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
+from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, start_process
 from pytest_hricdv.extra.mutation import process as mutant_process
 from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample

@@ -21,9 +21,9 @@ import msgspec
 from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
+from pytest_hricdv.execution.forks import KILLED, MAX_ATTEMPTS, OutputLine, ProcessPool, Send
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.judge import list_undeclared_violations
-from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, OutputLine, ProcessPool, Send
 from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.results.baseline import behaviour_of

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from msgspec.structs import replace
 
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.execution.judge import AS_DECLARED
+from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.extra.schedules.budgets import PRECISION_S, measure_budgets, slow_down
 from pytest_hricdv.extra.schedules.points import WRITES, points_of
 from pytest_hricdv.extra.schedules.races import RaceExamination, words

@@ -16,7 +16,7 @@ import msgspec
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
 from pytest_hricdv.execution.case import UNMEASURED
-from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
+from pytest_hricdv.execution.forks import Fork, ForkError, InFork, fork
 from pytest_hricdv.extra.schedules.execution import INSTRUMENTATION
 from pytest_hricdv.extra.schedules.pairs import DataConflict, ExecutedSteps
 from pytest_hricdv.extra.schedules.scheduler import HeldNode, Scheduler, instrument_points

@@ -19,8 +19,8 @@ import msgspec
 from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.case import execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
+from pytest_hricdv.execution.forks import OutputLine, ProcessPool, Send
 from pytest_hricdv.execution.judge import list_undeclared_violations
-from pytest_hricdv.execution.process_pool import OutputLine, ProcessPool, Send
 from pytest_hricdv.extra.suggestion.stored_run import Authorship, StoredRun, read, store, write
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement, parse_formula

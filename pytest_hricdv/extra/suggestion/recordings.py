@@ -11,8 +11,8 @@ from pathlib import Path
 import msgspec
 
 from pytest_hricdv.execution.faulty_import import SeededFault
+from pytest_hricdv.execution.forks import MAX_ATTEMPTS
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, start_process
 from pytest_hricdv.extra.suggestion import process as recording_process
 from pytest_hricdv.extra.suggestion.process import RecordingJob, RecordingRequest, Version, VersionEnd, runs_to_repeat

@@ -12,7 +12,7 @@ from typing import cast
 
 from pytest_hricdv.execution.faulty_import import SeededFault
 from pytest_hricdv.execution.hri_case import HriCase
-from pytest_hricdv.execution.judge import AS_DECLARED
+from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.execution.run_monitors import formulas
 from pytest_hricdv.extra.suggestion.events import Runs
 from pytest_hricdv.extra.suggestion.mining import CandidatePool, CandidateScore, list_open_tests, mine

@@ -18,8 +18,8 @@ from typing import Any, cast
 from pytest_hricdv.runtime.blocking_calls import TIME
 from pytest_hricdv.runtime.kernel import current_node
 from pytest_hricdv.runtime.source_location import place_of
-from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError, check
+from pytest_hricdv.runtime.virtual.references import stand_in
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

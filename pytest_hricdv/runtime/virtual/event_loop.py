@@ -26,8 +26,8 @@ from pytest_hricdv.runtime.kernel import US_PER_S, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import error_line
 from pytest_hricdv.runtime.virtual.clocks import monotonic
-from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError, node_to_wait
+from pytest_hricdv.runtime.virtual.references import stand_in
 from pytest_hricdv.runtime.virtual.selector import WHAT, VirtualSelector
 from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
 

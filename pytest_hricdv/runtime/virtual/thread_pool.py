@@ -13,8 +13,8 @@ from pytest_hricdv.runtime.kernel import current_node
 from pytest_hricdv.runtime.source_location import error_line, place_of
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
-from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
+from pytest_hricdv.runtime.virtual.references import stand_in
 from pytest_hricdv.runtime.virtual.threads import Thread
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

@@ -19,8 +19,8 @@ from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.timeouts import PRUNE_AT
 from pytest_hricdv.runtime.virtual import clocks, locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
-from pytest_hricdv.runtime.virtual.copies import copy, stand_in
 from pytest_hricdv.runtime.virtual.real_time import node_to_wait
+from pytest_hricdv.runtime.virtual.references import copy, stand_in
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

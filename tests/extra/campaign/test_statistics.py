@@ -9,10 +9,10 @@ import msgspec
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.execution.judge import TestOutcome
+from pytest_hricdv.execution.outcome import TestOutcome
+from pytest_hricdv.extra.campaign.database import LOST, Judgement, Row, RowSummary
 from pytest_hricdv.extra.campaign.plan import CampaignBasis, CampaignPlan, PlannedTest
 from pytest_hricdv.extra.campaign.reporting import Statistics, failure_share
-from pytest_hricdv.extra.campaign.row import LOST, Judgement, Row, RowSummary
 from pytest_hricdv.generate.abstract import AbstractTest
 
 NAMES = ("R1", "R2")

@@ -11,9 +11,9 @@ from itertools import product
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.extra.closing.interactions import Combination, combinations_of, commands_of, starts_of
 from pytest_hricdv.extra.closing.loop import OnlineTests
 from pytest_hricdv.extra.closing.observation import RunObservation
+from pytest_hricdv.extra.closing.pool import Combination, combinations_of, commands_of, starts_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Exploration, ExploredRun

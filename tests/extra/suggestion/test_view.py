@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pytest_hricdv.extra.suggestion.feature import VIEW, toml_lines
 from pytest_hricdv.extra.suggestion.records import SUGGESTIONS
-from pytest_hricdv.extra.suggestion.view import VIEW, toml_lines
 from pytest_hricdv.monitor import Vocabulary, load_requirements
 from tests.report import sample, sample_sections
 
