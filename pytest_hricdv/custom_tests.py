@@ -95,13 +95,13 @@ class HriRun:
             raise ValueError(f"hri_run.check: expected what hri_run returned in this test, got {result!r:.60}")
         context, units = self._context, self._context.collection.testbench.units
         raise_for(
-            judge_run(result, context.known_violations),
+            judge_run(result, context.violation_exemptions),
             result,
             lambda: explanation.failure(
                 built,
                 context.texts,
                 seed=None,
-                known_violations=context.known_violations,
+                known_violations=context.violation_exemptions,
                 units=units,
                 brief=self._item.config.get_verbosity() <= 0,
             ),

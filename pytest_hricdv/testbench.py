@@ -29,7 +29,7 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform
 from pytest_hricdv.monitor import Requirement, Vocabulary
-from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.node import Kind
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
@@ -271,7 +271,7 @@ class Testbench:
         return {name: declared.values for name, declared in self._details.items() if declared.values}
 
     @cached_property
-    def sampled_while(self) -> Mapping[str, str]:
+    def sampling_conditions(self) -> Mapping[str, str]:
         """Signal -> the bool signal that has to be True for the world to measure it."""
         signals = ((name, signal) for name, signal in self.signals.items() if isinstance(signal, Signal))
         return {name: signal.sampled_while for name, signal in signals if signal.sampled_while}

@@ -244,7 +244,7 @@ def _bystander_faults(testbench: Testbench) -> Iterator[str]:
 
 def _sampling_faults(testbench: Testbench) -> Iterator[str]:
     switches = [name for name, kind in testbench.signal_types.items() if kind is bool]
-    for name, switch in testbench.sampled_while.items():
+    for name, switch in testbench.sampling_conditions.items():
         if switch not in switches:
             listed = ", ".join(switches) or "none"
             yield f"signals[{name!r}]: sampled_while is {switch!r}, which is not a bool signal; there are: {listed}"

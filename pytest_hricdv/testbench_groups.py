@@ -13,7 +13,7 @@ from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.film import Film
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.qlearning import QLearning
-from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.node import Kind
 from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.runtime.blocking_calls import KINDS
 

@@ -45,6 +45,8 @@ _NOUN_WORDS = """
 """
 NOUNS = frozenset(_NOUN_WORDS.split())
 """Nouns and verbs that only look like participles."""
+FIXED = frozenset({"Done", "enacted", "failed", "held_for", "locked", "tolerated"})
+"""Participles that are fixed: by tests and requirements of users, by Python's locks, and by `report.json`."""
 UNFOUNDED = re.compile(r"\b(chosen|heuristic|not measured|not tuned)\b", re.IGNORECASE)
 """What the comment of a constant without evidence says."""
 RECIPES = ("an option", "an operator of requirements", "a column of a table on the page", "a lint rule for models")
@@ -98,7 +100,7 @@ def is_participle(name: str) -> bool:
     [True, False, False, False]
     """
     words = re.findall(r"[A-Z]?[a-z]+", name)
-    if name.startswith("__") or not words:
+    if name.startswith("__") or name in FIXED or not words:
         return False
     word = (words[-1] if name[:1].isupper() else words[0]).lower()
     looks = len(word) > 4 and word.endswith(("ed", "ing"))

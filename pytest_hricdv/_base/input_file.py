@@ -337,15 +337,3 @@ def _limit_fault(text: str) -> str:
 
 def _place(text: str, index: int) -> str:
     return f":{text.count(chr(10), 0, index) + 1}:{index - text.rfind(chr(10), 0, index)}"
-
-
-def write_ahead_log(path: Path) -> Path | None:
-    """The write-ahead log of a database, where it holds what the file itself does not; None if there is none.
-
-    A reader that opens SQLite files as immutable passes such a log over without a word.
-
-    Args:
-        path: of an SQLite file, or of a folder of them.
-    """
-    logs = path.glob("*-wal") if path.is_dir() else [path.with_name(f"{path.name}-wal")]
-    return next((log for log in sorted(logs) if log.is_file() and log.stat().st_size), None)

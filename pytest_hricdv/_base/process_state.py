@@ -57,7 +57,7 @@ def _umask() -> int:
     return mask
 
 
-def _traced_frames() -> int:
+def _count_traced_frames() -> int:
     return tracemalloc.get_traceback_limit() if tracemalloc.is_tracing() else 0
 
 
@@ -77,7 +77,7 @@ _SETTINGS: tuple[tuple[Callable[[], Any], Callable[[Any], object]], ...] = (
     (threading.stack_size, threading.stack_size),
     (sys.getrecursionlimit, sys.setrecursionlimit),
     (sys.get_coroutine_origin_tracking_depth, sys.set_coroutine_origin_tracking_depth),
-    (_traced_frames, _trace_memory),
+    (_count_traced_frames, _trace_memory),
     (_umask, os.umask),
 )
 """Process-wide settings: a getter and a setter for each."""

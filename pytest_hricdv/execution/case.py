@@ -27,7 +27,7 @@ from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.node_error import refusal, word_of
 from pytest_hricdv.runtime.random_numbers import seed_run
 from pytest_hricdv.runtime.virtual import VirtualModules
-from pytest_hricdv.runtime.virtual.locks import find_deadlocks
+from pytest_hricdv.runtime.virtual.deadlocks import find_deadlocks
 from pytest_hricdv.runtime.virtual.outside import guard_run
 from pytest_hricdv.runtime.virtual.prohibition import keep_builtins
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError

@@ -10,7 +10,7 @@ from pytest_hricdv.declarations.ros2 import Middleware
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Verdict
-from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.node import Kind
 from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime.record import Value

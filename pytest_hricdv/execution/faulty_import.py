@@ -12,7 +12,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 
 
-def loaded_text(path: Path) -> str:
+def text_as_loaded(path: Path) -> str:
     """The text that a file is loaded as: its own, or the mutated one."""
     for finder in sys.meta_path:
         text = finder.text(path) if isinstance(finder, FaultyImport) else None

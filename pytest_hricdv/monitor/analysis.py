@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from pytest_hricdv.monitor.compiler import ExpressionCompiler, function_of
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.names import Kind, field_of, last_of
-from pytest_hricdv.monitor.node import PastFormula, Term
+from pytest_hricdv.monitor.node import Kind, PastFormula, Term, field_of, last_of
 from pytest_hricdv.monitor.past_formula import FLIPPED, Conjunction, Disjunction, NumberComparison, On, Relation
 from pytest_hricdv.monitor.terms import FloatName
 

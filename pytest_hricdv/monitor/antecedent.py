@@ -26,8 +26,7 @@ from pytest_hricdv.monitor.evaluation_state import (
     seconds,
 )
 from pytest_hricdv.monitor.log import Log, Update
-from pytest_hricdv.monitor.names import last_of
-from pytest_hricdv.monitor.node import HysteresisScope, PastFormula
+from pytest_hricdv.monitor.node import HysteresisScope, PastFormula, last_of
 from pytest_hricdv.monitor.past_formula import Conjunction, Disjunction, Negation, NumberComparison
 from pytest_hricdv.monitor.terms import ArithmeticOperator, ArithmeticTerm, NumberTerm
 from pytest_hricdv.monitor.verdict import NearMiss

@@ -31,8 +31,7 @@ from pytest_hricdv.monitor.dsl import (
     as_text,
 )
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, HoldsUntil
-from pytest_hricdv.monitor.names import IDENTIFIER, last_of
-from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.node import IDENTIFIER, PastFormula, last_of
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.terms import Count, TimeBetween, TimeSince
 from pytest_hricdv.monitor.units import MAX_TIME_S

@@ -13,8 +13,7 @@ from functools import partial
 from typing import Any
 
 from pytest_hricdv.monitor.evaluation_state import Condition
-from pytest_hricdv.monitor.names import is_optional
-from pytest_hricdv.monitor.node import FormulaNode, HysteresisScope, PastFormula, Term
+from pytest_hricdv.monitor.node import FormulaNode, HysteresisScope, PastFormula, Term, is_optional
 from pytest_hricdv.monitor.number_operators import NumberOperator
 from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
 from pytest_hricdv.monitor.past_formula import NumberComparison, On, Rise, TextComparison

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from pytest_hricdv.monitor.names import field_of, is_optional, last_of
+from pytest_hricdv.monitor.node import field_of, is_optional, last_of
 
 NS_PER_S = 1_000_000_000
 """A thousand times finer than the kernel's microsecond, so that rounding never merges two of its instants."""

@@ -15,8 +15,7 @@ from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
 from pytest_hricdv.monitor.log import Log
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
-from pytest_hricdv.monitor.names import Kind
-from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.node import Kind, PastFormula
 from pytest_hricdv.monitor.past_formula import On
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Verdict
@@ -130,7 +129,7 @@ def _count_masked(formula: Formula, instants: Crowded) -> dict[str, int]:
     """
     counts = {}
     for topic, (names, seen) in what_masks(formula).items():
-        count = sum(masked(messages, names, seen) for messages in instants.get(topic, ()))
+        count = sum(count_masked(messages, names, seen) for messages in instants.get(topic, ()))
         if count:
             counts[topic] = count
     return counts
@@ -148,7 +147,7 @@ def what_masks(formula: Formula) -> dict[str, tuple[tuple[str, ...], int]]:
     return topics
 
 
-def masked(messages: Sequence[Mapping[str, object]], names: Iterable[str], seen: int) -> int:
+def count_masked(messages: Sequence[Mapping[str, object]], names: Iterable[str], seen: int) -> int:
     """How many messages of a topic at one instant count for nothing, see `what_masks`."""
     final = messages[-1]
     return sum(any(message[name] != final[name] for name in names) for message in messages[:-seen])

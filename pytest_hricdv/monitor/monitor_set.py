@@ -17,8 +17,7 @@ from pytest_hricdv.monitor.evaluation_state import (
     seconds,
 )
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor, FormulaMonitor
-from pytest_hricdv.monitor.names import Kind, field_of
-from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.node import Kind, PastFormula, field_of
 from pytest_hricdv.monitor.program import compile_condition
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.requirement_monitor import RequirementMonitor, monitor_of

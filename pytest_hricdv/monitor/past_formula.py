@@ -12,15 +12,16 @@ from functools import partial
 from typing import Any, ClassVar, Literal, Self
 
 from pytest_hricdv.monitor.evaluation_state import nanoseconds
-from pytest_hricdv.monitor.names import Kind, is_optional
 from pytest_hricdv.monitor.node import (
     Compiler,
     FormulaNode,
     HysteresisScope,
+    Kind,
     PastFormula,
     Precedence,
     Term,
     TextTerm,
+    is_optional,
     number_text,
 )
 from pytest_hricdv.monitor.operators import (

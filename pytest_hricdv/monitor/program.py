@@ -10,8 +10,7 @@ from pytest_hricdv.monitor.analysis import disjuncts, names_of, names_read, topi
 from pytest_hricdv.monitor.compiler import ExpressionCompiler, function_of
 from pytest_hricdv.monitor.evaluation_state import Condition, Measure
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil
-from pytest_hricdv.monitor.names import Kind
-from pytest_hricdv.monitor.node import HysteresisScope, PastFormula, text_with_names
+from pytest_hricdv.monitor.node import HysteresisScope, Kind, PastFormula, text_with_names
 from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
 
 

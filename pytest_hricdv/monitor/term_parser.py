@@ -9,8 +9,7 @@ from typing import TypeAlias, cast
 from lark import Token, Tree
 
 from pytest_hricdv._base.message import nearest, quote
-from pytest_hricdv.monitor.names import Kind, field_of, last_of
-from pytest_hricdv.monitor.node import PastFormula, TextTerm
+from pytest_hricdv.monitor.node import Kind, PastFormula, TextTerm, field_of, last_of
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 from pytest_hricdv.monitor.syntax_tree import MAX_NODES
 from pytest_hricdv.monitor.terms import Text, TextName

@@ -9,8 +9,7 @@ from functools import partial
 from typing import ClassVar, Literal
 
 from pytest_hricdv.monitor.evaluation_state import nanoseconds
-from pytest_hricdv.monitor.names import Kind
-from pytest_hricdv.monitor.node import Compiler, PastFormula, Precedence, Term, TextTerm, number_text, window_text
+from pytest_hricdv.monitor.node import Compiler, Kind, PastFormula, Precedence, Term, TextTerm, number_text, window_text
 from pytest_hricdv.monitor.number_operators import CountOperator, TimeBetweenOperator
 
 ArithmeticOperator = Literal["+", "-", "*", "/"]

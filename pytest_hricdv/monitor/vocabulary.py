@@ -6,8 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pytest_hricdv._base.message import nearest
-from pytest_hricdv.monitor.names import IDENTIFIER, Kind, field_of
-from pytest_hricdv.monitor.node import PastFormula, TextTerm
+from pytest_hricdv.monitor.node import IDENTIFIER, Kind, PastFormula, TextTerm, field_of
 from pytest_hricdv.monitor.past_formula import OPERATORS
 from pytest_hricdv.monitor.units import QuantityTerm, Unit, unit_of
 
@@ -81,15 +80,6 @@ class Vocabulary:
             if self.kind(name) is None:
                 suggestion = nearest(name, self.names())
                 raise ValueError(f"units has {name!r}, which is neither a signal nor a topic.field{suggestion}")
-
-    def without_signals(self, names: Collection[str]) -> Vocabulary:
-        """The vocabulary without these signals, their values and their units."""
-        return replace(
-            self,
-            signals={name: kind for name, kind in self.signals.items() if name not in names},
-            values={name: values for name, values in self.values.items() if name not in names},
-            units={name: unit for name, unit in self.units.items() if name not in names},
-        )
 
     def kind(self, name: str) -> Kind | None:
         """The type of a definition, of a signal, or of a field written as `topic.field`; None for an unknown name."""

@@ -12,8 +12,8 @@ from typing import Any
 import msgspec
 
 from pytest_hricdv._base.error_text import OvertimeError, call_within, error_text
-from pytest_hricdv._base.input_file import MAX_DEPTH, write_ahead_log
-from pytest_hricdv.recordings.containers import BagMessage, UnreadableError, read_mcap, read_sqlite
+from pytest_hricdv._base.input_file import MAX_DEPTH
+from pytest_hricdv.recordings.containers import BagMessage, UnreadableError, read_mcap, read_sqlite, write_ahead_log
 
 Value = bool | float | str | tuple[float, ...]
 """The value of a field, or the numbers of an array."""

@@ -1,7 +1,7 @@
 """Reads the messages of MCAP files and of ROS 2 SQLite files as bytes.
 
-Such files come from anywhere. Sizes of messages and of unpacked data are limited, only plain tables and columns are
-read, no name in a file is followed, and nothing is opened for writing.
+Such files come from anywhere. Sizes of messages and of unpacked data are limited, only plain tables and columns
+are read, no name in a file is followed, and nothing is opened for writing.
 """
 
 from __future__ import annotations
@@ -188,3 +188,15 @@ def read_sqlite(file: Path) -> Iterator[BagMessage]:
 
 _ZSTD = b"\x28\xb5\x2f\xfd"
 """The first bytes of zstd data; CDR begins with 0."""
+
+
+def write_ahead_log(path: Path) -> Path | None:
+    """The write-ahead log of a database, where it holds what the file itself does not; None if there is none.
+
+    A reader that opens SQLite files as immutable passes such a log over without a word.
+
+    Args:
+        path: of an SQLite file, or of a folder of them.
+    """
+    logs = path.glob("*-wal") if path.is_dir() else [path.with_name(f"{path.name}-wal")]
+    return next((log for log in sorted(logs) if log.is_file() and log.stat().st_size), None)

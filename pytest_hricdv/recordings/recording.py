@@ -174,7 +174,7 @@ class RecordingReader:
         self._begin()
         order = MessageOrder(self.name, JITTER_S if stamp is None else HEADER_JITTER_S, splits=not is_exact)
         add = order.add
-        for sample in times_of_clock(self._decoded(fields_of, most, is_based=not is_exact)):
+        for sample in times_of_clock(self._decode(fields_of, most, is_based=not is_exact)):
             if stamp is not None:
                 time_s = stamp(sample)
                 if time_s is None:
@@ -189,7 +189,7 @@ class RecordingReader:
         yield from order.rest()
         self.jumps = order.jumps()
 
-    def _decoded(
+    def _decode(
         self, fields_of: Callable[[str], Paths | None], most: float, *, is_based: bool
     ) -> Iterator[RecordedSample]:
         """The messages in the order of the file, up to the first error, with the times of the recorder."""

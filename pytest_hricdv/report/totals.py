@@ -46,7 +46,7 @@ class RequirementRow:
     no test of this suite need trigger it; empty if one must. `vacuous_alternatives` are the alternatives of its
     response by which it never held. `masked_messages` counts, by topic, the messages that were not evaluated because
     another one came at the same instant.
-    `margin` is the least over the suite's tests, in its unit; `margin_test` is the test that had it.
+    `margin` is the least over the suite's tests, in its unit.
     """
 
     name: str
@@ -63,7 +63,6 @@ class RequirementRow:
     vacuous_alternatives: tuple[str, ...]
     masked_messages: Mapping[str, int]
     margin: float | None
-    margin_test: str
     unit: str
 
     @property
@@ -232,7 +231,7 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
     rows = []
     for name in sorted(suite.requirements, key=by_requirement):
         tally = suite.requirements[name]
-        margin, test = _least_margin(report, suite.name, name)
+        margin = _least_margin(report, suite.name, name)
         rows.append(
             RequirementRow(
                 name=name,
@@ -249,7 +248,6 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 masked_messages=tally.masked_messages,
                 allowed_untriggered=find_exemption(report, name, frozenset({suite.name})),
                 margin=margin,
-                margin_test=test,
                 unit=margin_unit(report, name),
             )
         )
@@ -316,14 +314,14 @@ def gaps(report: Report) -> tuple[GapRow, ...]:
     return tuple(gap for gap in (*_code_gaps(report), *_suite_gaps(report)) if gap.items)
 
 
-def _least_margin(report: Report, suite: str, requirement: str) -> tuple[float | None, str]:
+def _least_margin(report: Report, suite: str, requirement: str) -> float | None:
     margins = [
-        (result.margin, test.id)
+        result.margin
         for test in report.tests
         if test.suite == suite and (result := test.requirements.get(requirement)) is not None
         if result.margin is not None
     ]
-    return min(margins) if margins else (None, "")
+    return min(margins, default=None)
 
 
 def _code_gaps(report: Report) -> Iterator[GapRow]:

@@ -214,7 +214,7 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         rerun_options=session.rerun,
         requirements=requirement_texts(session.requirements),
         units=dict(testbench.units),
-        sampled_while=dict(testbench.sampled_while),
+        sampled_while=dict(testbench.sampling_conditions),
         outcome_label=testbench.outcome_label,
         state=testbench.simulation.film.state if testbench.simulation.film else "",
         code_under_test=ReportedCode(

@@ -55,7 +55,7 @@ class Value:
 
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
-        group.addoption(f"--hri-{self.name}", metavar=self.metavar, help=_shown_help(self))
+        group.addoption(f"--hri-{self.name}", metavar=self.metavar, help=_help_text(self))
         if self.ini:
             parser.addini(self.ini, f"default of --hri-{self.name}", default="")
 
@@ -76,7 +76,7 @@ class Flag:
 
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
-        group.addoption(f"--hri-{self.name}", action="store_true", default=None, help=_shown_help(self))
+        group.addoption(f"--hri-{self.name}", action="store_true", default=None, help=_help_text(self))
         if self.ini:
             parser.addini(self.ini, f"default of --hri-{self.name}", "bool", default=False)
 
@@ -104,7 +104,7 @@ class Repeatable:
 
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
-        group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=_shown_help(self))
+        group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=_help_text(self))
         parser.addini(self.ini, self.key_help, "linelist")
 
     @property
@@ -113,7 +113,7 @@ class Repeatable:
         return self.key or _ini_name(self.name)
 
 
-def _shown_help(option: Option) -> str:
+def _help_text(option: Option) -> str:
     """The help text in `pytest --help`; the reference has all options."""
     return option.help if option.shown else argparse.SUPPRESS
 

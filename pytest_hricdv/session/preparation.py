@@ -119,7 +119,7 @@ class Preparation:
     def pytest_sessionstart(self) -> None:
         """Checks testbench, files and report folder before any test runs; exports the suites."""
         self._gate_check.check({requirement.id for requirement in self.context.requirements})
-        _ = self.context.known_when
+        _ = self.context.exemption_conditions
         _ = self.context.code
         self._check_replays()
         for feature in features():

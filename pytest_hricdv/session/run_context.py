@@ -72,13 +72,13 @@ class RunContext:
         return criteria
 
     @property
-    def known_violations(self) -> Mapping[str, str]:
+    def violation_exemptions(self) -> Mapping[str, str]:
         """Requirements with a known violation, with the reasons; none in a strict run."""
         exemptions = {} if self.options.strict else self.options.known_violations
         return {name: exemption.text for name, exemption in exemptions.items()}
 
     @cached_property
-    def known_when(self) -> Mapping[str, PastFormula]:
+    def exemption_conditions(self) -> Mapping[str, PastFormula]:
         """Requirement -> condition under which its violation is known, where there is one; none in a strict run.
 
         Conditions may use the definitions of the requirements' file.
@@ -154,7 +154,7 @@ class RunContext:
     @cached_property
     def run_settings(self) -> RunSettings:
         """The settings of the session's runs, without measurement."""
-        return RunSettings(self.collection.testbench, self.requirements, self.known_when)
+        return RunSettings(self.collection.testbench, self.requirements, self.exemption_conditions)
 
     def show_nodeid(self, nodeid: str) -> str:
         """The node id relative to the folder where pytest was started."""

@@ -104,7 +104,7 @@ def _execute(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResul
 def _build(
     context: RunContext, case: HriCase, request: RunRequest, result: CaseResult | None, failure: str
 ) -> TestResult:
-    judgement = judge_run(result, context.known_violations)
+    judgement = judge_run(result, context.violation_exemptions)
     ending = PytestOutcome(outcome=judgement.outcome, wall_s=0.0, failure=failure or judgement.reason)
     built = build_result(
         case,
@@ -121,7 +121,7 @@ def _build(
     text = explanation.failure(
         built,
         context.texts,
-        known_violations=context.known_violations,
+        known_violations=context.violation_exemptions,
         units=context.collection.testbench.units,
         seed=request.suite_seed,
         suite=context.options.suites,

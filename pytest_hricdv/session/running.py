@@ -212,7 +212,7 @@ class TestRunner:
         built = self._result(case, nodeid)
         mismatch = replay_mismatch(built.replayed)
         differences = [difference for feature in features() for difference in feature.discrepancies(built)]
-        judgement = judge_run(result, self.context.known_violations, differences=differences, mismatch=mismatch)
+        judgement = judge_run(result, self.context.violation_exemptions, differences=differences, mismatch=mismatch)
         case.judgement = judgement
 
         def explain() -> str:
@@ -220,7 +220,7 @@ class TestRunner:
             return explanation.failure(
                 shown,
                 self.context.texts,
-                known_violations=self.context.known_violations,
+                known_violations=self.context.violation_exemptions,
                 units=self.collection.testbench.units,
                 brief=self.collection.config.get_verbosity() <= 0,
                 **self._rerun_info(case),

@@ -19,9 +19,9 @@ from typing import IO, TYPE_CHECKING, Any, NoReturn
 import msgspec
 import pytest
 
+from pytest_hricdv._base.project_files import identity
 from pytest_hricdv.execution.execution_feature import execution_features
 from pytest_hricdv.session.collection import ALONE
-from pytest_hricdv.session.identity import identity
 
 try:
     import resource

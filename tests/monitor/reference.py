@@ -9,8 +9,7 @@ from typing import Any
 from pytest_hricdv.monitor import Violation
 from pytest_hricdv.monitor.analysis import names_of, names_read, walk
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil
-from pytest_hricdv.monitor.names import is_optional
-from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.node import PastFormula, is_optional
 from pytest_hricdv.monitor.past_formula import Conjunction, Disjunction, Negation, NumberComparison, On
 from pytest_hricdv.monitor.terms import Count, TimeBetween, TimeSince, leaves
 from tests.monitor.logged_run import TICK_S, first_position, tick_of

@@ -125,17 +125,6 @@ def test_units_of_unknown_names_are_refused() -> None:
         Vocabulary(messages={"m": {"level": float}}, units={"m.levl": "m"})
 
 
-def test_without_signals_a_vocabulary_has_neither_their_units_nor_their_values() -> None:
-    """A session with --hri-suggest ended with an internal error where a signal with a unit repeated a message."""
-    declared = Vocabulary(
-        signals={"said_level": float, "said_mode": str, "level": float},
-        values={"said_mode": ("on", "off")},
-        units={"said_level": "ml", "level": "ml"},
-    )
-    left = declared.without_signals({"said_level", "said_mode"})
-    assert left == Vocabulary(signals={"level": float}, units={"level": "ml"})
-
-
 @given(value=st.floats(1e-6, 1e6), unit=st.sampled_from(unit_names()), other=st.sampled_from(unit_names()))
 def test_all_units_of_a_dimension_mean_the_same(value: float, unit: str, other: str) -> None:
     vocabulary = Vocabulary(signals={"x": float}, units={"x": other})

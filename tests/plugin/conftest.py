@@ -27,7 +27,7 @@ for _name in (
     "pytest_hricdv.report.html",
     "pytest_hricdv.session.breaking",
     *PRELOADED,
-    *(f"pytest_hricdv.runtime.virtual.{name}" for name in ("event_loop", "thread_pool", "threads")),
+    *(f"pytest_hricdv.runtime.virtual.{name}" for name in ("asyncio_functions", "thread_pool", "threads")),
     *(f"pytest_hricdv.session.{name}" for name in ("early_end", "running", "terminal_summary")),
 ):
     # Loaded once: runs of pytest in this process drop what they loaded themselves, and extension modules like the

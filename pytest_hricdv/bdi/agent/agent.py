@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from pytest_hricdv.bdi.agent.agent_state import ActionTable, AgentState
 from pytest_hricdv.bdi.agent.failures import end_deadlines, fail, no_applicable_plan
 from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, PendingQuestion, RunServices, SpeechAct
@@ -9,6 +11,9 @@ from pytest_hricdv.bdi.agent.messages import receive
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.agent.statements import EXECUTE
 from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.limits import (
+    LimitError,
+)
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, ListTerm, Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.conditions import ask
@@ -298,3 +303,23 @@ class Agent(AgentState):
         selected_now = self._busy_wait_tick == self.run.ticks
         # A rule may draw a random number or read the clock: then waiting may end without anything from outside.
         return selected_now and not self.beliefs.open and self.library.depends_on_beliefs_only(means.literal.key)
+
+
+def limit_text(error: Exception, agent: Agent) -> str:
+    """The action of an agent that reached a limit, with its rule and its plan."""
+    if isinstance(error, LimitError):
+        return f"{error.rule}{agent.activity()}: {error}"
+    if isinstance(error, MemoryError):
+        return f"{agent.activity()}: takes more memory than there is"
+    return f"terms nested too deeply for Python's stack of {sys.getrecursionlimit()} frames: {agent.activity()}"
+
+
+def count_waiting(agent: Agent) -> int:
+    return (
+        len(agent.mailbox)
+        + len(agent.events)
+        + len(agent.intentions)
+        + len(agent.waits)
+        + len(agent.suspended)
+        + len(agent.held_events)
+    )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import WORK, spend
 from pytest_hricdv.bdi.language.name_spaces import in_space
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or
@@ -41,11 +40,6 @@ def walk(term: Term, bindings: Bindings) -> Term:
             return term
         term = value
     return term
-
-
-def no_functions(call: Call, bindings: Bindings) -> Term:
-    """For terms in which nothing is to be evaluated."""
-    raise EvaluationError(f"{call} has no value here")
 
 
 def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 import random
-import sys
 from collections.abc import Callable, Iterable
 
-from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.agent.agent import Agent, count_waiting, limit_text
 from pytest_hricdv.bdi.agent.directory import Directory
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, PerceptSource, SpeechAct, ticks_of
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError, Location
@@ -232,7 +231,7 @@ class SystemRun:
             try:
                 ended = self._do_rounds(max_rounds)
             except LimitError as error:  # of the comparison of states; what agents do has a place
-                most = max(self.agents.values(), key=_count_waiting)
+                most = max(self.agents.values(), key=count_waiting)
                 waiting = f"the plans that wait for others, most of them of {most.name}, {most.activity()}"
                 raise BdiError(f"{waiting}: comparing them {error}") from None
         if ended in ("idle", "spin"):
@@ -286,7 +285,7 @@ class SystemRun:
                 try:
                     agent.cycle()
                 except (RecursionError, MemoryError, LimitError) as error:
-                    raise BdiError(f"{agent.name}: {_limit(error, agent)}") from None
+                    raise BdiError(f"{agent.name}: {limit_text(error, agent)}") from None
         if acted:
             self.rounds += 1
         return acted
@@ -300,7 +299,7 @@ class SystemRun:
         for kind, count in (
             ("beliefs", lambda agent: sum(map(len, agent.beliefs.buckets.values()))),
             ("plans", lambda agent: len(agent.library.plans)),
-            ("messages, events and intentions", _count_waiting),
+            ("messages, events and intentions", count_waiting),
         ):
             held = {agent.name: count(agent) for agent in agents}
             if sum(held.values()) > MAX_HELD:
@@ -344,23 +343,3 @@ class SystemRun:
                 deadlines += [question.deadline for question in agent.questions.values()]
                 deadlines += [open_one.deadline for open_one in agent.open_deadlines()]
         self.earliest_deadline = min((deadline for deadline in deadlines if deadline is not None), default=math.inf)
-
-
-def _limit(error: Exception, agent: Agent) -> str:
-    """The action of an agent that reached a limit, with its rule and its plan."""
-    if isinstance(error, LimitError):
-        return f"{error.rule}{agent.activity()}: {error}"
-    if isinstance(error, MemoryError):
-        return f"{agent.activity()}: takes more memory than there is"
-    return f"terms nested too deeply for Python's stack of {sys.getrecursionlimit()} frames: {agent.activity()}"
-
-
-def _count_waiting(agent: Agent) -> int:
-    return (
-        len(agent.mailbox)
-        + len(agent.events)
-        + len(agent.intentions)
-        + len(agent.waits)
-        + len(agent.suspended)
-        + len(agent.held_events)
-    )

@@ -12,10 +12,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from pytest_hricdv._base.project_files import identity
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.report_builder import declare_report
 from pytest_hricdv.session.feature import features
-from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.run_context import CONTEXT, RunContext
 from pytest_hricdv.session.serving import END, UNWARNED, session
 

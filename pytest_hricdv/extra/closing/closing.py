@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv._base.project_files import identity
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
@@ -52,7 +53,6 @@ from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
-from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.remote import ClusterError, remote
 from pytest_hricdv.session.run_context import RunContext
@@ -149,7 +149,7 @@ class ClosureGenerator:
     def _searcher(self) -> Strategy | None:
         context = self._context
         # Known whatever violates them: those with a condition may be violated otherwise.
-        excused = [name for name in context.known_violations if name not in context.known_when]
+        excused = [name for name in context.violation_exemptions if name not in context.exemption_conditions]
         requirements = [requirement.id for requirement in context.requirements if requirement.id not in excused]
         return (
             ViolationStrategy(requirements, self._collection.testbench.commands) if self._options.search != 0 else None

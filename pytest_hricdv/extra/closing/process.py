@@ -228,7 +228,7 @@ class _LoopServer:
             code=self._context.code,
             cross=self._collection.testbench.cross,
             requirements=self._context.requirements,
-            known_violations=self._context.known_violations,
+            known_violations=self._context.violation_exemptions,
             state=self._collection.testbench.state.name,
         )
 

@@ -10,10 +10,9 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pytest_hricdv._base.project_files import differences
+from pytest_hricdv._base.project_files import differences, plugin_versions
 from pytest_hricdv.extra.cluster import service as worker_side
 from pytest_hricdv.extra.cluster.connection import CONNECT_S, GONE, Address, Connection, connection
-from pytest_hricdv.session.identity import plugin_versions
 from pytest_hricdv.session.remote import Answer, ClusterError, LostRequest, Service, WorkRequest
 
 if TYPE_CHECKING:

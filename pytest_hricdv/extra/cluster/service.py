@@ -18,12 +18,11 @@ from pathlib import Path
 import msgspec
 
 from pytest_hricdv._base import project_files
-from pytest_hricdv._base.project_files import differences
+from pytest_hricdv._base.project_files import Identity, differences
 from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, start_process
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.code_archive import ArchiveError
 from pytest_hricdv.extra.cluster.private_folder import require_safe
-from pytest_hricdv.session.identity import Identity
 from pytest_hricdv.session.remote import Answer, Service, WorkerName
 
 BEGIN_S = 120.0

@@ -14,7 +14,7 @@ from itertools import combinations
 
 from pytest_hricdv.monitor import Log, Vocabulary, parse_condition
 from pytest_hricdv.monitor.logged import watch_all
-from pytest_hricdv.monitor.names import IDENTIFIER
+from pytest_hricdv.monitor.node import IDENTIFIER
 
 MAX_ATOMS = 3
 """Most atoms of a formula. Chosen: nobody would accept a longer one without reading the code."""

@@ -212,7 +212,7 @@ class CodeReader:
             elif port.role in ("device", "bus"):
                 names = tuple(each.name for each in port.operations if each.is_method and each.result is None)
                 yield from self._stimuli.items(replace(port, role="device"), names)
-                yield from self._stimuli.listed(port)
+                yield from self._stimuli.messages_in_list(port)
 
     def _without_buses(self, model: CodeModel, ports: Iterable[Port]) -> tuple[Port, ...]:
         """The ports, whose buses are devices where no class of the code is a topic of them."""

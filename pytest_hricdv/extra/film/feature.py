@@ -88,7 +88,7 @@ class FilmFeature(Feature[bool]):
 
         if _FILM_MAKER not in context.stash:
             context.stash[_FILM_MAKER] = FilmMaker(
-                context.run_settings, context.options.report, context.known_violations
+                context.run_settings, context.options.report, context.violation_exemptions
             )
         return context.stash[_FILM_MAKER]
 

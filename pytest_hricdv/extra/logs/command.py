@@ -58,7 +58,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add("--json", action="store_true", help="print the verdicts as JSON, a line for each log")
 
 
-class _Checking:
+class _LogChecker:
     """Takes the place of the session once pytest has loaded the project's conftest, which has the testbench."""
 
     def __init__(self, options: argparse.Namespace) -> None:
@@ -85,7 +85,7 @@ class _Checking:
 def do(options: argparse.Namespace) -> int:
     """Judge the logs; returns the exit status."""
     # Assertions are not rewritten: pytest would warn about modules that this command has imported.
-    status = pytest.main(["--assert=plain", "-p", "no:cacheprovider"], plugins=[_Checking(options)])
+    status = pytest.main(["--assert=plain", "-p", "no:cacheprovider"], plugins=[_LogChecker(options)])
     return USAGE if status == pytest.ExitCode.USAGE_ERROR else int(status)
 
 
@@ -195,7 +195,7 @@ class _LogCheck:
 
         reader = logged_run.LogReader(recording, self._map_of(recording), self._vocabulary)
         draws = self._options.output is not None
-        known_when = self._context.known_when
+        known_when = self._context.exemption_conditions
         for judged in judging.judge(reader, self._requirements, known_when, self._actions, draws=draws):
             self._report.add(judged)
             self._show(judged)

@@ -21,7 +21,7 @@ from pytest_hricdv.monitor.antecedent import NearMissSearch
 from pytest_hricdv.monitor.evaluation_state import nanoseconds
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
 from pytest_hricdv.monitor.log import Update
-from pytest_hricdv.monitor.logged import masked, what_masks
+from pytest_hricdv.monitor.logged import count_masked, what_masks
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import Requirement
@@ -129,7 +129,7 @@ def _judges(
         names = reads(requirement)
         if names & run.missing:
             continue
-        begin_s = 0.0 if reader.made.is_own else run.known_from_s(names, reader.made)
+        begin_s = 0.0 if reader.made.is_own else run.complete_from_s(names, reader.made)
         gaps = [span for name in names & run.gaps.keys() for span in run.gaps[name]]
         groups.setdefault(spans_between(gaps, begin_s, run.end_s), []).append(requirement)
     lacks = run.gaps.keys() | run.missing
@@ -211,7 +211,7 @@ class StretchJudge:
             messages.setdefault(name, []).append(value)
         for requirement, topics in self._masks.items() if messages else ():
             for topic in topics.keys() & messages.keys():
-                self._masked.setdefault(requirement, Counter())[topic] += masked(messages[topic], *topics[topic])
+                self._masked.setdefault(requirement, Counter())[topic] += count_masked(messages[topic], *topics[topic])
         for requirement, search in [*self._searches.items()]:
             found = [update for update in updates if update[0] in search.topics or update[0] in search.signals]
             if found or time_s in (self._begin_s, self._end_s):

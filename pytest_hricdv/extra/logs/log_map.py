@@ -14,7 +14,7 @@ from pytest_hricdv._base.message import InputError, nearest, quote
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.extra.logs.expression import parse_expression
-from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.node import Kind
 from pytest_hricdv.monitor.units import Unit, unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.recordings.bags import Value

@@ -117,7 +117,10 @@ class LogReport:
     def add(self, judged: JudgedRun) -> None:
         """Add a run."""
         self.commands |= judged.commands
-        known, failed = self.context.known_violations, [v for v in judged.verdicts.values() if v.verdict == "Failed"]
+        known, failed = (
+            self.context.violation_exemptions,
+            [v for v in judged.verdicts.values() if v.verdict == "Failed"],
+        )
         new = [verdict.requirement for verdict in failed if verdict.requirement not in known or verdict.outside]
         outcome: TestOutcome = "failed" if new else "known-violation" if failed else "passed"
         name, end_s = judged.run.name, round(judged.run.end_s, 3)

@@ -77,13 +77,13 @@ class LoggedActions:
             InputError: the testbench does not have it, or the message lacks a field.
         """
 
-        def filled(match: re.Match[str]) -> str:
+        def fill(match: re.Match[str]) -> str:
             value = fields.get(match[1])
             if not isinstance(value, str | float | bool):
                 raise InputError(f"{source.topic}: its messages have no field {match[1]}{nearest(match[1], fields)}")
             return f"{value:g}" if isinstance(value, float) and not isinstance(value, bool) else str(value)
 
-        text = PLACE.sub(filled, source.command)
+        text = PLACE.sub(fill, source.command)
         try:
             command = canonical_command(text)
         except GenerateError as error:

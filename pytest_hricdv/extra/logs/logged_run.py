@@ -111,7 +111,7 @@ class LoggedRun:
     unread: dict[str, int] = field(default_factory=dict)
     infinite: dict[str, int] = field(default_factory=dict)
 
-    def known_from_s(self, names: Iterable[str], made: LogMap) -> float:
+    def complete_from_s(self, names: Iterable[str], made: LogMap) -> float:
         """The first time at which all of these signals have a value."""
         topics = (made.signals[name].topic for name in names if name in made.signals)
         return max((self.topics[topic].first_s for topic in topics if topic in self.topics), default=0.0)

@@ -113,7 +113,7 @@ class MutationRun:
         options = self.options
         slowest_s = max(result.wall_s or 0.0 for result in tests.values())
         one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
-        scheduled = {run.concrete.id: _scheduled_test(run, tests[run.test]) for run in self.deciding}
+        scheduled = {run.concrete.id: _trial_of_schedule(run, tests[run.test]) for run in self.deciding}
         return MutationJob(
             arguments=arguments_of(self.context.collection.config),
             tests={name: self._trial_test(result) for name, result in tests.items()} | scheduled,
@@ -130,7 +130,7 @@ class MutationRun:
         return TrialTest(result.suite, concrete, result.record_sha256, result.end_reason, result.outcomes)
 
 
-def _scheduled_test(run: DecidingRun, result: TestResult) -> TrialTest:
+def _trial_of_schedule(run: DecidingRun, result: TestResult) -> TrialTest:
     return TrialTest(result.suite, run.concrete, run.record_sha256, run.ended, run.outcomes)
 
 

@@ -200,7 +200,7 @@ class _Trier:
         except Exception as error:
             self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {text_of(error)}")
             return
-        oracles = tuple(_has_failed(result, context.known_violations))
+        oracles = tuple(_has_failed(result, context.violation_exemptions))
         outcome = result.outcome
         now = (result.record.sha256, outcome.ended, tuple(outcome.outcomes))
         changed = now != (test.record_sha256, test.ended, test.outcomes)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+import subprocess
 from collections.abc import Sequence
 from hashlib import sha256
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,9 +15,81 @@ from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
-    from pytest_hricdv.extra.patch.repository import Repository
     from pytest_hricdv.results.model import Report
     from pytest_hricdv.session.run_context import RunContext
+
+_TIMEOUT_S = 60.0
+"""Time limit of a git command, which takes milliseconds: a network folder that does not answer ends the comparison."""
+
+_HUNK = re.compile(r"^@@ -\d+(?:,\d+)? \+(\d+)(?:,(\d+))? @@", re.MULTILINE)
+
+
+class PatchError(Exception):
+    """Git cannot make the comparison."""
+
+
+class Repository:
+    """The repository that a folder is in.
+
+    Raises:
+        PatchError: there is no git, or no repository.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        found = shutil.which("git")
+        if found is None:
+            raise PatchError("it needs git, and there is none on PATH")
+        self._git, self._folder = found, folder
+        self._run("rev-parse", "--show-toplevel")
+
+    def find_base(self, revision: str) -> str:
+        """The commit at which HEAD and a revision went apart: what a pull request is compared with.
+
+        Raises:
+            PatchError: there is no such revision, or they have nothing in common.
+        """
+        self._run(
+            "rev-parse",
+            "--verify",
+            "--quiet",
+            "--end-of-options",
+            f"{revision}^{{commit}}",
+            lacks=f"revision {revision} in {self._folder}",
+        )
+        unrelated = f"commit that {revision} and HEAD have in common; a shallow clone needs git fetch --unshallow"
+        return self._run("merge-base", "--end-of-options", revision, "HEAD", lacks=unrelated)
+
+    def find_changed_lines(self, base: str, path: Path) -> frozenset[int] | None:
+        """The lines of a file that are new or changed since a commit; None for all of them, as in a new file.
+
+        Raises:
+            PatchError: git ignores the file, or cannot compare it.
+        """
+        if not self._run("ls-files", "--", str(path)):
+            if not self._run("ls-files", "--others", "--exclude-standard", "--", str(path)):
+                raise PatchError(f"git ignores {path}, so nobody knows what changed there")
+            return None
+        options = ("--unified=0", "--inter-hunk-context=0", "--no-color", "--no-ext-diff", "--no-textconv", "--text")
+        hunks = _HUNK.findall(self._run("diff", *options, base, "--", str(path)))
+        return frozenset(line for first, count in hunks for line in range(int(first), int(first) + int(count or 1)))
+
+    def _run(self, *arguments: str, lacks: str = "") -> str:
+        """The output of git; PatchError if it fails, with `lacks` as the missing thing, or with git's own words."""
+        try:
+            done = subprocess.run(
+                [self._git, "-C", str(self._folder), *arguments],
+                capture_output=True,
+                encoding="utf-8",
+                errors="replace",
+                timeout=_TIMEOUT_S,
+            )
+        except (OSError, subprocess.SubprocessError) as error:
+            raise PatchError(f"git {arguments[0]} in {self._folder}: {error}") from None
+        if done.returncode:
+            said = done.stderr.strip().partition("\n")[0] or f"exit status {done.returncode}"
+            raise PatchError(f"there is no {lacks}" if lacks else f"git {arguments[0]} in {self._folder}: {said}")
+        return done.stdout.strip()
+
 
 KIND = "patch"
 """A kind of threshold."""
@@ -51,8 +127,6 @@ class PatchFeature(Feature[PatchOptions]):
 
     def check(self, context: RunContext) -> None:
         """Whether git knows the revision."""
-        from pytest_hricdv.extra.patch.repository import PatchError  # with the library for processes
-
         if not self.settings(context.options).revision:
             return
         try:
@@ -67,7 +141,6 @@ class PatchFeature(Feature[PatchOptions]):
     def extend_report(self, session: FeatureSession, report: Report) -> Report:
         """Compare, if asked to."""
         from pytest_hricdv.extra.patch.records import PATCH, measure
-        from pytest_hricdv.extra.patch.repository import PatchError
 
         revision = self.settings(session.options).revision
         if not revision:
@@ -89,7 +162,6 @@ class PatchFeature(Feature[PatchOptions]):
         return PATCH.put(report, measure(report, revision, base, changed))
 
     def _compare(self, context: RunContext) -> tuple[Repository, str]:
-        from pytest_hricdv.extra.patch.repository import Repository
 
         repository = Repository(context.collection.config.rootpath)
         return repository, repository.find_base(self.settings(context.options).revision)

@@ -10,7 +10,7 @@ from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.delivery import Arrival, Delivery, check_timing, is_timed, timing_fields
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from pytest_hricdv.extra.ros2.messages import RosMessage, fields_of, import_type, kinds_of
-from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.node import Kind
 from pytest_hricdv.runtime import Bus
 from pytest_hricdv.runtime.record import Value
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pytest_hricdv.declarations.ros2 import LaunchError, Ros2Error, RosNode
 from pytest_hricdv.execution.execution_feature import ExecutionFeature
 from pytest_hricdv.extra.ros2.bridge import vocabulary
-from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.node import Kind
 from pytest_hricdv.testbench import Testbench
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from pytest_hricdv._base.error_text import causes, error_text
 from pytest_hricdv._base.message import InputError, nearest
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError
 from pytest_hricdv.extra.ros2.executables import Executables, ForeignExecutableError
-from pytest_hricdv.extra.ros2.launch_processes import Processes, Transport, protocol_of
+from pytest_hricdv.extra.ros2.launch_processes import NoSignals, Processes, Transport, protocol_of
 from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, find_share, packages_around
 from pytest_hricdv.extra.ros2.processes import Process
 from pytest_hricdv.run import TestbenchError
@@ -39,20 +39,6 @@ PACKAGES = ("launch", "launch_ros", "launch_xml", "launch_yaml", "osrf_pycommon"
 
 _INSTANT_S = 1e-6
 """The shortest time that passes in a run."""
-
-
-class _NoSignals:
-    """Replaces `AsyncSafeSignalManager`: Ctrl+C is for the session, and no launch file sees it."""
-
-    def __init__(self, loop: object) -> None: ...
-
-    def __enter__(self) -> _NoSignals:
-        return self
-
-    def __exit__(self, *_: object) -> None: ...
-
-    def handle(self, number: int, handler: object) -> None:
-        """Nobody signals."""
 
 
 @dataclass(frozen=True)
@@ -348,7 +334,7 @@ def _prepare(
         stack.callback(_end_logs, launch.logging)
         for place, name, value in (
             (launch.actions.execute_local, "async_execute_process", start),
-            (launch.launch_service, "AsyncSafeSignalManager", _NoSignals),
+            (launch.launch_service, "AsyncSafeSignalManager", NoSignals),
             (in_package.ExecutableInPackage, "perform", perform),
             (tempfile, "tempdir", str(folder)),
             # Its node is named after its process, which is another one in each repeat.

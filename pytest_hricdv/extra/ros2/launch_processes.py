@@ -272,3 +272,17 @@ def protocol_of(loop: asyncio.AbstractEventLoop, made: Any, transport: Transport
     if transport.code is not None:
         complete_soon(transport.code)
     return protocol
+
+
+class NoSignals:
+    """Replaces `AsyncSafeSignalManager`: Ctrl+C is for the session, and no launch file sees it."""
+
+    def __init__(self, loop: object) -> None: ...
+
+    def __enter__(self) -> NoSignals:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def handle(self, number: int, handler: object) -> None:
+        """Nobody signals."""

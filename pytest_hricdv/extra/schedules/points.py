@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pytest_hricdv.coverage.source_files import ModuleFile, module_files
-from pytest_hricdv.execution.faulty_import import loaded_text
+from pytest_hricdv.execution.faulty_import import text_as_loaded
 from pytest_hricdv.execution.instrumented_code import Change
 
 HOOK, BETWEEN = "__hricdv_point__", "__hricdv_between__"
@@ -92,7 +92,7 @@ class CodePoints:
 def points_of(packages: Sequence[str]) -> tuple[CodePoints, list[tuple[Path, str, Change]]]:
     """The points of code, and of each file its path, its text, and what inserts them."""
     files = [
-        (file.path, loaded_text(file.path), _name_of(file))
+        (file.path, text_as_loaded(file.path), _name_of(file))
         for file in module_files(packages, Path())
         if not file.problem
     ]

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.schedules.records import NodeLane
 from pytest_hricdv.generate.schedule import EACH_TIME, Kind, ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
-from pytest_hricdv.runtime.virtual.locks import EndlessWait, find_endless_waits
+from pytest_hricdv.runtime.virtual.deadlocks import EndlessWait, find_endless_waits
 from pytest_hricdv.runtime.virtual.thread_pool import WORK
 
 MAX_STEPS = 200_000

@@ -14,6 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from pytest_hricdv._base.hash_seed import question_of_drawn_seed
+from pytest_hricdv._base.project_files import identity
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.experiments.budget import Budget
@@ -28,7 +29,6 @@ from pytest_hricdv.report.formatting import seconds
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session import run_process
-from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.remote import LostRequest, Service, Workers, WorkRequest, remote
 from pytest_hricdv.session.replaying import TestRerunner, name_test

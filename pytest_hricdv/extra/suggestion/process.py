@@ -168,7 +168,7 @@ def record_run(test: ConcreteTest, context: RunContext, formulas: Sequence[str] 
         result = execute(settings, test, watching=(authorship,), begun=authorship.begin)
     except Exception as error:
         return StoredRun(test=test.id, errors=(f"{type(error).__name__}: {text_of(error)}",))
-    return store(test.id, result, authorship, list_undeclared_violations(result, context.known_violations))
+    return store(test.id, result, authorship, list_undeclared_violations(result, context.violation_exemptions))
 
 
 def main() -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv._base.project_files import identity
 from pytest_hricdv.execution.faulty_import import SeededFault
 from pytest_hricdv.execution.forks import MAX_ATTEMPTS
 from pytest_hricdv.execution.hri_case import HriCase
@@ -20,7 +21,6 @@ from pytest_hricdv.extra.suggestion.stored_run import StoredRun, read
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, concretize
 from pytest_hricdv.generate.rng import digest
-from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import arguments_of

@@ -1,7 +1,7 @@
-"""`asyncio` in virtual time: Python's own event loop, which waits in the kernel instead of the operating system.
+"""`asyncio` in virtual time: Python's own event loop, with a selector that waits in the kernel.
 
-asyncio keeps the running loop and task once a thread. All nodes are in one, so a node that blocks takes its own away
-and puts them back when it goes on: several nodes may have a loop, and a coroutine may block.
+asyncio keeps the running loop and task once a thread. All nodes are in one, so a node that blocks takes its own
+away and puts them back when it goes on: several nodes may have a loop, and a coroutine may block.
 """
 
 from __future__ import annotations
@@ -10,26 +10,63 @@ import asyncio
 import concurrent.futures
 import heapq
 import re
+import selectors
 import sys
 from collections import deque
-from collections.abc import Callable, Coroutine, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from contextvars import Context
-from types import ModuleType
 from typing import Any, NoReturn, TypeVar, TypeVarTuple
 
 from greenlet import GreenletExit
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv.runtime.blocking_calls import ASYNCIO, real_wait
+from pytest_hricdv.runtime.blocking_calls import ASYNCIO, HAS_TERMINALS, real_wait
 from pytest_hricdv.runtime.kernel import US_PER_S, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import error_line
 from pytest_hricdv.runtime.virtual.clocks import monotonic
+from pytest_hricdv.runtime.virtual.locks import WaitQueue
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError, node_to_wait
-from pytest_hricdv.runtime.virtual.references import stand_in
-from pytest_hricdv.runtime.virtual.selector import WHAT, VirtualSelector
-from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
+from pytest_hricdv.runtime.virtual.thread_pool import ThreadPoolExecutor
+
+if HAS_TERMINALS:
+    from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_of
+
+
+WHAT = "the event loop of asyncio"
+
+
+class VirtualSelector(selectors.SelectSelector):
+    """Waits for time to pass, for `wake`, and for keys at the terminal of its node.
+
+    It looks at no socket: nothing outside of the run may have an effect.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._waiting = WaitQueue(ASYNCIO, WHAT)
+
+    def select(self, timeout: float | None = None) -> list[Any]:
+        terminal = self._terminal()
+        if (timeout is not None and timeout <= 0) or (terminal is not None and terminal.is_readable):
+            node_to_wait(ASYNCIO, WHAT).kernel.count_poll()
+        elif terminal is None:
+            self._waiting.wait(timeout)
+        else:
+            with terminal.notify(self.wake):
+                self._waiting.wait(timeout)
+        is_ready = terminal is not None and terminal.is_readable
+        return [(self.get_map()[terminal.fd], selectors.EVENT_READ)] if terminal is not None and is_ready else []
+
+    def _terminal(self) -> Terminal | None:
+        """The terminal of the running node, if somebody has asked for its keys (`loop.add_reader`)."""
+        node = current_node()
+        terminal = terminal_of(node) if node is not None and HAS_TERMINALS else None
+        return terminal if terminal is not None and terminal.fd in self.get_map() else None
+
+    def wake(self) -> None:
+        self._waiting.wake()
+
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -37,8 +74,6 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 
-_NEW_EVENT_LOOP = asyncio.new_event_loop
-_LOOP = "event loop"
 _NUMBERED = re.compile(r"Task-\d+")
 _WAIT = getattr(getattr(asyncio.tasks, "_wait", None), "__code__", None)
 """The code object in which `asyncio.wait` waits."""
@@ -273,96 +308,3 @@ def leave_loop() -> Callable[[], None]:
             asyncio.tasks._enter_task(loop, task)
 
     return go_on
-
-
-def new_event_loop() -> asyncio.AbstractEventLoop:
-    """As of asyncio."""
-    if current_node() is None:
-        return _NEW_EVENT_LOOP()
-    node_to_wait(ASYNCIO, WHAT)
-    return VirtualEventLoop()
-
-
-def set_event_loop(loop: asyncio.AbstractEventLoop | None) -> None:
-    """As of asyncio, for the running node."""
-    node = current_node()
-    if node is None:
-        asyncio.set_event_loop(loop)
-    else:
-        node.own[_LOOP] = loop
-
-
-def get_event_loop() -> asyncio.AbstractEventLoop:
-    """As of asyncio: the running loop, else that of the node, which has a new one if there is none."""
-    node, running = current_node(), asyncio._get_running_loop()
-    if node is None or running is not None:
-        return asyncio.get_event_loop()
-    loop = node.own.get(_LOOP)
-    if not isinstance(loop, asyncio.AbstractEventLoop):
-        loop = node.own[_LOOP] = new_event_loop()
-    return loop
-
-
-class VirtualRunner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one that there is to reuse
-    """As of asyncio. Ctrl+C ends the session, as ever, instead of the coroutine."""
-
-    def __init__(self, *, debug: bool | None = None, loop_factory: Callable[[], Any] | None = None) -> None:
-        super().__init__(debug=debug, loop_factory=loop_factory or new_event_loop)
-
-    def run(self, coro: Coroutine[Any, Any, Any], *, context: Any = None) -> Any:
-        """As of asyncio."""
-        if current_node() is None:
-            return super().run(coro, context=context)
-        with _close_if_refused(coro):
-            loop = self.get_loop()
-        return loop.run_until_complete(loop.create_task(coro, context=context))
-
-
-def run(main: Coroutine[Any, Any, Any], *, debug: bool | None = None, loop_factory: Any = None) -> Any:
-    """As of asyncio."""
-    if asyncio._get_running_loop() is not None:
-        raise RuntimeError("asyncio.run() cannot be called from a running event loop")
-    with _close_if_refused(main), VirtualRunner(debug=debug, loop_factory=loop_factory) as runner:
-        return runner.run(main)
-
-
-@contextmanager
-def _close_if_refused(coro: Coroutine[Any, Any, Any]) -> Iterator[None]:
-    """Nobody will await a coroutine whose loop is refused: without this Python would warn of it, at any later time."""
-    try:
-        yield
-    except KernelError:
-        coro.close()
-        raise
-
-
-def run_coroutine_threadsafe(coro: Any, loop: Any) -> concurrent.futures.Future[Any]:
-    """As of asyncio, with a future that waits in virtual time."""
-    if not isinstance(loop, VirtualEventLoop):
-        return asyncio.run_coroutine_threadsafe(coro, loop)
-    future = Future()
-
-    def begin() -> None:
-        try:
-            asyncio.futures._chain_future(asyncio.ensure_future(coro, loop=loop), future)  # type: ignore[attr-defined]
-        except Exception as error:
-            if future.set_running_or_notify_cancel():
-                future.set_exception(error)
-            raise
-
-    loop.call_soon_threadsafe(begin)
-    return future
-
-
-_NAMES: dict[str, Any] = {
-    "run": run,
-    "Runner": VirtualRunner,
-    "new_event_loop": new_event_loop,
-    "get_event_loop": get_event_loop,
-    "set_event_loop": set_event_loop,
-    "run_coroutine_threadsafe": run_coroutine_threadsafe,
-    "SelectorEventLoop": new_event_loop,
-}
-
-MODULES: tuple[ModuleType, ...] = (stand_in(asyncio, _NAMES),)
-"""The modules that the code under test sees."""

@@ -30,7 +30,7 @@ _PROVIDERS = {
     "_thread": "threads",
     "queue": "threads",
     "concurrent.futures": "thread_pool",
-    "asyncio": "event_loop",
+    "asyncio": "asyncio_functions",
     "uuid": "clocks",
     "sched": "threads",
 }

@@ -1,9 +1,9 @@
 """Clocks and blocking calls in all other modules during a run, because nodes execute these, too.
 
-Clocks show virtual time in nodes. What waits in real time is refused at once, with its line, where Python is the one
-that waits: event loops and other selectors, processes, signals, and `time.sleep` where time is not virtual. Event loops
-that nodes make wait in virtual time, wherever they are made. Other waiting, as for a lock or a socket, is noticed by
-the watchdog of the kernel, which interrupts it.
+Clocks show virtual time in nodes. What waits in real time is refused at once, with its line, where Python is the
+one that waits: event loops and other selectors, processes, signals, and `time.sleep` where time is not virtual.
+Event loops of nodes wait in virtual time, wherever they are made. The kernel's watchdog interrupts other waiting,
+as for a lock or a socket.
 """
 
 from __future__ import annotations
@@ -49,8 +49,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 # As they are now: the code under test may replace them.
 _EXIT, _PID = os._exit, os.getpid
 _REGISTER = abc.ABCMeta.register
-_SLEEP = time.sleep
-_START = threading.Thread.start
+_SLEEP, _START = time.sleep, threading.Thread.start
 _WAIT = subprocess.Popen.wait
 _SELECTORS = tuple(
     kind
@@ -304,12 +303,12 @@ def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callabl
 
 def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], None]) -> None:
     """Nodes that make an event loop get one in virtual time."""
-    from pytest_hricdv.runtime.virtual import event_loop
+    from pytest_hricdv.runtime.virtual import asyncio_functions
 
     for name in ("run", "new_event_loop"):
         real = vars(module).get(name)
         if real is not None:
-            put(module, name, _of_nodes(getattr(event_loop, name), real))
+            put(module, name, _of_nodes(getattr(asyncio_functions, name), real))
 
 
 def _of_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable[..., Any]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.extra.patch.repository import PatchError, Repository
+from pytest_hricdv.extra.patch.feature import PatchError, Repository
 from tests import json_schema
 from tests.plugin.project import change, command, report
 

@@ -10,11 +10,12 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.runtime import Bus, Kernel, Recorder, Subscription
-from pytest_hricdv.runtime.virtual import event_loop, threads
-from pytest_hricdv.runtime.virtual.locks import Condition, Event, Lock, find_endless_waits
+from pytest_hricdv.runtime.virtual import asyncio_functions, threads
+from pytest_hricdv.runtime.virtual.deadlocks import find_endless_waits
+from pytest_hricdv.runtime.virtual.locks import Condition, Event, Lock
 
 QUEUE: Any = next(module for module in threads.MODULES if module.__name__ == "queue")
-ASYNCIO: Any = event_loop.MODULES[0]
+ASYNCIO: Any = asyncio_functions.MODULES[0]
 
 
 @dataclass(frozen=True)

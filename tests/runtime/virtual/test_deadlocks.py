@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pytest_hricdv.runtime import Kernel, Node
-from pytest_hricdv.runtime.virtual.locks import Lock, RLock, find_deadlocks
+from pytest_hricdv.runtime.virtual.deadlocks import find_deadlocks
+from pytest_hricdv.runtime.virtual.locks import Lock, RLock
 
 
 def sentences(kernel: Kernel, *nodes: Node) -> list[str]:

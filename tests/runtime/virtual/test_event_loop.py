@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.runtime import Kernel, NodeError
-from pytest_hricdv.runtime.virtual import event_loop, thread_pool, threads
+from pytest_hricdv.runtime.virtual import asyncio_functions, event_loop, thread_pool, threads
 
-VIRTUAL: Any = event_loop.MODULES[0]
+VIRTUAL: Any = asyncio_functions.MODULES[0]
 THREADING: Any = threads.MODULES[0]
 FUTURES: Any = thread_pool.MODULES[0]
 

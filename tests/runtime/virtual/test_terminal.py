@@ -20,7 +20,7 @@ import pytest
 
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.node_error import KernelError, NodeError
-from pytest_hricdv.runtime.virtual import event_loop
+from pytest_hricdv.runtime.virtual import asyncio_functions
 from pytest_hricdv.runtime.virtual.outside import guard_run
 from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_for
 from tests.runtime.virtual import terminal_program
@@ -232,7 +232,7 @@ def test_an_event_loop_reads_keys() -> None:
         transport.close()
 
     def node(kernel: Kernel) -> None:
-        event_loop.run(reading(kernel))
+        asyncio_functions.run(reading(kernel))
 
     run(node, keys=[(1.0, typing("a\n")), (3.0, typing("b\n")), (4.0, typing("c\n"))])
     assert seen == [("a\n", 1.0), 2.0, ("b", 3.0), (b"c\n", 4.0)]

@@ -211,7 +211,7 @@ class StimulusReader:
             if kinds:
                 return
 
-    def listed(self, port: Port) -> Iterator[Message]:
+    def messages_in_list(self, port: Port) -> Iterator[Message]:
         """Messages in a list that a port has, as of what a control loop is given: `inputs.commands: list[Command]`."""
         for each in port.operations:
             module = next((module for module in self._sources.modules if module.file == each.location.file), None)

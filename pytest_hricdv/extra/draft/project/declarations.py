@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import builtins
 import json
 import re
@@ -166,3 +167,12 @@ def state_lines(draft: Draft) -> list[str]:
     moves = [f"                ({json.dumps(a)}, {json.dumps(b)}),  # {at}" for a, b, at in draft.transitions]
     moves = ["            transitions=(", *moves, "            ),"] if moves else []
     return ["        state=StateField(", f'            "{draft.code.state}",', *moves, "        ),"]
+
+
+def is_constant(text: str) -> bool:
+    """Whether a default is one that a parameter file can have."""
+    try:
+        value = ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        return False
+    return isinstance(value, bool | int | float | str)

@@ -20,9 +20,6 @@ LATE, STAYS = 1.5, 5
 MIN_LIMIT_S = 900.0
 """Least simulated time that a run gets."""
 
-EARLY_S = 0.05
-"""A person who acts sooner is too early, unless people in the recording were as fast (see `TIMES`)."""
-
 
 def command_lines(draft: Draft, thing: Input) -> Iterator[str]:
     """The lines of `SAYS` for a thing: each command with the numbers in it."""

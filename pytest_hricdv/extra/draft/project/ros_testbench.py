@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import os
 from collections.abc import Sequence
@@ -11,6 +10,7 @@ from pytest_hricdv.declarations.ros2 import IGNORED
 from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
 from pytest_hricdv.extra.draft.project.declarations import (
     command_table_lines,
+    is_constant,
     model_lines,
     state_lines,
     time_lines,
@@ -172,7 +172,7 @@ def _declarations(draft: Draft, start: RosStart) -> list[str]:
         lines.append(f"{name}: tuple[str, ...] = {tuple_text(texts)}")
     parameters: dict[str, str] = {}
     for parameter in draft.code.ros.parameters:
-        if _is_constant(parameter.default):
+        if is_constant(parameter.default):
             parameters.setdefault(
                 parameter.name, f"    {json.dumps(parameter.name)}: {parameter.default},  # {parameter.location}"
             )
@@ -185,15 +185,6 @@ def _declarations(draft: Draft, start: RosStart) -> list[str]:
         else ["PARAMETERS: dict[str, Any] = {}"]
     )
     return lines
-
-
-def _is_constant(text: str) -> bool:
-    """Whether a default is one that a parameter file can have."""
-    try:
-        value = ast.literal_eval(text)
-    except (ValueError, SyntaxError):
-        return False
-    return isinstance(value, bool | int | float | str)
 
 
 def _unique(endpoints: Sequence[Endpoint]) -> list[Endpoint]:

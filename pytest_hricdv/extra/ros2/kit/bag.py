@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv._base.input_file import write_ahead_log
 from pytest_hricdv._base.message import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.messages import NS_PER_S, CdrError, deserialize, import_type, set_stamp, stamp_ns
 from pytest_hricdv.extra.ros2.world import StartedSystem
+from pytest_hricdv.recordings.containers import write_ahead_log
 from pytest_hricdv.run import TestbenchError
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
