@@ -1,7 +1,4 @@
-"""`Testbench`, which a user supplies: what to generate, how to run it, and what must hold.
-
-Finds the fields of messages that requirements can compare, from the declared types.
-"""
+"""`Testbench`, which a user supplies: what to generate, how to run it, and what must hold."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """Detects code under test that has replaced functions of Python's library for the whole process.
 
-Where the plugin makes results and hashes, it uses the functions that it bound when it was loaded. pytest, other plugins
-and other tests do not, so a function that gives wrong answers is reported.
-
-Finds the lines that do so, as `json.dumps = None`.
+Where the plugin makes results and hashes, it uses the functions that it bound when it was loaded. pytest, other
+plugins and other tests do not, so a function that gives wrong answers is reported. The report names the lines that do
+so, as `json.dumps = None`.
 """
 
 from __future__ import annotations

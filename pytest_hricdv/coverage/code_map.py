@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.coverage.records import CodeShare, MappedFile, ReportedCode, WaiverRecord
-from pytest_hricdv.coverage.settings import CoverageSettings
-from pytest_hricdv.coverage.source_files import CoverageError, ModuleFile, module_files
+from pytest_hricdv.coverage.source_files import CoverageError, CoverageSettings, ModuleFile, module_files
 
 if TYPE_CHECKING:
     from coverage.plugin import FileReporter

@@ -1,9 +1,8 @@
 """Gaps: what no test covers, each with the reason or with what is likely to close it.
 
-Holes of a cross product: bins that no test hit, in groups that one sentence describes.
-
-A list of a hundred bins says little; "whatever the rest, never released with none ready" says what to generate.
-Method: hole analysis by projection (Lachish, Marcus, Ur, Ziv: Hole analysis for functional coverage data, DAC 2002).
+Open bins of a cross product are grouped to holes, which one sentence describes: a list of a hundred bins says little;
+"whatever the rest, never released with none ready" says what to generate. Method: hole analysis by projection
+(Lachish, Marcus, Ur, Ziv: Hole analysis for functional coverage data, DAC 2002).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Runs the BDI agents with belief subsets; their external actions are the abstract tests.
 
-Exploration by sampling: runs randomly drawn belief sets of a model that is too large to be explored completely.
+Of a model that is too large to be explored completely, randomly drawn belief sets are run.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ text in the requirement language, which is parsed to an equal node. Times are in
 
 Traversal, analysis and compilation ask the nodes, so a new operator is a new class and nothing else here changes.
 
-Names in formulas: of signals, of fields as `topic.field`, and of a field's value in the message before.
+Names are those of signals, of fields as `topic.field`, and of a field's value in the message before.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Reports and results as JSON: one encoder, one decoder, and the canonical text of `report.json`.
 
-Checks whether the parts of a report agree. A report that is read may have been edited or truncated.
+A report that is read may have been edited or truncated: its parts have to agree.
 """
 
 from __future__ import annotations

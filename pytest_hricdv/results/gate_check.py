@@ -1,6 +1,6 @@
 """Checks a report against gates and a baseline: what fails the session, and what improved.
 
-Compares a run with its baseline: violations, errors, triggers and coverage.
+Of the baseline, violations, errors, triggers and coverage are compared.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The record of a run: messages, changes of signals, and disturbances, with their times and a hash.
 
-Values of a record: Python's own bools, numbers and strings, whatever library computed them.
+Its values are Python's own bools, numbers and strings, whatever library computed them.
 """
 
 from __future__ import annotations

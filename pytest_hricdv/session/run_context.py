@@ -13,7 +13,7 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose
 from pytest_hricdv.coverage.own_coverage import debugger
-from pytest_hricdv.coverage.settings import CoverageSettings
+from pytest_hricdv.coverage.source_files import CoverageSettings
 from pytest_hricdv.execution.case import RunSettings, feature_criteria
 from pytest_hricdv.execution.execution_feature import execution_features
 from pytest_hricdv.monitor import (

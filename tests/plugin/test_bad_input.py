@@ -39,13 +39,10 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--hri-suite=bdi-rand"], "suite 'bdi-rand' is not a method, and there is no file or folder of that name in "),
         (["--hri-suite=bdi-rand"], "; nearest: bdi-random"),
         (["--hri-suite=nowhere/tests.txt"], "'nowhere/tests.txt' is not a method, and there is no file or folder"),
         (["--hri-suite=,"], "suite ',' selects nothing; known: by-hand, bdi-random, rl, pseudorandom, all"),
         ([SUITE, "--hri-tests=0"], "--hri-tests=0: expected at least 1"),
-        ([SUITE, "--hri-tests=some"], "--hri-tests=some: expected a whole number"),
-        ([SUITE, "--hri-seed=abc"], "--hri-seed=abc: expected a whole number"),
         ([SUITE, "--hri-seed=1.5"], "--hri-seed=1.5: expected a whole number"),
         ([SUITE, "--hri-concretizations=0"], "--hri-concretizations=0: expected at least 1"),
         ([SUITE, "-o", "hri_seed=abc"], "hri_seed = abc: expected a whole number"),

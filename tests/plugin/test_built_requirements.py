@@ -31,15 +31,15 @@ def test_they_are_judged_and_reported_like_texts(built: pytest.Pytester) -> None
     assert {"time_s": 0.0, "missing": ["on(greeting)"], "distance": None} in misses
 
 
-def test_an_unknown_name_is_refused_before_anything_runs(built: pytest.Pytester) -> None:
-    change(built.path, "conftest.py", 'signal("lamp_level")', 'signal("lamp_levl")')
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('signal("lamp_level")', 'signal("lamp_levl")', "R3, column 24: unknown name 'lamp_levl'; nearest: lamp_level"),
+        ('requirement("R1", ', '("R1", ', "('R1', 'Fulfilled', *is none; expected the path of a TOML file"),
+    ],
+)
+def test_what_is_no_requirement_is_refused(built: pytest.Pytester, old: str, new: str, told: str) -> None:
+    change(built.path, "conftest.py", old, new)
     result = built.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*requirement R3, column 24: unknown name 'lamp_levl'; nearest: lamp_level*"])
-
-
-def test_what_is_no_requirement_is_refused(built: pytest.Pytester) -> None:
-    change(built.path, "conftest.py", 'requirement("R1", "Fulfilled", ', '("R1", "Fulfilled", ')
-    result = built.runpytest_inprocess("--hri-suite=by-hand")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*requirement ('R1', 'Fulfilled', *is none; expected the path of a TOML file*"])
+    result.stderr.fnmatch_lines([f"*requirement {told}*"])

@@ -94,27 +94,23 @@ def test_a_failed_assertion_is_shown_with_what_happened(lamps: pytest.Pytester) 
     result.stdout.no_fnmatch_line("*custom_tests.py*")
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        ("'enter hal'", "hri_run:1:1: unknown command 'enter hal'; nearest: enter hall*"),
-        ("'enter hall\\n\\nleave'", "hri_run: 2 tests in the text; expected one*"),
-        ("''", "hri_run: 0 tests in the text; expected one*"),
-        ("'enter hall', paus_s=1", "hri_run: parameter 'paus_s': the testbench declares none such; nearest: pause_s*"),
-        ("'leave', pause_s=1", "hri_run: parameter 'pause_s': none of these commands has it*patience_s*"),
-        ("'enter hall', pause_s=float('nan')", "hri_run: parameter 'pause_s' is nan; expected a finite number"),
-        (
-            "'# values 1: pause_s 9\\nenter hall'",
-            "test handmade-*command 1 (enter hall): pause_s 9.0 is out of its ran*",
-        ),
-        ("'enter hall', pause_s='long'", "hri_run: parameter 'pause_s' is 'long'; expected a finite number"),
-    ],
-)
-def test_what_cannot_be_run_is_said_at_the_users_own_line(lamps: pytest.Pytester, call: str, message: str) -> None:
-    (lamps.path / "test_mine.py").write_text(f"def test_mine(hri_run):\n    hri_run({call})\n", encoding="utf-8")
+def test_what_cannot_be_run_is_said_at_the_users_own_line(lamps: pytest.Pytester) -> None:
+    told = {
+        "'enter hal'": "hri_run:1:1: unknown command 'enter hal'; nearest: enter hall*",
+        "'enter hall\\n\\nleave'": "hri_run: 2 tests in the text; expected one*",
+        "''": "hri_run: 0 tests in the text; expected one*",
+        "'enter hall', paus_s=1": "hri_run: parameter 'paus_s': the testbench declares none such; nearest: pause_s*",
+        "'leave', pause_s=1": "hri_run: parameter 'pause_s': none of these commands has it*patience_s*",
+        "'enter hall', pause_s=float('nan')": "hri_run: parameter 'pause_s' is nan; expected a finite number",
+        "'# values 1: pause_s 9\\nenter hall'": "test handmade-*command 1 (enter hall): pause_s 9.0 is out of its ran*",
+        "'enter hall', pause_s='long'": "hri_run: parameter 'pause_s' is 'long'; expected a finite number",
+    }
+    tests = [f"def test_{number}(hri_run):\n    hri_run({call})\n" for number, call in enumerate(told)]
+    (lamps.path / "test_mine.py").write_text("\n\n".join(tests), encoding="utf-8")
     result = lamps.runpytest_inprocess("test_mine.py")
-    result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines([f">   *hri_run({call})".replace("[", "[[]"), f"E *{message}"])
+    result.assert_outcomes(failed=len(told))
+    for call, message in told.items():
+        result.stdout.fnmatch_lines([f">   *hri_run({call})".replace("[", "[[]"), f"E *{message}"])
     result.stdout.no_fnmatch_line("*custom_tests.py*")
 
 

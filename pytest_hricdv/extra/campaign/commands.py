@@ -1,9 +1,8 @@
 """Implements the commands of `hricdv campaign`.
 
 Exit status: 0 if all is well; 1 if runs failed or were lost, a repeated run differs, or a gate fails; 2 where the
-campaign cannot be run or read; 3 where it was ended before all was done.
-
-The progress of a campaign: one line that is rewritten on a terminal, and ten lines elsewhere.
+campaign cannot be run or read; 3 where it was ended before all was done. Progress is one line that is rewritten
+on a terminal, and ten lines elsewhere.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ A campaign's file may come from somewhere else, as an artefact does. SQL in it w
 table may have no end, a trigger changes what is stored. So nothing is read before the file has the tables that the
 plugin makes, and no others of their names; what cells hold is checked where they are read.
 
-Rows: a run of a campaign in few bytes, from which sums are computed.
+A row is a run in few bytes, from which sums are computed.
 """
 
 from __future__ import annotations

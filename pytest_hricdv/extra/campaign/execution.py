@@ -1,9 +1,8 @@
 """Executes a campaign: sends the missing runs to a cluster in tasks, and stores each result as it arrives.
 
-The audit of a campaign: repeats some runs, on another worker if there is one, and compares the records.
-
-Where they do not, both are asked for their records, and the first event at which they part is kept: what differs
-between two machines, or two versions, shows there first.
+The audit repeats some runs, on another worker if there is one, and compares the records. Where they differ, both are
+asked for their records, and the first event at which they part is kept: what differs between two machines, or two
+versions, shows there first.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The report of a campaign: that of a session, with the sums over all runs.
 
-Statistics over all runs of a campaign, and the runs worth keeping; rows are read one by one to save memory.
+It has statistics over all runs, and the runs worth keeping. Rows are read one by one to save memory.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Experience: how interactions ended in all runs, and how often each disturbance was tried where.
 
-Missing conditions: what an effect lacks to become another one, and the distance between effects.
+A missing condition is what an effect lacks to become another one.
 
 Where texts of one length differ, as patterns of sensors do, each differing character is a condition of its own; what
 else differs may be a consequence of a pattern. Only where no character differs, the effect as a whole is the condition.

@@ -6,9 +6,8 @@ A point is a tuple of strings that begins with its kind (see `pytest_hricdv.cove
     ("verdict", requirement, "Passed" | "Failed")            ("antecedent", requirement, "true" | "false")
     ("condition", requirement, conjunct of its antecedent, "true" | "false")
     ("transition", state of the code under test, next state)
-    and kinds of violations, see `pytest_hricdv.extra.closing.observation`.
 
-Kinds of violations: by requirement and part of it, state of the code under test, and how the interaction ended.
+and kinds of violations, by requirement and part of it, state of the code under test, and how the interaction ended:
 
     ("violation", requirement, part, state, outcome)      one that is not known
     ("known violation", requirement, part, state, outcome)

@@ -2,10 +2,9 @@
 
 The strategies of the closing loop choose tests from it, and insert disturbances into them.
 
-The interactions of an abstract test: what each plans, which disturbances intervene in it, and its effect.
-
-A cross product with `planned` says which combination of its first coordinates each interaction of a test plans. An
-interaction begins with the command at which `planned` of the commands so far returns one combination more.
+An interaction of a test has what it plans, the disturbances that intervene in it, and its effect. A cross product
+with `planned` says which combination of its first coordinates each interaction of a test plans. An interaction begins
+with the command at which `planned` of the commands so far returns one combination more.
 """
 
 from __future__ import annotations

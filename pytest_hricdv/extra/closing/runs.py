@@ -1,6 +1,5 @@
-"""The runs of a closing loop, seen from the session: in a subprocess, or on a cluster.
-
-The progress of a running loop, for viewers: a small file in the report folder, written after each generation.
+"""The runs of a closing loop, seen from the session: in a subprocess, or on a cluster. Viewers see its progress in a
+small file in the report folder, written after each generation.
 """
 
 from __future__ import annotations

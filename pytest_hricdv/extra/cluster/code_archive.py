@@ -1,6 +1,6 @@
 """The project as one archive, for workers that do not have it.
 
-Locates the project of a session on a worker: at the same path as here, or in the archive that it is sent.
+A worker has the project of a session at the same path as here, or in the archive that it is sent.
 """
 
 from __future__ import annotations

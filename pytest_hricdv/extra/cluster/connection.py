@@ -1,6 +1,6 @@
 """The connection to a Dask scheduler, which is restored after the scheduler was unavailable.
 
-Scheduler and workers on this machine, which nobody but this session can talk to.
+Nobody but this session can talk to a scheduler and workers on this machine.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class LocalWorkers:
 
     They listen on loopback only, and take what is encrypted with credentials that are made here, kept in memory and
     forgotten with this object: other users of the machine, and other programs, are refused. Their files are in a
-    folder for this user only: Dask's own choice, `/tmp/dask-scratch-space`, may be another user's, and Python looks for
+    folder for this user only: Dask's own choice, `dask-scratch-space`, may be another user's, and Python looks for
     modules in it.
 
     Args:

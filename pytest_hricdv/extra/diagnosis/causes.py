@@ -1,6 +1,6 @@
 """The diagnosis of a report with failing tests: groups failures, runs experiments, locates and describes causes.
 
-Evidence on causes from reversed branch decisions.
+Reversed branch decisions are evidence, too.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Diagnosis in a session: its option, and its experiments after the last test if tests failed.
 
-Commands on reports: `hricdv report triage`.
+The command `hricdv report triage` works on its results.
 """
 
 from __future__ import annotations

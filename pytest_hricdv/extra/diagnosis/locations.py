@@ -1,10 +1,8 @@
 """Locations: where in the code under test a cause probably is, and where its nodes were at the violation.
 
-Ranks the statements of the code under test that probably contain the fault of a cause, most suspicious first.
-
-Coverage says what failing tests execute and others do not; where all tests execute the same, it says nothing. What ran
-*when* says more: what runs only after the violation cannot have led to it, and what ran last before it, or was going on
-then, has probably.
+Statements are ranked by how probably they contain the fault of a cause. Coverage says what failing tests execute and
+others do not; where all tests execute the same, it says nothing. What ran *when* says more: what runs only after the
+violation cannot have led to it, and what ran last before it, or was going on then, has probably.
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
 """Minimal pairs: the passing test that is closest to a failing one, found by runs.
 
 Variations of the test run one after the other until one passes what fails, as `variations` orders them. One that does
-not check the requirement any more shows little, and is taken only where there is no other. Of a value that decides, its
-threshold is looked for by halving.
+not check the requirement any more shows little, and is taken only where there is no other. Of a value that decides,
+its threshold is looked for by halving.
 
-Divergence: the first event at which a failing run and a passing run of nearly the same test differ.
-
-Two runs are compared stream by stream: the messages that one sender sends of one topic, or one signal. Numbers are left
-out, and what repeats counts once: with a change to the test all later times differ a little, and with them what is
-measured and how often it is sent, which says nothing. Of all streams, that counts which differs first.
+The divergence is the first event at which a failing and a passing run of nearly the same test differ. Two runs are
+compared stream by stream: the messages that one sender sends of one topic, or one signal. Numbers are left out, and
+what repeats counts once: with a change to the test all later times differ a little, and with them what is measured
+and how often it is sent, which says nothing. Of all streams, that counts which differs first.
 """
 
 from __future__ import annotations

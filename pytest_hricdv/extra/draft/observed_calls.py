@@ -1,6 +1,6 @@
 """Messages for what the code calls at its ports: one for each method, or for each topic that was observed.
 
-Ports for modules that are not installed, of what first runs observed at their stand-ins.
+Ports for modules that are not installed come from what first runs observed at their stand-ins.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The report of checked logs: a suite with the same records, and so the same page, as one of tests.
 
-What logs show and tests do not, and the reverse.
+It says what logs show and tests do not, and the reverse.
 """
 
 from __future__ import annotations

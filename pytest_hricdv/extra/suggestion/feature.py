@@ -1,6 +1,6 @@
 """Suggestions in a session: its options, and what it does after the last test.
 
-How a report shows suggested requirements: lines to paste into a requirements file, and a section of its page.
+A report shows suggested requirements as lines to paste into a requirements file, and as a section of its page.
 """
 
 from __future__ import annotations

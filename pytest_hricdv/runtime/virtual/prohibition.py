@@ -1,9 +1,8 @@
 """Forbids what code in a run must not do to its process, because it could not be undone for the session.
 
-Libraries that read a keyboard without standard input, or draw on the terminal: nodes may not use them.
-
-`curses` sets the terminal that pytest was started in; `pynput` and `keyboard` listen to the machine's keyboard, in
-threads of their own. None of it is a person of the model.
+Nodes may not use libraries that read a keyboard without standard input, or draw on the terminal. `curses` sets the
+terminal that pytest was started in; `pynput` and `keyboard` listen to the machine's keyboard, in threads of their
+own. None of it is a person of the model.
 
 Python's own functions and classes stay what they are while code under test runs, or is imported for it.
 

@@ -1,6 +1,6 @@
 """Finds references to objects that are to be replaced: globals, attributes, defaults, closures, containers.
 
-Copies of modules of Python's library in which some names, or imports, are replaced.
+In copies of modules of Python's library, some names or imports are replaced.
 """
 
 from __future__ import annotations

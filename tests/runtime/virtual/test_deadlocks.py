@@ -32,8 +32,8 @@ def test_two_nodes_that_hold_what_the_other_one_wants() -> None:
 
     (sentence,) = sentences(kernel, kernel.spawn("arm", move), kernel.spawn("log", log))
     assert sentence.startswith("deadlock: arm waits at ")
-    assert "test_deadlocks.py:23 for a lock that log holds; log waits at " in sentence
-    assert sentence.endswith("test_deadlocks.py:29 for a lock that arm holds")
+    assert "test_deadlocks.py:24 for a lock that log holds; log waits at " in sentence
+    assert sentence.endswith("test_deadlocks.py:30 for a lock that arm holds")
 
 
 def test_who_waits_for_a_lock_that_somebody_keeps_is_in_no_cycle() -> None:

@@ -2,7 +2,7 @@
 
 Each becomes a message of the draft, with the expression that makes of it what the code gets.
 
-Methods that an object hands to others, which call them later: the name under which they are known there.
+A handover is a method that an object hands to others, which call it later, by the name that it is known by there.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The files of a draft, how they are written, and its README: what to edit next.
 
-`QUESTIONS.md`: what the code does not say, at most ten questions, the first ones with most coverage behind them.
+`QUESTIONS.md` asks what the code does not say: at most ten questions, the first ones with most coverage behind them.
 """
 
 from __future__ import annotations

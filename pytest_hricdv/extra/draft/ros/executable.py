@@ -1,6 +1,6 @@
 """Where the Python code of an executable of ROS 2 is: of `ros2 run PACKAGE EXECUTABLE`, or of a file.
 
-ROS 2 functions for drafts of nodes, which the feature `ros2` offers if it is installed.
+The feature `ros2`, if it is installed, offers what is needed for that.
 """
 
 from __future__ import annotations

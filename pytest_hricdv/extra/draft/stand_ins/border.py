@@ -1,6 +1,6 @@
 """The border of the code in one run: all data in and out through the stand-ins.
 
-What code tells a port: the topic, and the names and values in what it hands over.
+What code tells a port has a topic, and the names and values in what it hands over.
 """
 
 from __future__ import annotations

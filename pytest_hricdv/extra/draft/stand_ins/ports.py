@@ -1,6 +1,6 @@
 """What a port of the code can get in each run: a clock, a number of the test, something new, or a replacement.
 
-A program as the robot: its module is executed anew in each run.
+Where a program is the robot, its module is executed anew in each run.
 """
 
 from __future__ import annotations
