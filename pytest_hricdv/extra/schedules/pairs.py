@@ -21,7 +21,8 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
         first: place of the statement that came first.
         number: which execution of it this was, from 1.
         second: place of the other one.
-        time_s: when the first one came (s of simulated time).
+        step: which step of the run the first one was, from 0.
+        time_s: when it came (s of simulated time).
         gap_s: how much later the second one came (s).
         previous: what the first one's thread executes before, and which execution of it that is: perhaps it takes a
             lock that the second one needs.
@@ -33,6 +34,7 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
     first: str
     number: Count
     second: str
+    step: Count
     time_s: NotNegative
     gap_s: NotNegative
     previous: tuple[str, Count] | None = None
@@ -148,6 +150,7 @@ class ExecutedSteps:
             first=self.places[point],
             number=self._numbers[first],
             second=self.places[other[0]],
+            step=first,
             time_s=time_us / US_PER_S,
             gap_s=gap_us / US_PER_S,
             previous=self._execution(own[place - 1]) if place else None,

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from pytest_hricdv._base.record import NotNegative, PlainRecord
+from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.instrumented_code import instrument
 from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, points_of
@@ -41,8 +41,18 @@ time)."""
 
 
 class HeldNode(PlainRecord, frozen=True, kw_only=True):
-    """What a decision did: the node that waited at a place, or the sender of a message whose topic the place is, when
-    and for how long (s), and what other nodes of the code executed meanwhile: the place, and the node's name."""
+    """What a decision did.
+
+    Args:
+        kind: of the decision.
+        place: where the node waited; of a message its topic.
+        node: that waited; of a message its sender.
+        time_s: when (s).
+        for_s: for how long (s).
+        between: what other nodes of the code executed meanwhile: the place, and the node's name.
+        steps: how many steps the run had executed before, and at the end.
+        choices: the same of choices between what was ready.
+    """
 
     kind: Kind = "hold"
     place: str
@@ -50,6 +60,8 @@ class HeldNode(PlainRecord, frozen=True, kw_only=True):
     time_s: NotNegative
     for_s: NotNegative
     between: tuple[tuple[str, str], ...] = ()
+    steps: tuple[Count, Count] = (0, 0)
+    choices: tuple[Count, Count] = (0, 0)
 
     def spans(self, wait: EndlessWait) -> bool:
         """Whether a wake-up came in vain while it held a node up, which then began to wait."""
@@ -154,6 +166,7 @@ class Scheduler:
 
     def _hold(self, node: Node, decision: ScheduleDecision) -> None:
         began_s, number = self.kernel.now_s, len(self._meanwhile)
+        steps, choices = len(self.steps), len(self.choices)
         if decision.kind == "hold":
             self._waiting.append(node)
         try:
@@ -161,23 +174,15 @@ class Scheduler:
         finally:
             if node in self._waiting:
                 self._waiting.remove(node)
-        self._note(decision, node.name, began_s, self.kernel.now_s - began_s, self._meanwhile[number:])
-
-    def _note(
-        self,
-        decision: ScheduleDecision,
-        node: str,
-        time_s: float,
-        for_s: float,
-        between: Sequence[tuple[str, str]] = (),
-    ) -> None:
         held = HeldNode(
             kind=decision.kind,
             place=decision.place,
-            node=node,
-            time_s=round(time_s, 6),
-            for_s=round(for_s, 6),
-            between=tuple(dict.fromkeys(between)),
+            node=node.name,
+            time_s=round(began_s, 6),
+            for_s=round(self.kernel.now_s - began_s, 6),
+            between=tuple(dict.fromkeys(self._meanwhile[number:])),
+            steps=(steps, len(self.steps)),
+            choices=(choices, len(self.choices)),
         )
         self.held_up.append(held)
 
@@ -192,7 +197,9 @@ class Scheduler:
         if len(self.messages) < MAX_CHOICES:
             self.messages.append((arrival_us, topic))
         if decision:
-            self._note(decision, sender, self.kernel.now_s, delay_s)
+            time_s = round(self.kernel.now_s, 6)
+            late = HeldNode(kind="delivery", place=topic, node=sender, time_s=time_s, for_s=round(delay_s, 6))
+            self.held_up.append(late)
         return (arrival_us - now_us) / US_PER_S
 
     def pick(self, count: int) -> int:

@@ -57,6 +57,10 @@ class ScheduleCandidate:
     usual: ScheduleRun
 
 
+TestSchedule = tuple[ScheduleCandidate, ConcreteTest]
+"""A test with a schedule, and the candidate that it was made of."""
+
+
 @dataclass
 class ScheduleSearch:
     """Draws schedules for tests, and keeps which pairs were tried.
@@ -79,6 +83,10 @@ class ScheduleSearch:
     """Pairs whose first node was held up."""
     further: list[tuple[int, ScheduleCandidate, ConcreteTest]] = field(default_factory=list)
     """Schedules with one more decision, about a pair that only a run with the others has."""
+    inside: list[TestSchedule] = field(default_factory=list)
+    """Schedules with one more decision while a node is held up."""
+    combined: Counter[tuple[str, ...]] = field(default_factory=Counter)
+    """Places of decisions -> how many of `inside` were tried."""
     repeats: int = 0
     """Draws since the last new one."""
     drawn: set[tuple[str, tuple[ScheduleDecision, ...], str]] = field(default_factory=set)
@@ -99,13 +107,14 @@ class ScheduleSearch:
         elif len(test.schedule) < MOST_DECISIONS:
             self.further += [(place, candidate, further) for place, further in self._further(test, run)]
             self.further.sort(key=itemgetter(0))
+            self.inside += [(candidate, further) for further in self._inside(test, run)]
         self.seen.update(conflict.pair for conflict in run.conflicts)
 
     def open_pairs(self) -> list[PlacePair]:
         """Pairs that came in one order only."""
         return sorted(pair for pair in self.seen if (pair[1], pair[0]) not in self.seen)
 
-    def draw(self, candidates: Sequence[ScheduleCandidate]) -> Iterator[tuple[ScheduleCandidate, ConcreteTest]]:
+    def draw(self, candidates: Sequence[ScheduleCandidate]) -> Iterator[TestSchedule]:
         """Tests with schedules, without end; empty where no candidate has anything to order."""
         able = [candidate for candidate in candidates if candidate.usual.threads > 1 or candidate.usual.ready]
         number = 0
@@ -115,9 +124,23 @@ class ScheduleSearch:
             made = None
             if rng.random() >= AT_RANDOM:
                 made = self.further.pop(0)[1:] if self.further and number % 2 else self._pair(rng, able)
+            elif self.inside and number % 2:
+                made = self._pop_inside()
             made = made or self._at_random(rng, able)
             if self._is_new(made[1]):
                 yield made
+
+    def _pop_inside(self) -> TestSchedule:
+        """One with decisions at places that were combined least often, the fewest decisions and places."""
+
+        def rank(made: TestSchedule) -> tuple[int, ...]:
+            places = _places(made[1])
+            return self.combined[places], len(places), len({*places})
+
+        best = min(self.inside, key=rank)
+        self.inside.remove(best)
+        self.combined[_places(best[1])] += 1
+        return best
 
     def _is_new(self, test: ConcreteTest) -> bool:
         """Whether it was not drawn before; a few times it does not matter, or nothing might be left to draw."""
@@ -129,7 +152,7 @@ class ScheduleSearch:
 
     def _pair(
         self, rng: Random, candidates: Sequence[ScheduleCandidate]
-    ) -> tuple[ScheduleCandidate, ConcreteTest] | None:
+    ) -> TestSchedule | None:
         """The pair that was tried least, in one of the tests that have it."""
         found = [
             (self.tried[conflict.pair], self._needs_move(conflict), place, conflict)
@@ -170,6 +193,18 @@ class ScheduleSearch:
                     decision = ScheduleDecision("hold", *held, self.slowest_s)
                     yield place, replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
+    def _inside(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[ConcreteTest]:
+        """The test with one more decision while a node is held up: a hold of another one, too, or another choice of
+        what goes on. Threads that execute the same code need that: their pairs are not new."""
+        for held in run.held:
+            begin, end = held.steps
+            inside = {_holds(conflict)[0]: None for conflict in run.conflicts if begin <= conflict.step < end}
+            decisions = [ScheduleDecision("hold", *place, self.slowest_s) for place in inside if place is not None]
+            for number in range(*held.choices):
+                decisions += (ScheduleDecision("order", "", number + 1, one) for one in range(1, run.ready[number]))
+            for decision in decisions:
+                yield replace(test, schedule=_sort_decisions([*test.schedule, decision]))
+
     def _reverse(self, conflict: DataConflict) -> list[ScheduleDecision]:
         """What lets the second one come before the first one; at the next times right after it, or earlier still."""
         held = _holds(conflict)[self.tried[conflict.pair] % HOLDS]
@@ -206,7 +241,7 @@ class ScheduleSearch:
 
     def _at_random(
         self, rng: Random, candidates: Sequence[ScheduleCandidate]
-    ) -> tuple[ScheduleCandidate, ConcreteTest]:
+    ) -> TestSchedule:
         candidate = rng.choice([*candidates])
         decisions = self._more(rng, candidate, rng.randint(1, MOST_DECISIONS))
         return candidate, replace(candidate.test, schedule=_sort_decisions(decisions))
@@ -237,6 +272,10 @@ def _holds(conflict: DataConflict) -> tuple[tuple[str, int] | None, ...]:
     if conflict.is_in_one_node:
         return (conflict.awaited,) * HOLDS
     return (conflict.first, conflict.number), conflict.next, conflict.previous
+
+
+def _places(test: ConcreteTest) -> tuple[str, ...]:
+    return tuple(decision.place for decision in test.schedule)
 
 
 def _may_be(sampler: Sampler | None, value: float) -> bool:
