@@ -65,7 +65,7 @@ class RaceExamination:
         least_s = sum(held.for_s for held in ran.held)
         if late is not None:
             test, ran, least_s, before = self._shortest(*late)
-            kind = "wrong order" if before is not None and is_other_order(before, ran) else "late"
+            kind = "wrong order" if before is None or is_other_order(before, ran) else "late"
         return ScheduleRace(test, ran, kind, least_s, self.runs)
 
     def _tries(self, test: ConcreteTest) -> ScheduleRun | None:
@@ -98,18 +98,27 @@ class RaceExamination:
     def _shortest(
         self, test: ConcreteTest, ran: ScheduleRun
     ) -> tuple[ConcreteTest, ScheduleRun, float, ScheduleRun | None]:
-        """With the shortest delays that still make it fail, all in one proportion; and the run that just passes."""
+        """With the shortest delays that still make it fail, all in one proportion; and the run that just passes.
+
+        That is None where it fails without any delay, once each node has let others run.
+        """
         whole, just_passes = test.schedule, None
         passes, fails = 0.0, 1.0
         for _ in range(HALVINGS):
             middle = (passes + fails) / 2
-            shorter = replace(test, schedule=tuple(replace(entry, value=entry.value * middle) for entry in whole))
+            shorter = _scale(test, whole, middle)
             again = self._tries(shorter)
             if again is None:
                 passes, just_passes = middle, self.last
             else:
                 fails, test, ran = middle, shorter, again
+        if just_passes is None and self._tries(_scale(test, whole, 0.0)) is None:
+            just_passes = self.last
         return test, ran, sum(decision.value for decision in test.schedule), just_passes
+
+
+def _scale(test: ConcreteTest, schedule: Sequence[ScheduleDecision], share: float) -> ConcreteTest:
+    return replace(test, schedule=tuple(replace(entry, value=entry.value * share) for entry in schedule))
 
 
 def is_other_order(before: ScheduleRun, ran: ScheduleRun) -> bool:

@@ -111,6 +111,8 @@ class Scheduler:
     """The node that has control, if it has executed a statement since it got it."""
     _waiting: list[Node] = field(default_factory=list)
     """Held up until another node has run."""
+    _held: int = 0
+    """Number of nodes that a decision holds up."""
     _meanwhile: list[tuple[str, str]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -143,7 +145,7 @@ class Scheduler:
             if point in special:
                 self._decide(node, places[point])
             self._ran = node
-            if self._waiting:
+            if self._held:
                 self._meanwhile.append((places[point], node.name))
             if len(steps) < MAX_STEPS:
                 add((point, number, kernel.now_us))
@@ -169,9 +171,11 @@ class Scheduler:
         steps, choices = len(self.steps), len(self.choices)
         if decision.kind == "hold":
             self._waiting.append(node)
+        self._held += 1
         try:
             self.kernel.block(decision.value)
         finally:
+            self._held -= 1
             if node in self._waiting:
                 self._waiting.remove(node)
         held = HeldNode(

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.schedules.schedule_run import ScheduleRun
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Sampler
-from pytest_hricdv.generate.schedule import ScheduleDecision
+from pytest_hricdv.generate.schedule import Kind, ScheduleDecision
 
 MOST_DECISIONS = 3
 """In one run."""
@@ -36,6 +36,12 @@ LATE = 0.15
 
 HOLDS = 3
 """Number of locations tried for holding a thread in a pair."""
+
+WAYS = 2
+"""Of reversing a pair: a hold and a delay."""
+
+COMBINED = 0.3
+"""The share of combinations of decisions after that: only moves of parameters are left for pairs."""
 
 MAX_REPEATS = 20
 """After so many draws that were made before, one is made again."""
@@ -81,6 +87,8 @@ class ScheduleSearch:
     the first one it may matter."""
     tried: Counter[PlacePair] = field(default_factory=Counter)
     """Pairs whose first node was held up."""
+    tries: Counter[str] = field(default_factory=Counter)
+    """The same of the places where it was."""
     further: list[tuple[int, ScheduleCandidate, ConcreteTest]] = field(default_factory=list)
     """Schedules with one more decision, about a pair that only a run with the others has."""
     inside: list[TestSchedule] = field(default_factory=list)
@@ -150,10 +158,9 @@ class ScheduleSearch:
         self.repeats = 0 if is_new else self.repeats + 1
         return is_new
 
-    def _pair(
-        self, rng: Random, candidates: Sequence[ScheduleCandidate]
-    ) -> TestSchedule | None:
-        """The pair that was tried least, in one of the tests that have it."""
+    def _pair(self, rng: Random, candidates: Sequence[ScheduleCandidate]) -> TestSchedule | None:
+        """The pair that was tried least, in one of the tests that have it; once each place was held up in both ways, at
+        times a combination instead."""
         found = [
             (self.tried[conflict.pair], self._needs_move(conflict), place, conflict)
             for place, candidate in enumerate(candidates)
@@ -161,6 +168,9 @@ class ScheduleSearch:
         ]
         if not found:
             return None
+        fewest = min(self.tries[entry[-1].first] for entry in found)
+        if fewest >= WAYS and self.inside and rng.random() < COMBINED:
+            return self._pop_inside()
         least = min(entry[:2] for entry in found)
         _, needs_move, place, conflict = rng.choice([entry for entry in found if entry[:2] == least])
         candidate = candidates[place]
@@ -206,10 +216,17 @@ class ScheduleSearch:
                 yield replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
     def _reverse(self, conflict: DataConflict) -> list[ScheduleDecision]:
-        """What lets the second one come before the first one; at the next times right after it, or earlier still."""
-        held = _holds(conflict)[self.tried[conflict.pair] % HOLDS]
+        """What lets the second one come before the first one; at the next times right after it, or earlier still.
+
+        A hold ends once any other node has run, a delay outlasts those that the pair does not need. They take turns; a
+        delay is first where the second one comes at a later instant.
+        """
+        tries = self.tried[conflict.pair]
         self.tried[conflict.pair] += 1
-        return [] if held is None else [ScheduleDecision("hold", *held, self.slowest_s)]
+        self.tries[conflict.first] += 1
+        held = _holds(conflict)[tries % HOLDS]
+        kind: Kind = "delay" if (tries + (conflict.gap_s > 0.0)) % 2 else "hold"
+        return [] if held is None else [ScheduleDecision(kind, *held, self.slowest_s)]
 
     def _is_near(self, conflict: DataConflict) -> bool:
         return conflict.gap_s <= self.slowest_s
@@ -239,9 +256,7 @@ class ScheduleSearch:
                 made.append(ScheduleDecision("hold", place, rng.randint(1, usual.executed[place]), self.slowest_s))
         return made
 
-    def _at_random(
-        self, rng: Random, candidates: Sequence[ScheduleCandidate]
-    ) -> TestSchedule:
+    def _at_random(self, rng: Random, candidates: Sequence[ScheduleCandidate]) -> TestSchedule:
         candidate = rng.choice([*candidates])
         decisions = self._more(rng, candidate, rng.randint(1, MOST_DECISIONS))
         return candidate, replace(candidate.test, schedule=_sort_decisions(decisions))
