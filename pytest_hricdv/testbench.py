@@ -294,14 +294,16 @@ class Testbench:
         """The names that requirements may use: signals, topics, and those fields of messages that can be compared.
 
         Raises:
-            ValueError: a name that no requirement can contain, or that both the bus and ROS 2 have; values of what is
-                no text, or a unit of an unknown name.
+            ValueError: a name that no requirement can contain, or that two messages, or the bus and ROS 2, have; values
+                of what is no text, or a unit of an unknown name.
             Ros2Error: a topic, service or action of ROS 2 has a wrong name or type.
         """
         topics: dict[str, dict[str, Kind]] = {}
         values: dict[str, tuple[str, ...]] = {}
         for message in self.messages:
             topic = topic_of(message)
+            if topic in topics:
+                raise ValueError(f"two classes of messages are {topic!r} on the bus; rename one of them")
             topics[topic] = {}
             for name, kind, texts in comparable_fields(message):
                 topics[topic][name] = kind

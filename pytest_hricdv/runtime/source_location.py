@@ -46,23 +46,31 @@ def _places_of_ready_tasks() -> Iterator[str]:
 
 
 def authors_frame(frame: FrameType | None) -> FrameType | None:
-    """The innermost frame that is its author's; the outermost of all if none is.
+    """The innermost frame that is its author's; of a library if none is, as where a thread runs a function of one.
 
     Neither of this plugin nor of Python's library, nor of a module whose frames pytest does not show, as `rclpy` in a
     simulated run.
     """
-    outermost = frame
+    library: FrameType | None = None
     while frame is not None:
-        outermost = frame
         if _is_authors(frame):
             return frame
+        if library is None and not _is_ours(frame):
+            library = frame
         frame = frame.f_back
-    return outermost
+    return library
+
+
+def _root(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__", "")).partition(".")[0]
+
+
+def _is_ours(frame: FrameType) -> bool:
+    return _root(frame) in ("pytest_hricdv", "_pytest")
 
 
 def _is_authors(frame: FrameType) -> bool:
-    root = str(frame.f_globals.get("__name__", "")).partition(".")[0]
-    is_library = root == "pytest_hricdv" or root in sys.stdlib_module_names
+    is_library = _is_ours(frame) or _root(frame) in sys.stdlib_module_names
     return not is_library and not frame.f_globals.get("__tracebackhide__", False)
 
 

@@ -6,12 +6,13 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType, SimpleNamespace
 from typing import Any
 
 import pytest
 
 from pytest_hricdv.runtime import Kernel, KernelError
-from pytest_hricdv.runtime.source_location import place_of
+from pytest_hricdv.runtime.source_location import error_line, place_of
 
 HERE = Path(__file__).name
 
@@ -30,6 +31,22 @@ def test_libraries_are_passed_over() -> None:
     line = sys._getframe().f_lineno
     places = [json.loads("{}", object_hook=where), hidden["call"]()]
     assert [place.rpartition(":")[2] for place in places] == [str(line + 1), str(line + 1)]
+
+
+def test_a_thread_that_a_library_runs_has_the_line_of_the_library() -> None:
+    def frame(module: str, back: FrameType | None = None) -> Any:
+        code = SimpleNamespace(co_filename=f"{module}.py", co_name="call")
+        return SimpleNamespace(f_globals={"__name__": module}, f_code=code, f_lineno=7, f_back=back)
+
+    pool = frame("pytest_hricdv.runtime.virtual.thread_pool")
+    assert place_of(frame("pytest_hricdv.runtime.virtual.real_time", frame("subprocess", pool))) == "subprocess.py:7"
+    assert place_of(pool) == "an unknown place"
+
+
+def test_what_pytest_raises_is_at_the_line_that_called_it() -> None:
+    with pytest.raises(pytest.skip.Exception) as raised:
+        pytest.skip("not here")
+    assert error_line(raised.value).rpartition(":")[0].endswith(HERE)
 
 
 def busy(kernel: Kernel) -> None:

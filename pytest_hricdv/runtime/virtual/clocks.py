@@ -6,6 +6,7 @@ Identifiers are the same in each repeat of a run, and no two of a run are equal.
 from __future__ import annotations
 
 import datetime as real_datetime
+import operator
 import sys
 import time as real_time
 import uuid
@@ -36,6 +37,15 @@ def monotonic() -> float:
     return real_time.monotonic() if node is None else node.kernel.now_s
 
 
+def seconds(duration_s: Any) -> float:
+    """A duration (s) that Python's own functions take: a float, or what is an integer.
+
+    Raises:
+        TypeError: it is neither, as a `Decimal`.
+    """
+    return duration_s if isinstance(duration_s, float) else operator.index(duration_s)
+
+
 def sleep(duration_s: float) -> None:
     """As `time.sleep`."""
     node = current_node()
@@ -43,6 +53,7 @@ def sleep(duration_s: float) -> None:
         real_time.sleep(duration_s)  # outside of a run, time is real
         return
     check(node, TIME, "time.sleep")
+    duration_s = seconds(duration_s)
     if not duration_s >= 0:
         raise ValueError("sleep length must be non-negative")  # as Python does
     node.kernel.sleep(duration_s)

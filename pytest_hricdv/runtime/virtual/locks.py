@@ -13,7 +13,7 @@ from greenlet import getcurrent, greenlet
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
-from pytest_hricdv.runtime.virtual.clocks import monotonic
+from pytest_hricdv.runtime.virtual.clocks import monotonic, seconds
 from pytest_hricdv.runtime.virtual.real_time import node_to_wait
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -43,7 +43,7 @@ class WaitQueue:
         node = node_to_wait(self._kind, self._name)
         self.nodes.append(node)
         try:
-            return node.kernel.block(timeout_s)
+            return node.kernel.block(None if timeout_s is None else seconds(timeout_s))
         finally:
             if node in self.nodes:  # on a time-out, or at the end of the run
                 self.nodes.remove(node)

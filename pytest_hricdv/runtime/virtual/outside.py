@@ -11,6 +11,7 @@ from __future__ import annotations
 import abc
 import datetime
 import faulthandler
+import importlib
 import os
 import selectors
 import signal
@@ -60,6 +61,14 @@ _SELECTORS = tuple(
 _TIMERS = ("setitimer", "alarm")
 _CLOCKED = frozenset((*_TIMERS, "setrlimit", "dump_traceback_later"))
 _SIGNALS = ("sigwait", "sigwaitinfo", "sigtimedwait", "pause")
+
+
+def _import_or_none(name: str) -> ModuleType | None:
+    with suppress(ImportError):
+        return importlib.import_module(name)
+    return None
+
+
 _REFUSED: dict[str, Callable[..., Any]] = {
     "os.system": os.system,
     **{
@@ -72,10 +81,17 @@ _REFUSED: dict[str, Callable[..., Any]] = {
     "sys.setswitchinterval": sys.setswitchinterval,
     "sys.addaudithook": sys.addaudithook,
     "sys.setrecursionlimit": sys.setrecursionlimit,
+    **{
+        f"{interpreters.__name__}.{name}": getattr(interpreters, name)
+        for interpreters in filter(None, map(_import_or_none, ("_xxsubinterpreters", "_interpreters")))
+        for name in ("run_string", "exec", "run_func", "call")
+        if hasattr(interpreters, name)
+    },
     **{f"os.{name}": getattr(os, name) for name in ("close", "closerange", "dup2", *RIGHTS) if hasattr(os, name)},
 }
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
-timers of the machine strike by its own clock, or never, as a run is over soon. And what takes from the process what
+timers of the machine strike by its own clock, or never, as a run is over soon; another interpreter of the process has
+clocks and locks of its own. And what takes from the process what
 nobody can give back: the session would continue with less."""
 
 _REAP_S = 1.0

@@ -38,6 +38,22 @@ class Future(real_futures.Future[Any]):
         self._is_taken = True
         return super().exception(timeout)
 
+    def add_done_callback(self, fn: Callable[[Any], object]) -> None:
+        """As of `concurrent.futures.Future`, which logs what a callback raises and goes on; a run counts it as lost."""
+
+        def call(future: real_futures.Future[Any]) -> object:
+            try:
+                return fn(future)
+            except Exception as error:
+                if (node := current_node()) is not None:
+                    node.kernel.lost_errors.append(
+                        f"a callback of a future raised {error_text(error)} at {error_line(error)}, and the thread "
+                        "went on: catch it there"
+                    )
+                raise
+
+        super().add_done_callback(call)
+
     def describe_unclaimed(self) -> str:
         """A sentence about an unclaimed error at the end of the run; empty if there is none."""
         error: BaseException | None = self._exception  # without waiting for it
@@ -168,7 +184,7 @@ def _wait_for_one(futures: list[Any], timeout_s: float | None) -> bool:
         one_done.set()
 
     for future in futures:
-        future.add_done_callback(notice)
+        real_futures.Future.add_done_callback(future, notice)
     try:
         return one_done.wait(timeout_s)
     finally:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
 from types import ModuleType
 from typing import Any
 
@@ -203,6 +205,22 @@ def thread_pool(lib: Library, say: Callable[[object], None]) -> None:
         say(str(error))
 
 
+def odd_durations(lib: Library, say: Callable[[object], None]) -> None:
+    """What is neither a float nor an integer is no duration."""
+    for odd in (Decimal("0.01"), Fraction(1, 100), "0.01", None, 0.01j, [1]):
+        try:
+            lib.time.sleep(odd)
+        except TypeError as error:
+            say(type(error))
+        else:
+            say(odd)
+    try:
+        say(lib.threading.Event().wait(Decimal("0.01")))
+    except TypeError as error:
+        say(type(error))
+    say(lib.time.sleep(False))
+
+
 PROGRAMS: tuple[Program, ...] = (
     producer_and_consumer,
     time_outs,
@@ -212,4 +230,5 @@ PROGRAMS: tuple[Program, ...] = (
     semaphores_and_barriers,
     own_class,
     thread_pool,
+    odd_durations,
 )

@@ -120,3 +120,26 @@ def test_threads_that_are_over_and_waits_for_futures_that_are_not_are_not_kept()
     assert names == [["MainThread"]] * 3
     assert kept[0] == 0
     assert kept[1] < 1_500
+
+
+def test_what_a_callback_of_a_future_raises_is_lost() -> None:
+    kernel = Kernel()
+    kernel.virtual = frozenset(("time", "threading"))
+
+    def note(future: object) -> None:
+        raise ValueError("not noted")
+
+    def robot() -> None:
+        with VIRTUAL.futures.ThreadPoolExecutor(1) as pool:
+            future = pool.submit(VIRTUAL.time.sleep, 0.5)
+            future.add_done_callback(note)
+            future.result()
+        kernel.stop("over")
+
+    kernel.spawn("robot", robot)
+    try:
+        kernel.run(10.0)
+    finally:
+        kernel.close()
+    (said,) = kernel.lost_errors
+    assert said.startswith(f"a callback of a future raised ValueError: not noted at {__file__}:")
