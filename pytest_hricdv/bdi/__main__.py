@@ -73,8 +73,14 @@ def _trace(options: argparse.Namespace) -> int:
         print(result.trace.to_json())
     elif options.why is not None:
         chosen = [step for step in result.trace if step.kind == "action" and options.why in step.text]
+        if not chosen:
+            actions = dict.fromkeys(step.text for step in result.trace if step.kind == "action")
+            raise BdiError(f"--why {options.why}: no action contains it; actions: {', '.join(actions) or 'none'}")
         print(visible("\n\n".join(map(result.trace.chain_text, chosen)), keep="\n\t"))
     else:
+        agents = dict.fromkeys(step.agent for step in result.trace)
+        if options.agent is not None and options.agent not in agents:
+            raise BdiError(f"--agent {options.agent}: no agent of this name took a step; agents: {', '.join(agents)}")
         print(visible(result.trace.text(options.agent), keep="\n\t"))
     return _print_end(options, result)
 

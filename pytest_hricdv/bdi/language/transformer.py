@@ -238,10 +238,21 @@ class AgentSpeakTransformer(TermTransformer):
         return syntax.For(self._formula(meta, items[0]), items[1], self._at(meta))
 
 
+def _body_of(block: object) -> syntax.Body | None:
+    """The body that a block stands for: ``{ +p }`` alone is a plan's event as well; None for any other plan."""
+    match block:
+        case PlanTerm(plan=tuple(body)):
+            return body
+        case PlanTerm(plan=syntax.Plan(trigger=event, context=None, body=(), label=label) as plan):
+            if event.sign in ("+", "-") and label.startswith("_") and isinstance(event.literal, Structure):
+                return (syntax.BeliefUpdate(event.sign, event.literal, plan.location),)
+    return None
+
+
 def as_block(call: Call, place: Location) -> syntax.Statement | None:
     """The block that an internal action of old stands for, as ``.foreach(p(X), { act(X) })`` for a ``for``."""
     condition, *blocks = call.args or (None,)
-    bodies = [block.plan for block in blocks if isinstance(block, PlanTerm) and isinstance(block.plan, tuple)]
+    bodies = [body for body in map(_body_of, blocks) if body is not None]
     if not isinstance(condition, syntax.Formula) or not bodies or len(bodies) < len(blocks):
         return None
     if call.name == ".fork" and str(condition) in ("and", "or"):

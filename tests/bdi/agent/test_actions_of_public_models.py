@@ -16,6 +16,7 @@ from tests.bdi.models import system_of
     ("body", "prints"),
     [
         (".foreach(b(X), { .print(X) })", ["1", "2"]),
+        (".loop(b(X) & X < 9, { -b(X) }); .print(.count(b(_)))", ["0"]),
         (".foreach(.member(X, [3, 4]), { .print(X); .print(x) })", ["3", "x", "4", "x"]),
         (".if_then_else(b(1), { .print(yes) }, { .print(no) })", ["yes"]),
         (".if_then_else(b(9), { .print(yes) }, { .print(no) })", ["no"]),

@@ -92,6 +92,9 @@ def test_trace_is_shown_by_the_command(tmp_path: Path, capsys: pytest.CaptureFix
         "  [round 1] ann: plan +light(X) (ann.asl:1)\n"
         "    [round 1] ann: action walk(on)\n"
     )
+    for options in (["--why", "fly"], ["--agent", "anne"]):
+        assert main(["trace", file, "--quiet", *options]) == 2
+        assert f"error: {options[0]} {options[1]}: no a" in capsys.readouterr().err
     assert main(["trace", file, "--percept", "ann:light(on)", "--quiet", "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)) == 3
 
