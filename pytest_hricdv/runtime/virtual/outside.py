@@ -84,7 +84,7 @@ _REFUSED: dict[str, Callable[..., Any]] = {
     **{
         f"{interpreters.__name__}.{name}": getattr(interpreters, name)
         for interpreters in filter(None, map(_import_or_none, ("_xxsubinterpreters", "_interpreters")))
-        for name in ("run_string", "exec", "run_func", "call")
+        for name in ("create", "run_string", "exec", "run_func", "call")
         if hasattr(interpreters, name)
     },
     **{f"os.{name}": getattr(os, name) for name in ("close", "closerange", "dup2", *RIGHTS) if hasattr(os, name)},
