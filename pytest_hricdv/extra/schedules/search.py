@@ -20,7 +20,7 @@ from pytest_hricdv.extra.schedules.schedule_run import ScheduleRun
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Sampler
-from pytest_hricdv.generate.schedule import Kind, ScheduleDecision
+from pytest_hricdv.generate.schedule import ScheduleDecision
 
 MOST_DECISIONS = 3
 """In one run."""
@@ -37,8 +37,11 @@ LATE = 0.15
 HOLDS = 3
 """Number of locations tried for holding a thread in a pair."""
 
+DELAY_EACH = 3
+"""Of what reverses pairs, each third is a delay; the others are holds."""
+
 WAYS = 2
-"""Of reversing a pair: a hold and a delay."""
+"""So often each place is held up before combinations take over."""
 
 COMBINED = 0.3
 """The share of combinations of decisions after that: only moves of parameters are left for pairs."""
@@ -159,7 +162,7 @@ class ScheduleSearch:
         return is_new
 
     def _pair(self, rng: Random, candidates: Sequence[ScheduleCandidate]) -> TestSchedule | None:
-        """The pair that was tried least, in one of the tests that have it; once each place was held up in both ways, at
+        """The pair that was tried least, in one of the tests that have it; once each place was held up `WAYS` times, at
         times a combination instead."""
         found = [
             (self.tried[conflict.pair], self._needs_move(conflict), place, conflict)
@@ -218,15 +221,13 @@ class ScheduleSearch:
     def _reverse(self, conflict: DataConflict) -> list[ScheduleDecision]:
         """What lets the second one come before the first one; at the next times right after it, or earlier still.
 
-        A hold ends once any other node has run, a delay outlasts those that the pair does not need. They take turns; a
-        delay is first where the second one comes at a later instant.
+        A hold ends once any other node has run, a delay outlasts those that a pair of two nodes does not need.
         """
-        tries = self.tried[conflict.pair]
+        held = _holds(conflict)[self.tried[conflict.pair] % HOLDS]
         self.tried[conflict.pair] += 1
         self.tries[conflict.first] += 1
-        held = _holds(conflict)[tries % HOLDS]
-        kind: Kind = "delay" if (tries + (conflict.gap_s > 0.0)) % 2 else "hold"
-        return [] if held is None else [ScheduleDecision(kind, *held, self.slowest_s)]
+        is_delay = self.tries.total() % DELAY_EACH == 0 and not conflict.is_in_one_node
+        return [] if held is None else [ScheduleDecision("delay" if is_delay else "hold", *held, self.slowest_s)]
 
     def _is_near(self, conflict: DataConflict) -> bool:
         return conflict.gap_s <= self.slowest_s

@@ -50,6 +50,11 @@ def test_what_fails_with_the_delay_alone_is_late_by_the_least_delay_that_does_it
     assert race.test.schedule[0].kind == "delay"
 
 
+def test_what_fails_however_short_the_delay_is_another_order() -> None:
+    assert examined(lambda at: True, hold("a")).kind == "wrong order"
+    assert examined(lambda at: at["a"].kind == "hold" or at["a"].value > 0.0, hold("a")).kind == "late"
+
+
 @pytest.mark.parametrize(
     ("before", "after", "is_other"),
     [
