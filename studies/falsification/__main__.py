@@ -1,6 +1,7 @@
-"""How many simulations falsify the Chasing Cars of ARCH-COMP.
+"""How many simulations falsify the Chasing Cars and the F16 of ARCH-COMP.
 
 python -m studies.falsification                 # all searches; what is in results.json is not run again
+python -m studies.falsification --f16 FOLDER    # with those of the F16, by a clone of AeroBenchVVPython
 python -m studies.falsification --only CC1      # of one requirement
 python -m studies.falsification --page          # write the page from results.json
 """
@@ -9,13 +10,15 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
 from pytest_hricdv._base import atomic_file
-from studies.falsification.search import METHODS, REQUIREMENTS
+from studies.falsification import f16
+from studies.falsification.search import CARS, METHODS, FalsificationProblem
 from studies.page import replace_figures, table
 
 FOLDER = Path(__file__).parent
@@ -23,6 +26,8 @@ RESULTS = FOLDER / "results.json"
 PAGE = FOLDER.parents[1] / "docs" / "studies" / "falsification.md"
 COMMAND = "python -m studies.falsification --page"
 SEEDS = range(20)
+REQUIREMENTS = (*(problem.requirement for problem in CARS), f16.REQUIREMENT)
+SURVEY = "F16/survey"
 
 PUBLISHED = {
     "CC1": (("FalCAuN, 2023", 10, 10, 229.2, 214.0), ("FalCAuN, 2024", 10, 10, 396.0, 396.0)),
@@ -35,15 +40,25 @@ def main() -> None:
     """Run, store, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", metavar="REQUIREMENT", help="such as CC1")
+    parser.add_argument("--f16", type=Path, metavar="FOLDER", help="clone of AeroBenchVVPython, see the page")
     parser.add_argument("--results", type=Path, default=RESULTS, metavar="FILE", help="that rows are stored in")
     parser.add_argument("--page", action="store_true", help="only write the page")
     options = parser.parse_args()
     if not options.page:
-        for requirement in REQUIREMENTS:
-            if options.only in ("", requirement.id):
-                for name in METHODS:
-                    _measure(requirement.id, name, options.results)
+        _run(options.f16, options.only, options.results)
     replace_figures(PAGE, COMMAND, figures(read(options.results)))
+
+
+def _run(clone: Path | None, only: str, path: Path) -> None:
+    fly = None if clone is None else f16.flight(clone)
+    if fly is None:
+        print(f"F16: left out, as there is no --f16=FOLDER, a clone of {f16.SOURCE} at {f16.COMMIT}")
+    elif only in ("", "F16"):
+        _keep(SURVEY, lambda: [list(row) for row in f16.survey(fly)], path)
+    for problem in (*CARS, *([f16.falsification_problem(fly)] if fly else [])):
+        if only in ("", problem.requirement.id):
+            for method in METHODS:
+                _keep(f"{problem.requirement.id}/{method}", partial(_search, problem, method), path)
 
 
 def read(path: Path = RESULTS) -> dict[str, Any]:
@@ -52,17 +67,22 @@ def read(path: Path = RESULTS) -> dict[str, Any]:
     return results
 
 
-def _measure(requirement_id: str, name: str, path: Path) -> None:
-    key = f"{requirement_id}/{name}"
+def _search(problem: FalsificationProblem, method: str) -> dict[str, Any]:
+    outcomes = [METHODS[method][1](problem, seed) for seed in SEEDS]
+    return {
+        "simulations": [outcome.simulations for outcome in outcomes],
+        "falsified": [outcome.violated for outcome in outcomes],
+    }
+
+
+def _keep(key: str, measure: Callable[[], Any], path: Path) -> None:
+    """Measure what the results do not have yet."""
     if key in read(path):
         return
-    requirement = next(each for each in REQUIREMENTS if each.id == requirement_id)
-    found = [METHODS[name][1](requirement, seed) for seed in SEEDS]
-    simulations, falsified = [each.simulations for each in found], [each.violated for each in found]
-    print(key, simulations, sum(falsified), flush=True)
-    rows = {**read(path), key: {"simulations": simulations, "falsified": falsified}}
-    order = [f"{each.id}/{method}" for each in REQUIREMENTS for method in METHODS]
-    lines = ",\n".join(f' "{each}": {json.dumps(rows[each])}' for each in order if each in rows)
+    rows = {**read(path), key: measure()}
+    print(key, json.dumps(rows[key]), flush=True)
+    order = [*(f"{requirement.id}/{method}" for requirement in REQUIREMENTS for method in METHODS), SURVEY]
+    lines = ",\n".join(f' "{name}": {json.dumps(rows[name])}' for name in order if name in rows)
     atomic_file.write_text(path, f"{{\n{lines}\n}}\n")
 
 
@@ -74,6 +94,8 @@ def figures(rows: Mapping[str, Any]) -> str:
         parts.append(f"### {requirement.id}: `{requirement.title}`")
         parts.append(f"Here: `{requirement.text}`")
         parts.append(table(head, _rows(requirement.id, rows)))
+    parts.append("### F16: how low it gets")
+    parts.append(table(("from (ft)", "step (s)", "lowest altitude (ft)", "crashes"), _survey(rows.get(SURVEY, ()))))
     return "\n\n".join(parts)
 
 
@@ -84,6 +106,11 @@ def _rows(requirement: str, rows: Mapping[str, Any]) -> Iterator[tuple[object, .
             yield title, *_summary(len(needed), len(row["falsified"]), needed)
     for who, falsified, of, mean, middle in PUBLISHED.get(requirement, ()):
         yield who, f"{falsified} of {of}", f"{mean:.0f}", f"{middle:.0f}"
+
+
+def _survey(rows: Iterable[tuple[float, float, float, int, int]]) -> Iterator[tuple[object, ...]]:
+    for start_ft, step_s, lowest_ft, crashes, points in rows:
+        yield start_ft, f"1/{1 / step_s:.0f}", f"{lowest_ft:.1f}", f"{crashes} of {points}"
 
 
 def _summary(falsified: int, of: int, needed: list[int]) -> tuple[str, str, str]:

@@ -1,16 +1,21 @@
-"""The Chasing Cars move by their equations, their requirements are those of the competition, and rows repeat."""
+"""The Chasing Cars move by their equations, requirements are those of the competition, and rows repeat.
+
+The F16 is flown by a clone that no test has: here, by a stand-in.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.generate.rng import make_rng
-from studies.falsification import APART, DURATION_S, STEP_S, Course, drive
-from studies.falsification.__main__ import COMMAND, PAGE, SEEDS, figures, read
-from studies.falsification.search import METHODS, REQUIREMENTS, SEGMENTS, run, sampled
+from studies.falsification import APART, DURATION_S, STEP_S, Course, drive, f16
+from studies.falsification.__main__ import COMMAND, PAGE, SEEDS, figures, main, read
+from studies.falsification.search import CARS, METHODS, SEGMENTS
 
 STEPS = round(DURATION_S / STEP_S)
 
@@ -66,7 +71,7 @@ def test_all_cars_go_where_small_steps_lead(throttle: float, brake: float) -> No
 
 
 def test_the_step_does_not_decide_where_the_cars_go() -> None:
-    segments = _segments(next(sampled("corners", make_rng("steps", 1))))
+    segments = _segments(next(CARS[0].tests("corners", make_rng("steps", 1))))
     coarse, fine = (drive(segments, step_s) for step_s in (0.25, 0.05))
     assert [places[-1] for places in coarse.places] == pytest.approx([places[-1] for places in fine.places], abs=1e-3)
 
@@ -87,31 +92,68 @@ def _robustness(course: Course) -> dict[str, float]:
 
 
 def test_verdicts_have_the_sign_of_the_robustness_of_stl() -> None:
-    tests, seen = sampled("corners", make_rng("signs", 1)), set()
+    tests, seen = CARS[0].tests("corners", make_rng("signs", 1)), set()
     for _ in range(60):
         test = next(tests)
         robustness = _robustness(drive(_segments(test)))
-        for requirement in REQUIREMENTS:
-            ended = run(requirement, test)
-            assert ended.violated == (robustness[requirement.id] < 0), (requirement.id, robustness)
-            seen.add((requirement.id, ended.violated))
-            if requirement.id == "CC1":
+        for problem in CARS:
+            ended, name = problem.run(test), problem.requirement.id
+            assert ended.violated == (robustness[name] < 0), (name, robustness)
+            seen.add((name, ended.violated))
+            if name == "CC1":
                 assert ended.margin == pytest.approx(robustness["CC1"], abs=1e-6)
-    assert seen == {(requirement.id, violated) for requirement in REQUIREMENTS for violated in (True, False)}
+    assert seen == {(problem.requirement.id, violated) for problem in CARS for violated in (True, False)}
 
 
 def test_a_run_that_brakes_all_the_time_violates_what_asks_for_a_distance() -> None:
     test = ConcreteTest("cars", "cars", 0, (ConcreteAction("drive", {"throttle": 0.0, "brake": 1.0}),) * SEGMENTS, {})
-    assert [run(requirement, test).violated for requirement in REQUIREMENTS] == [False, True]
+    assert [problem.run(test).violated for problem in CARS] == [False, True]
 
 
 def test_rows_repeat() -> None:
     stored = read()
-    for requirement in REQUIREMENTS:
-        row = stored[f"{requirement.id}/corners, search"]
-        again = METHODS["corners, search"][1](requirement, 3)
+    for problem in CARS:
+        row = stored[f"{problem.requirement.id}/corners, search"]
+        again = METHODS["corners, search"][1](problem, 3)
         assert [row["simulations"][3], row["falsified"][3]] == [again.simulations, again.violated]
         assert len(row["simulations"]) == len(SEEDS)
+
+
+def _dives(start_ft: float, attitude_rad: Sequence[float], step_s: float) -> tuple[list[float], list[float]]:
+    """Below the ground if it begins with its nose at the lower end of the range, from less than 4000 ft."""
+    lowest_ft = -1.0 if start_ft < 4000 and attitude_rad[1] == f16.PITCH.low else 5.0
+    return [0.0, 7.5, 15.0], [start_ft, lowest_ft, start_ft]
+
+
+def test_the_f16_fails_where_it_is_not_above_the_ground() -> None:
+    for pitch_rad, margin_ft in ((f16.PITCH.low, -1.0), (f16.PITCH.high, 5.0)):
+        start = ConcreteAction("start", {"roll_rad": 0.7, "pitch_rad": pitch_rad, "yaw_rad": -0.8})
+        ended = f16.falsification_problem(_dives).run(ConcreteTest("start", "f16", 0, (start,), {}))
+        assert (ended.violated, ended.margin) == (margin_ft < 0, margin_ft)
+
+
+def test_the_survey_of_the_f16_counts_crashes_on_a_grid() -> None:
+    assert [(start_ft, lowest_ft, *counts) for start_ft, _, lowest_ft, *counts in f16.survey(_dives)] == [
+        *[(4040, 5.0, 0, 169)] * 2,
+        *[(start_ft, -1.0, 13, 169) for start_ft in (2338, 2338, 2330, 2330)],
+    ]
+
+
+def test_without_a_clone_the_f16_is_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results, page = tmp_path / "results.json", tmp_path / "page.md"
+    page.write_text(f"<!-- figures: {COMMAND} -->\n", encoding="utf-8")
+    monkeypatch.setattr("studies.falsification.__main__.PAGE", page)
+    monkeypatch.setattr("sys.argv", ["falsification", "--only=F16", f"--results={results}"])
+    main()
+    assert capsys.readouterr().out.startswith("F16: left out, as there is no --f16=FOLDER, a clone of ")
+    assert read(results) == {}
+
+
+def test_a_folder_that_is_no_clone_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit, match=r"--f16=.*: expected a clone of .* at afa9f0a.*, but found no clone"):
+        f16.flight(tmp_path)
 
 
 def test_the_page_has_the_stored_figures() -> None:
