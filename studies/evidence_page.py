@@ -90,11 +90,11 @@ def _known_bugs() -> Iterator[tuple[str, str, str, str]]:
     bugs = _stored("wild/known.json")
     if bugs:
         caught = sum(bool(bug["found_by"]) and not bug["fix_violated_by"] for bug in bugs.values())
-        own = sum(bool(bug["own"]["find"]) for bug in bugs.values())
+        own, ran = ([bool(bug["own"][key]) for bug in bugs.values()].count(True) for key in ("find", "passed"))
         yield (
             "known bugs of public packages, at the commit before their fix",
             _WILD.format(f"{caught} of {len(bugs)}"),
-            f"the packages' own tests at that commit: {own}",
+            f"the packages' own tests at that commit, where they run ({ran}): {own}",
             "requirements written from the reports, which we chose",
         )
 

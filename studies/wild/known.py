@@ -14,7 +14,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from studies.wild import BENCHES, FOLDER, Package, Source
-from studies.wild.running import measure
+from studies.wild.running import add_closure_alone, measure
 
 OWN_LIMIT_S = 600
 
@@ -84,12 +84,16 @@ def _package(key: str, row: dict[str, Any], commit: str, close_runs: int, cause_
 def measure_known(bug: KnownBug, clones: Path) -> dict[str, Any]:
     """A row of the results. Raises FetchError and SessionError."""
     before, fix = (measure(package, clones) for package in (bug.before, bug.fix))
+    for row, package in ((before, bug.before), (fix, bug.fix)):
+        if package.close_runs:
+            add_closure_alone(row, package, clones)
     own = own_result(*(_own(bug, clones, clones / package.key) for package in (bug.before, bug.fix)))
     return {
         "input": bug.fingerprint(),
         "lines": bug.before.lines(),
         "cpu_s": before["cpu_s"] + fix["cpu_s"],
         "found_by": violated_by(before, bug.asked),
+        "schedules": before.get("schedules", {}),
         "fix_violated_by": violated_by(fix, bug.asked),
         "fix_checks": sum(
             suite["requirements"].get(bug.asked, {}).get("passed", 0) for suite in fix["suites"].values()
@@ -133,6 +137,9 @@ def _own(bug: KnownBug, clones: Path, folder: Path) -> dict[str, str]:
         for path in (folder / place).rglob("*"):
             path.chmod(path.stat().st_mode | 0o060)  # as its README asks for
     paths = [str(folder / each) for each in bug.before.python_path]
+    for each in paths:
+        if (Path(each) / "setup.py").exists():  # some ask for the version or the entry points of what is installed
+            subprocess.run([sys.executable, "setup.py", "-q", "egg_info"], cwd=each, capture_output=True, check=False)
     (folder / "own.ini").write_text("[pytest]\n", encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:hricdv", "-p", "no:randomly", "-p", "no:cacheprovider",
                "-c", "own.ini", "--rootdir=.", "--confcutdir=src", "--junit-xml=own.xml", *bug.own]  # fmt: skip

@@ -10,8 +10,8 @@ from studies import session
 from studies.wild import Package
 
 REPORT = "hri-report"
+ALONE = "closure alone"
 OPTIONS = (
-    "--hri-suite=rl",
     "--hri-seed=0",
     "--hri-audit=off",
     "-p",
@@ -29,11 +29,24 @@ def measure(package: Package, clones: Path) -> dict[str, Any]:
     if package.reason:
         return {**row, "not_run": package.reason}
     folder = package.lay(clones)
-    done = session.run(folder / REPORT, [*OPTIONS, *_searches(package), f"--hri-tests={package.tests}"], folder)
+    suite = ("--hri-suite=rl", f"--hri-tests={package.tests}")
+    done = session.run(folder / REPORT, [*suite, *OPTIONS, *_searches(package)], folder)
     row["cpu_s"] = round(done.cpu_s)
     row["suites"] = {suite["name"]: _summary(suite, done.report) for suite in done.report["suites"]}
     row["violations"] = [*_violations(done.report)]
+    if package.schedules:
+        searched = done.report["schedules"]
+        row["schedules"] = {"runs": searched["runs"], "ended": searched.get("end_reason", "done")}
     return row
+
+
+def add_closure_alone(row: dict[str, Any], package: Package, clones: Path) -> None:
+    """Add to the row of `measure` what `closure` finds without `rl`, in as many runs. Raises SessionError."""
+    folder = clones / package.key
+    options = ("--hri-suite=closure", f"--hri-close-runs={package.close_runs}", "--hri-diagnose=0")
+    done = session.run(folder / f"{REPORT}-closure", [*OPTIONS, *options], folder)
+    row["cpu_s"] += round(done.cpu_s)
+    row["suites"][ALONE] = _summary(done.report["suites"][0], done.report)
 
 
 def _searches(package: Package) -> Iterator[str]:

@@ -8,6 +8,7 @@ from typing import Any
 from studies.page import table
 from studies.wild import Package
 from studies.wild.known import KnownBug
+from studies.wild.running import ALONE
 
 HEAD = ("package", "kind", "lines by hand", "tests", "statements", "requirements", "violated")
 
@@ -53,18 +54,22 @@ def _found(package: Package, row: dict[str, Any]) -> Iterator[tuple[str, str, st
         yield (f"`{package.key}`", name, package.verdicts.get(name, "not judged yet"))
 
 
+SUITES = ("rl", ALONE, "schedules")
 KNOWN_HEAD = ("bug", "lines by hand", "`rl`", "`closure`", "schedules", "at the fix", "own tests", "found")
 
 
 def known_figures(results: dict[str, Any], every: Sequence[KnownBug]) -> str:
     """The table of known bugs, as Markdown, with a sentence that counts them."""
     rows = [(bug, results[bug.key]) for bug in every if bug.key in results]
-    found = sum(is_found(row) for _, row in rows)
-    own = sum(bool(row["own"]["find"]) for _, row in rows)
-    schedules = sum(bool(bug.before.schedules) for bug, _ in rows)
+    kept = [row for _, row in rows if is_found(row)]
+    by = [sum(suite in row["found_by"] for row in kept) for suite in SUITES]
+    added = sum("closure" in row["found_by"] and "rl" not in row["found_by"] for row in kept)
+    ordered = sum(had_order(row) for _, row in rows)
+    ran, own = ([bool(row["own"][key]) for _, row in rows].count(True) for key in ("passed", "find"))
     sentence = (
-        f"{found} of {len(rows)} known bugs found; schedules were tried for {schedules}. "
-        f"The package's own tests at the commit before find {own}."
+        f"{len(kept)} of {len(rows)} known bugs found: {by[0]} by `rl`, {by[1]} by `closure`, {by[2]} by schedules, "
+        f"which had something to order in {ordered}. `closure` after `rl` adds {added} to what `rl` found. "
+        f"The package's own tests at the commit before run here for {ran}, and find {own}."
     )
     open_ones = ", ".join(f"`{bug.key}`" for bug in every if bug.key not in results)
     if open_ones:
@@ -88,10 +93,15 @@ def seen(row: dict[str, Any]) -> str:
     return next((each["seen"] for each in row["violations"]), "")
 
 
+def had_order(row: dict[str, Any]) -> bool:
+    """Whether schedules were tried, and two threads, tasks or callbacks of the code took turns."""
+    return bool(row.get("schedules")) and row["schedules"]["ended"] != "nothing to order"
+
+
 def _known_row(bug: KnownBug, row: dict[str, Any]) -> tuple[object, ...]:
-    suites = ["yes" if suite in row["found_by"] else "no" for suite in ("rl", "closure", "schedules")]
-    tried = (1, bug.before.close_runs, bug.before.schedules)
-    suites = [word if runs else "-" for word, runs in zip(suites, tried, strict=True)]
+    tried = (1, bug.before.close_runs, had_order(row))
+    suites = [("yes" if suite in row["found_by"] else "no") if runs else "-"
+              for suite, runs in zip(SUITES, tried, strict=True)]  # fmt: skip
     at_fix = "fails" if row["fix_violated_by"] else "holds" if row["fix_checks"] else "never checked"
     return (
         bug.before.title,

@@ -59,5 +59,25 @@ def test_a_bug_is_found_if_its_requirement_fails_before_and_holds_at_the_fix() -
     assert not is_found({**row, "fix_violated_by": ["rl"]})
     assert not is_found({**row, "fix_checks": 0})
     lines = known_figures({bug.key: row}, [bug]).splitlines()
-    assert lines[2].startswith("1 of 1 known bugs found")
-    assert any(line.endswith("| 90 | yes | no | no | holds | none | yes |") for line in lines)
+    assert lines[2].startswith("1 of 1 known bugs found: 1 by `rl`, 0 by `closure`, 0 by schedules")
+    assert any(line.endswith("| 90 | yes | no | - | holds | none | yes |") for line in lines)
+
+
+def test_schedules_have_a_dash_where_nothing_took_turns() -> None:
+    bug = next(known_bugs())
+    own = {"passed": 2, "failed": 0, "error": 0, "find": []}
+    row = {
+        "lines": 90,
+        "found_by": ["closure alone"],
+        "fix_violated_by": [],
+        "fix_checks": 3,
+        "own": own,
+        "violations": [],
+    }
+    alone = {**row, "schedules": {"runs": 0, "ended": "nothing to order"}}
+    lines = known_figures({bug.key: alone}, [bug]).splitlines()
+    assert "1 by `closure`, 0 by schedules, which had something to order in 0." in lines[2]
+    assert any(line.endswith("| 90 | no | yes | - | holds | none | yes |") for line in lines)
+    ordered = {**row, "schedules": {"runs": 20, "ended": "done"}}
+    lines = known_figures({bug.key: ordered}, [bug]).splitlines()
+    assert any(line.endswith("| 90 | no | yes | no | holds | none | yes |") for line in lines)
