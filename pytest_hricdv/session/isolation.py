@@ -33,10 +33,10 @@ from pytest_hricdv.execution.separate_process import ProcessError, start_process
 from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.runtime.virtual.modules import STAND_INS
+from pytest_hricdv.session.child_process import FreshSession, drop_editor_plugin, make_worker_input, session_arguments
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of, worker_input
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import FreshSession, arguments_of, without_editor, worker_values
 from pytest_hricdv.session.testbench_search import engine_modules
 
 
@@ -156,7 +156,7 @@ class Isolation:
     def pytest_configure_node(self, node: object) -> None:
         """xdist: a worker can start processes like those of the session."""
         values: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
-        values[_ARGUMENTS] = list(arguments_of(self._context.collection.config))
+        values[_ARGUMENTS] = list(session_arguments(self._context.collection.config))
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self) -> Iterator[None]:
@@ -234,9 +234,9 @@ class Isolation:
         collection = self._context.collection
         config = collection.config
         sent: dict[str, Any] | None = worker_input(config)
-        arguments = arguments_of(config) if sent is None else sent[_ARGUMENTS]
-        values = worker_values(config, collection.worker_values()) if sent is None else sent
-        session = FreshSession(without_editor(arguments), dict(values), (item.nodeid,))
+        arguments = session_arguments(config) if sent is None else sent[_ARGUMENTS]
+        values = make_worker_input(config, collection.worker_values()) if sent is None else sent
+        session = FreshSession(drop_editor_plugin(arguments), dict(values), (item.nodeid,))
         directory = config.invocation_params.dir
         with start_process(_SPAWNED, directory, path=self._path, inherited=self._environment) as process:
             process.send(session)

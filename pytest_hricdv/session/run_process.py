@@ -23,9 +23,17 @@ from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import PytestOutcome, build_result
 from pytest_hricdv.runtime.record import Record
+from pytest_hricdv.session.child_process import (
+    END,
+    NO_REWRITE_WARNING,
+    channel,
+    disable_core_dumps,
+    preload,
+    run_configured,
+    send_identity,
+)
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.running import why_unmeasured
-from pytest_hricdv.session.serving import END, UNWARNED, in_session, introduce, leave_no_core, preload, session
 
 
 @dataclass(frozen=True)
@@ -68,11 +76,11 @@ class RunReply(msgspec.Struct, frozen=True):
 
 
 def _serve(context: RunContext, messages: Iterable[bytes], write: Callable[[bytes], None]) -> None:
-    leave_no_core()
+    disable_core_dumps()
     testbench = context.collection.testbench
     for name in testbench.simulation.requires:
         importlib.import_module(name)
-    introduce(context, write)
+    send_identity(context, write)
     for line in messages:
         batch = msgspec.json.decode(line, type=RunBatch)
         for request in batch.requests:
@@ -146,9 +154,11 @@ def events(record: Record) -> Iterator[str]:
 def main() -> None:
     """Serve: the first line of standard input is `SessionArguments`, the others are batches."""
     preload()
-    with session() as (messages, write):
+    with channel() as (messages, write):
         start = msgspec.json.decode(messages.readline(), type=SessionArguments)
-        status = in_session((*start.arguments, *UNWARNED), lambda context: _serve(context, messages, write))
+        status = run_configured(
+            (*start.arguments, *NO_REWRITE_WARNING), lambda context: _serve(context, messages, write)
+        )
     sys.exit(status or 1)
 
 

@@ -11,8 +11,8 @@ from typing import IO, NoReturn
 
 import pytest
 
+from pytest_hricdv.session.child_process import END, FreshPytest, FreshSession, disable_core_dumps, serve
 from pytest_hricdv.session.isolation import CallResult, answer_of
-from pytest_hricdv.session.serving import END, FreshPytest, FreshSession, leave_no_core, serve
 
 
 class SpawnedTest(FreshPytest):
@@ -27,7 +27,7 @@ class SpawnedTest(FreshPytest):
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> NoReturn:
         """Takes the place of pytest's loop."""
-        leave_no_core()
+        disable_core_dumps()
         items = [item for item in session.items if item.nodeid in self.start.nodeids]
         try:
             for item in items:

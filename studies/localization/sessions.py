@@ -12,7 +12,7 @@ import pytest
 from pytest_hricdv.report import files
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.model import Report
-from pytest_hricdv.session.serving import UNWARNED, limit_time, preload, silence
+from pytest_hricdv.session.child_process import NO_REWRITE_WARNING, limit_processor_time, preload, silence
 from studies.localization.faults import Fault
 from studies.localization.projects import Project
 from studies.session import FINISHED, SessionError
@@ -55,7 +55,15 @@ def ran(project: Project, folder: Path, fault: Fault | None, options: tuple[str,
 
 
 def _session(project: Project, folder: Path, options: tuple[str, ...], *, is_faulty: bool) -> Report | None:
-    arguments = [*UNWARNED, "-q", "--tb=no", "--hri-audit=off", *project.options, f"--hri-report={REPORT}", *options]
+    arguments = [
+        *NO_REWRITE_WARNING,
+        "-q",
+        "--tb=no",
+        "--hri-audit=off",
+        *project.options,
+        f"--hri-report={REPORT}",
+        *options,
+    ]
     pid = os.fork()
     if pid == 0:
         _run(folder, arguments)
@@ -79,7 +87,7 @@ def _run(folder: Path, arguments: list[str]) -> None:
         silence(2)
         sys.dont_write_bytecode = True  # faulty code is not to be found by the next session
         files._page = lambda report: ("", {})  # nobody looks at the page, which takes as long as the tests
-        limit_time(MOST_S)
+        limit_processor_time(MOST_S)
         code = int(pytest.main(arguments))
     finally:
         os._exit(code)

@@ -363,7 +363,7 @@ TIMES = {
     "runtime.supervision:WORLD_WAITS_S": "60 s",
     "runtime.livelock:NOTHING_NEW_S": "180 s",
     "extra.search.post_session:RUN_S": "120 s",
-    "session.serving:RUN_S": "60 s",
+    "session.child_process:RUN_S": "60 s",
     "extra.film.video:ENCODER_TIMEOUT_S": "60 s",
 }
 """Limits of time are in the table as they are here; their edges would have to be waited for."""

@@ -12,7 +12,7 @@ import coverage.collector
 import pytest
 
 from pytest_hricdv.registry import offers
-from pytest_hricdv.session.serving import PRELOADED
+from pytest_hricdv.session.child_process import PRELOADED
 from tests.plugin import project
 
 ENVIRONMENT = ("PY_COLORS", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY")

@@ -21,8 +21,8 @@ from pytest_hricdv.results.model import TestResult, Timeline
 from pytest_hricdv.results.report_builder import UNCHECKED
 from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.aggregation import TestTimes
+from pytest_hricdv.session.child_process import FreshSession, drop_editor_plugin, make_worker_input, session_arguments
 from pytest_hricdv.session.feature import FeatureSession
-from pytest_hricdv.session.serving import FreshSession, arguments_of, without_editor, worker_values
 
 EXPERIMENTS_S = 120.0
 """Experiments on causes begin no later after the audit began (s of wall time), or as long as the session took: enough
@@ -58,7 +58,9 @@ class Auditor:
         collection = session.context.collection
         self._start = Start(
             FreshSession(
-                without_editor(arguments_of(self._config)), worker_values(self._config, collection.worker_values()), ()
+                drop_editor_plugin(session_arguments(self._config)),
+                make_worker_input(self._config, collection.worker_values()),
+                (),
             ),
             self._config.invocation_params.dir,
             begin,

@@ -19,9 +19,9 @@ from pytest_hricdv.execution.forks import Fork, ForkError, InFork, fork
 from pytest_hricdv.extra.audit.sources import Reading, SourceWatch
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.child_process import END, FreshPytest, FreshSession, disable_core_dumps, serve
 from pytest_hricdv.session.collection import ATTRIBUTE
 from pytest_hricdv.session.option import feature_options
-from pytest_hricdv.session.serving import END, FreshPytest, FreshSession, leave_no_core, serve
 
 
 class RerunOrder(msgspec.Struct, frozen=True):
@@ -74,7 +74,7 @@ class _Fresh(FreshPytest):
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> NoReturn:
         """Serves requests until the pipe is closed."""
-        leave_no_core()
+        disable_core_dumps()
         items = {item.nodeid: item for item in session.items}
         self.write(END)  # it is ready
         for line in self._messages:

@@ -21,7 +21,7 @@ from pytest_hricdv.execution.separate_process import (
 from pytest_hricdv.extra.audit import process as process_module
 from pytest_hricdv.extra.audit.process import RerunAnswer, RerunOrder
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.session.serving import FreshSession
+from pytest_hricdv.session.child_process import FreshSession
 
 PATIENCE_S = 120.0
 """A process that has not begun, or a run of no time at all that has not ended, after so long (s of wall time) never

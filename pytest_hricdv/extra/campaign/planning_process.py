@@ -15,11 +15,11 @@ import pytest
 from pytest_hricdv._base.project_files import identity
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.report_builder import declare_report
+from pytest_hricdv.session.child_process import END, NO_REWRITE_WARNING, channel
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.run_context import CONTEXT, RunContext
-from pytest_hricdv.session.serving import END, UNWARNED, session
 
-_WITHOUT = ("--collect-only", "-q", "-n0", *UNWARNED)
+_WITHOUT = ("--collect-only", "-q", "-n0", *NO_REWRITE_WARNING)
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def _follow_ups(context: RunContext) -> Iterator[str]:
 
 def main() -> None:
     """Plan: the line of standard input is a `PlanningJob`."""
-    with session() as (messages, write), tempfile.TemporaryDirectory() as folder:
+    with channel() as (messages, write), tempfile.TemporaryDirectory() as folder:
         job = msgspec.json.decode(messages.readline(), type=PlanningJob)
         arguments = [*job.arguments, f"--hri-report={folder}", *_WITHOUT]
         status = pytest.main(arguments, plugins=[_Planner(job, write)])

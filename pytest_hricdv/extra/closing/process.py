@@ -31,8 +31,17 @@ from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
+from pytest_hricdv.session.child_process import (
+    END,
+    RUN_S,
+    channel,
+    disable_core_dumps,
+    limit_processor_time,
+    preload,
+    run_configured,
+    send_identity,
+)
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import END, RUN_S, in_session, introduce, leave_no_core, limit_time, preload, session
 from pytest_hricdv.session.testbench_search import engine_modules
 
 T = TypeVar("T")
@@ -167,12 +176,12 @@ class _LoopServer:
 
     def serve(self, messages: Iterable[bytes]) -> None:
         """Run one batch after the other, until there is none."""
-        leave_no_core()
+        disable_core_dumps()
         testbench = self._collection.testbench
         for name in (*testbench.simulation.requires, *engine_modules(testbench)):
             importlib.import_module(name)
         _ = self._context.code, self._context.measurement, self._roles  # once, and not in each fork
-        introduce(self._context, self._write)
+        send_identity(self._context, self._write)
         for line in messages:
             batch = msgspec.json.decode(line, type=TestBatch)
             tests = [AbstractTest.from_data(test) for test in batch.tests]
@@ -200,7 +209,7 @@ class _LoopServer:
             self._warm(well)
 
     def _execute_in_fork(self, test: ConcreteTest) -> CaseResult:
-        limit_time(RUN_S)
+        limit_processor_time(RUN_S)
         return self._execute(test)
 
     @cached_property
@@ -255,9 +264,11 @@ class _LoopServer:
 def main() -> None:
     """Serve: the first line of standard input is `LoopSettings`, the others are batches."""
     preload()
-    with session() as (messages, write):
+    with channel() as (messages, write):
         settings = msgspec.json.decode(messages.readline(), type=LoopSettings)
-        status = in_session(settings.arguments, lambda context: _LoopServer(settings, write, context).serve(messages))
+        status = run_configured(
+            settings.arguments, lambda context: _LoopServer(settings, write, context).serve(messages)
+        )
     sys.exit(status or 1)
 
 

@@ -27,9 +27,9 @@ from pytest_hricdv.extra.closing.targets import by_kind, count_texts
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.report.formatting import natural
 from pytest_hricdv.results.folder_files import LoopProgress, remove_progress, write_progress
+from pytest_hricdv.session.child_process import session_arguments
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.remote import Answer, LostRequest, Remote, Workers, WorkRequest
-from pytest_hricdv.session.serving import arguments_of
 
 BATCH_S = 600.0
 """A process on a cluster that has yielded nothing for this time (s) counts as lost: twice `LIMIT_S` of `process`, after
@@ -120,7 +120,7 @@ class RunsHere(ClosingRuns):
         starting = start_process(closing_process.__name__, directory, let_through=self._let_through)
         self._process = process = self._stack.enter_context(starting)
         self._has_begun = False
-        process.send(LoopSettings(arguments_of(self._config), self._processes))
+        process.send(LoopSettings(session_arguments(self._config), self._processes))
         return process
 
     def _end(self) -> None:
@@ -192,7 +192,7 @@ class RunsOnCluster(ClosingRuns):
         options, config = collection.options, collection.config
         self._cluster, self._address = cluster, cluster.address_of_session(options)
         there = cluster.project_of_session(config, options)
-        settings = msgspec.json.encode(LoopSettings((*there.arguments, *arguments_of(config)), 1))
+        settings = msgspec.json.encode(LoopSettings((*there.arguments, *session_arguments(config)), 1))
         self._service = there.service(closing_process.__name__, settings, project, BATCH_S)
 
     def __enter__(self) -> Self:

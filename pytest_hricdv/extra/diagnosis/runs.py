@@ -25,9 +25,9 @@ from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.analysis import names_of, topics_of
 from pytest_hricdv.report.formatting import quantity
+from pytest_hricdv.session.child_process import RUN_S, limit_processor_time
 from pytest_hricdv.session.journaling import JournalKeeper
 from pytest_hricdv.session.replaying import TestRerunner, name_test
-from pytest_hricdv.session.serving import RUN_S, limit_time
 
 MAX_EVENTS = 2000
 """Number of first events of a run that are compared. Chosen: a run of the case study has some 300."""
@@ -133,7 +133,7 @@ def in_fork(rerunner: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
     process = fork()
     if isinstance(process, InFork):
         message = b"null"
-        limit_time(RUN_S)
+        limit_processor_time(RUN_S)
         with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
             message = msgspec.json.encode(work())
         process.send_and_end(message)

@@ -17,8 +17,8 @@ from pytest_hricdv.extra.draft.feature import FEATURE, find_drift
 from pytest_hricdv.results import journal
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.child_process import NO_REWRITE_WARNING, run_configured
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import UNWARNED, in_session
 
 SUITE = "pseudorandom"
 """Nothing is generated, but a session needs a suite, and this one has no needs."""
@@ -86,7 +86,7 @@ def main() -> None:
             sys.stdout.flush()
         os._exit(status)
 
-    sys.exit(in_session((f"--hri-suite={SUITE}", *sys.argv[1:], *UNWARNED), work) or 2)
+    sys.exit(run_configured((f"--hri-suite={SUITE}", *sys.argv[1:], *NO_REWRITE_WARNING), work) or 2)
 
 
 if __name__ == "__main__":

@@ -36,10 +36,10 @@ from pytest_hricdv.results.behaviour import Behaviour
 from pytest_hricdv.results.behaviour_diff import change_of
 from pytest_hricdv.results.derivation import coverage_of
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.child_process import session_arguments
 from pytest_hricdv.session.feature import DecidingRun
 from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import arguments_of
 
 LEAST_RUN_S, FACTOR = 10, 10
 """A run that takes more processor time (s) than this, and than this multiple of the slowest test, does not end."""
@@ -115,7 +115,7 @@ class MutationRun:
         one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
         scheduled = {run.concrete.id: _trial_of_schedule(run, tests[run.test]) for run in self.deciding}
         return MutationJob(
-            arguments=arguments_of(self.context.collection.config),
+            arguments=session_arguments(self.context.collection.config),
             tests={name: self._trial_test(result) for name, result in tests.items()} | scheduled,
             control=MutantTrial("", (*one_of_each.values(), *[*scheduled][:1])),
             trials=tuple(trials),

@@ -30,8 +30,8 @@ from pytest_hricdv.results.baseline import behaviour_of
 from pytest_hricdv.results.behaviour import Behaviour
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.report_builder import build_result
+from pytest_hricdv.session.child_process import channel, limit_processor_time, preload, run_configured, silence
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import in_session, limit_time, preload, session, silence
 
 SILENCE = 30
 """A mutant that is silent for this multiple of a run's processor time waits for something that never comes."""
@@ -183,14 +183,14 @@ class _Trier:
         if self._trial.path:
             sys.meta_path.insert(0, FaultyImport({Path(self._trial.path): self._trial.text}))
             silence(2)
-        limit_time(self._job.run_s)
-        in_session(self._job.arguments, self._run_all)
+        limit_processor_time(self._job.run_s)
+        run_configured(self._job.arguments, self._run_all)
         if not self._runs:
             self._tell(self._trial.tests[0], (EXCEPTION,), "the testbench cannot be built")
 
     def _run_all(self, context: RunContext) -> None:
         while left := self._job.left(self._trial, self._runs):
-            limit_time(self._job.run_s)
+            limit_processor_time(self._job.run_s)
             self._run(left[0], context)
 
     def _run(self, name: str, context: RunContext) -> None:
@@ -240,7 +240,7 @@ def _behaviour(test: TrialTest, result: CaseResult, context: RunContext) -> Beha
 def main() -> None:
     """Do the job that is read from standard input; a line of standard output is a `TrialEvent`."""
     preload()
-    with session() as (messages, write):
+    with channel() as (messages, write):
         job = msgspec.json.decode(messages.readline(), type=MutationJob)
         for event in events(job):
             write(msgspec.json.encode(event))

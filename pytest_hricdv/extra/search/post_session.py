@@ -29,12 +29,12 @@ from pytest_hricdv.report.formatting import seconds
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session import run_process
+from pytest_hricdv.session.child_process import session_arguments
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.remote import LostRequest, Service, Workers, WorkRequest, remote
 from pytest_hricdv.session.replaying import TestRerunner, name_test
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
-from pytest_hricdv.session.serving import arguments_of
 
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
 
@@ -203,7 +203,7 @@ def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[Rem
         return
     there = cluster.project_of_session(config, options)
     project = identity(Path(config.rootpath), context.provenance.code).project
-    job = msgspec.json.encode(SessionArguments((*there.arguments, *arguments_of(config))))
+    job = msgspec.json.encode(SessionArguments((*there.arguments, *session_arguments(config))))
     service = there.service(run_process.__name__, job, project, RUN_S)
     with cluster.connect(address, say) as workers:
         yield RemoteRuns(address, workers, service)

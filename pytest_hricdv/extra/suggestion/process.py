@@ -24,8 +24,15 @@ from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.extra.suggestion.stored_run import Authorship, StoredRun, read, store, write
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement, parse_formula
+from pytest_hricdv.session.child_process import (
+    channel,
+    disable_core_dumps,
+    limit_processor_time,
+    preload,
+    run_configured,
+    silence,
+)
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import in_session, leave_no_core, limit_time, preload, session, silence
 
 SILENCE = 30
 """A version that is silent for this many times the processor time of a run is ended, as a mutant is."""
@@ -141,18 +148,18 @@ class _Recorder:
 
     def run(self) -> None:
         """Make the runs, store and report them."""
-        leave_no_core()
+        disable_core_dumps()
         if self._version.path:
             sys.meta_path.insert(0, FaultyImport({Path(self._version.path): self._version.text}))
             silence(2)
-        limit_time(self._job.run_s)
-        in_session(self._job.arguments, self._run_all)
+        limit_processor_time(self._job.run_s)
+        run_configured(self._job.arguments, self._run_all)
         raise SystemExit(1)  # pytest could not be configured, so the testbench cannot be built with this fault
 
     def _run_all(self, context: RunContext) -> None:
         folder = Path(self._job.folder)
         while planned := next(runs_to_repeat(folder, self._version), None):
-            limit_time(self._job.run_s)
+            limit_processor_time(self._job.run_s)
             write(folder / planned.file, record_run(planned.test, context, self._job.formulas))
             self._send(planned.test.id)
 
@@ -174,7 +181,7 @@ def record_run(test: ConcreteTest, context: RunContext, formulas: Sequence[str] 
 def main() -> None:
     """Do the job that is read from standard input; a line of standard output is a `VersionEnd`."""
     preload()
-    with session() as (messages, write_line):
+    with channel() as (messages, write_line):
         job = msgspec.json.decode(messages.readline(), type=RecordingJob)
         for event in events(job):
             write_line(msgspec.json.encode(event))

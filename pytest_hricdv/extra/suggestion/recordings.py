@@ -21,9 +21,9 @@ from pytest_hricdv.extra.suggestion.stored_run import StoredRun, read
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, concretize
 from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.session.child_process import session_arguments
 from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import arguments_of
 
 MIN_RUN_S, FACTOR = 10, 10
 """A run that takes more processor time (s) than this, and than this many times the slowest test, does not end."""
@@ -140,7 +140,7 @@ class Recordings:
             return None
         self.say(f"hricdv: recording {what}, {self.processes} at a time ...")
         job = RecordingJob(
-            arguments=arguments_of(self.context.collection.config),
+            arguments=session_arguments(self.context.collection.config),
             folder=str(self.folder.resolve()),
             versions=tuple(left),
             processes=self.processes,

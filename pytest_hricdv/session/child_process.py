@@ -1,7 +1,8 @@
-"""The server side of a subprocess that runs tests for a session, most of them in forks (see `separate_process`).
+"""The child side of a subprocess that runs tests for a session (the parent side is `execution.separate_process`).
 
-pytest is configured in it as in the session, so that conftest files, the testbench and the world are what they are
-there. What is sent to it and what it answers are lines of JSON.
+The child configures pytest as the session does, so both have the same conftest files, testbench and world. It reads
+requests from standard input and writes answers to standard output, as lines of JSON. Most children run each test in a
+fork.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from pytest_hricdv.session.collection import ALONE
 try:
     import resource
 except ImportError:
-    resource = None  # type: ignore[assignment]  # not on Windows, where a run that does not end is not ended
+    resource = None  # type: ignore[assignment]  # not on Windows: there, a run that does not end is not killed
 
 if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
@@ -35,29 +36,34 @@ PRELOADED = (
     "pytest_hricdv.monitor.pattern_parser",
     *(f"pytest_hricdv.session.{name}" for name in ("aggregation", "exports", "preparation", "progress", "reporting")),
 )
-"""Modules that the plugin imports when pytest is configured: imported once here, not again in each fork. They are named
-because the module that starts this process is among them."""
+"""Modules that the plugin imports when pytest is configured, imported once here and not in each fork. They are listed
+by name, since an import here would be circular."""
 
 
-UNWARNED = ("-W", "ignore::pytest.PytestAssertRewriteWarning")
-"""The modules of the plugin are imported before pytest can rewrite their asserts."""
+NO_REWRITE_WARNING = ("-W", "ignore::pytest.PytestAssertRewriteWarning")
+"""Options that silence pytest's warning that modules were imported before it could rewrite their asserts."""
 
 END = b""
-"""The line that ends the answer to a message."""
+"""The line that ends an answer."""
+
+RUN_S = 60.0
+"""Processor time (s) after which a run is killed: some sixty times that of a run of the table (docs/studies/closure.md:
+288 runs in 2.4 minutes on two cores)."""
 
 
-def arguments_of(config: pytest.Config) -> tuple[str, ...]:
-    """The arguments of the session."""
+def session_arguments(config: pytest.Config) -> tuple[str, ...]:
+    """The arguments that the session was started with; pytest-cov is switched off."""
     unmeasured = ["--no-cov"] if hasattr(config.option, "no_cov") else []  # of pytest-cov
     arguments = map(os.fspath, config.invocation_params.args)
-    return (*arguments, *unmeasured, *UNWARNED)
+    return (*arguments, *unmeasured, *NO_REWRITE_WARNING)
 
 
 @contextmanager
-def session() -> Iterator[tuple[IO[bytes], Callable[[bytes], None]]]:
-    """Within the process: the lines that the session sends, and what sends it a line.
+def channel() -> Iterator[tuple[IO[bytes], Callable[[bytes], None]]]:
+    """Yield the lines that the session sends, and a function that writes a line to the session.
 
-    pytest replaces standard input and output when it is configured. What anybody else prints goes nowhere.
+    Both use copies of the file descriptors, since pytest replaces standard input and output when it is configured.
+    Other output of the process is discarded.
     """
     with os.fdopen(os.dup(0), "rb") as messages, os.fdopen(os.dup(1), "wb") as output:
         silence(1)
@@ -70,34 +76,34 @@ def session() -> Iterator[tuple[IO[bytes], Callable[[bytes], None]]]:
 
 
 def preload() -> None:
-    """Import what configuring pytest will import."""
+    """Import the modules that configuring pytest would import."""
     for name in (*PRELOADED, *(module for feature in execution_features() for module in feature.preloaded)):
         importlib.import_module(name)
 
 
-def in_session(arguments: tuple[str, ...], work: Callable[[RunContext], None]) -> int:
-    """Configure pytest as in the session, do the work, and end the process. Returns pytest's status where it could not.
+def run_configured(arguments: tuple[str, ...], work: Callable[[RunContext], None]) -> int:
+    """Configure pytest as in the session, do the work, and exit. Returns pytest's status only if that fails.
 
-    pytest's own end is left out: it takes longer than some tests.
+    The process exits without pytest's own teardown, which takes longer than some tests.
     """
-    return int(pytest.main([*arguments], plugins=[_Instead(work)]))
+    return int(pytest.main([*arguments], plugins=[_WorkPlugin(work)]))
 
 
-def introduce(context: RunContext, write: Callable[[bytes], None]) -> None:
-    """Answer the first message: what is installed here, and of which project."""
+def send_identity(context: RunContext, write: Callable[[bytes], None]) -> None:
+    """Answer the first message with the installed versions and the hashes of the project's files."""
     root = Path(context.collection.config.rootpath)
     write(msgspec.json.encode(identity(root, context.provenance.code)))
     write(END)
 
 
-class _Instead:
-    """A plugin of pytest that does something else than a session."""
+class _WorkPlugin:
+    """A pytest plugin that does some work instead of running a session."""
 
     def __init__(self, work: Callable[[RunContext], None]) -> None:
         self._work = work
 
     def pytest_cmdline_main(self, config: pytest.Config) -> NoReturn:
-        """Does the work in place of the session."""
+        """Do the work instead of running the session."""
         from pytest_hricdv.session.run_context import CONTEXT
 
         config._do_configure()  # as pytest's own --help does: the testbench may need what conftest files set up
@@ -107,15 +113,10 @@ class _Instead:
         os._exit(0)
 
 
-RUN_S = 60.0
-"""Processor time (s) after which a run is ended: some sixty times that of a run of the table (docs/studies/closure.md:
-288 runs in 2.4 minutes on two cores)."""
+def limit_processor_time(run_s: float) -> None:
+    """Let the operating system kill this process after this much more processor time (s).
 
-
-def limit_time(run_s: float) -> None:
-    """The kernel ends this process when it takes more processor time from now on (s), whatever it does.
-
-    Without effect on Windows, and where runs do not begin in forks: there it would end them all.
+    No effect where runs do not have processes of their own (no `fork`, as on Windows): the limit would end all of them.
     """
     if resource is None or not hasattr(os, "fork"):
         return
@@ -124,19 +125,19 @@ def limit_time(run_s: float) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(used.ru_utime + used.ru_stime + run_s), hard))
 
 
-def leave_no_core() -> None:
-    """A process that the kernel ends writes no file about it."""
+def disable_core_dumps() -> None:
+    """Write no core dump if the operating system kills this process."""
     if resource is not None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def silence(descriptor: int) -> None:
-    """Discard whatever is written to the descriptor."""
+    """Discard all output to a file descriptor."""
     with open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), descriptor)
 
 
-_SINGLE: dict[str, object] = {
+_WORKER_OPTIONS: dict[str, object] = {
     "dist": "no",
     "numprocesses": None,
     "maxprocesses": None,
@@ -147,9 +148,9 @@ _SINGLE: dict[str, object] = {
     "trace": False,
     "reruns": None,
 }
-"""Options of pytest and xdist as the controller of xdist sets them for workers."""
+"""Options of pytest and xdist, with the values that xdist's controller sets for workers."""
 
-_ALL: dict[str, object] = {
+_NEUTRAL_OPTIONS: dict[str, object] = {
     "keyword": "",
     "markexpr": "",
     "deselect": None,
@@ -166,41 +167,41 @@ _ALL: dict[str, object] = {
     "allure_report_dir": None,
     "log_file": os.devnull,
 }
-"""Options that select tests, or write files that are the session's."""
+"""Neutral values of options that select tests or write files of the session."""
 
-_EDITOR = "vscode_pytest"
+_EDITOR_PLUGIN = "vscode_pytest"
 
 
 @dataclass(frozen=True)
 class FreshSession:
-    """The first line that is sent.
+    """The first message to a fresh process.
 
     Args:
-        arguments: of pytest, as the session was started with.
-        handed: what a worker of xdist is handed: suites, and what plugins need.
-        nodeids: the tests that there are.
+        arguments: pytest's arguments in the session.
+        worker_input: the `workerinput` of an xdist worker: suites, and entries that plugins need.
+        nodeids: the tests to collect.
     """
 
     arguments: tuple[str, ...]
-    handed: dict[str, Any]
+    worker_input: dict[str, Any]
     nodeids: tuple[str, ...]
 
 
-_RERUNNING = ("rerunfailures",)
-"""Plugins that run a failing test again until it passes: here a test runs once, and they ask for a server that only the
-controller of a session with workers has."""
+_RERUN_PLUGINS = ("rerunfailures",)
+"""Plugins that rerun failing tests. They are unregistered: a test runs once here, and in workers these plugins need a
+server of xdist's controller."""
 
 
 class FreshPytest:
-    """Configures pytest; a plugin of the pytest that is started in the process. Others do something with the tests.
+    """A plugin that configures pytest in a fresh process; subclasses say what to do with the tests.
 
     Args:
-        start: what the process was sent first.
-        write: answers a line.
+        start: the first message.
+        write: writes a line to the session.
     """
 
     options: Mapping[str, object] = {}
-    """Further options, by their destination, which differ from the session's."""
+    """Further options (destination -> value) that differ from the session's."""
 
     def __init__(self, start: FreshSession, write: Callable[[bytes], None]) -> None:
         self.start = start
@@ -208,36 +209,36 @@ class FreshPytest:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_cmdline_main(self, config: pytest.Config) -> None:
-        """Configures it as a worker, with these tests."""
+        """Configure pytest as a worker of xdist that collects the tests of the message."""
         options = vars(config.option)
-        options.update({name: value for name, value in (_SINGLE | _ALL).items() if name in options})
+        options.update({name: value for name, value in (_WORKER_OPTIONS | _NEUTRAL_OPTIONS).items() if name in options})
         options.update(self.options)
-        worker_values = self.start.handed | ({} if hasattr(os, "fork") else {ALONE: True})
+        worker_values = self.start.worker_input | ({} if hasattr(os, "fork") else {ALONE: True})
         setattr(config, "workerinput", worker_values)  # noqa: B010  as xdist does
         config.args = [os.path.join(config.rootpath, nodeid) for nodeid in self.start.nodeids]
         config.args_source = pytest.Config.ArgsSource.ARGS
-        for name in _RERUNNING:
+        for name in _RERUN_PLUGINS:
             if (plugin := config.pluginmanager.get_plugin(name)) is not None:
                 config.pluginmanager.unregister(plugin)
 
 
-def without_editor(arguments: Sequence[str]) -> tuple[str, ...]:
-    """The arguments of a session, without the plugin of VS Code, which would tell the editor of further runs."""
+def drop_editor_plugin(arguments: Sequence[str]) -> tuple[str, ...]:
+    """The arguments without VS Code's plugin, which would report these runs to the editor."""
     kept: list[str] = []
     for argument in arguments:
-        if argument == _EDITOR and kept and kept[-1] == "-p":
+        if argument == _EDITOR_PLUGIN and kept and kept[-1] == "-p":
             kept.pop()
         else:
             kept.append(argument)
     return tuple(kept)
 
 
-def worker_values(config: pytest.Config, ours: Mapping[str, object]) -> dict[str, Any]:
-    """The input of a worker: ours, and the entries that plugins look for.
+def make_worker_input(config: pytest.Config, ours: Mapping[str, object]) -> dict[str, Any]:
+    """The `workerinput` of a worker.
 
     Args:
         config: of the session.
-        ours: of this plugin.
+        ours: the entries of this plugin; those of xdist and pytest-randomly are added.
     """
     seed = config.getoption("randomly_seed", None)  # of pytest-randomly
     further = {"randomly_seed": seed} if isinstance(seed, int) else {}
@@ -246,15 +247,15 @@ def worker_values(config: pytest.Config, ours: Mapping[str, object]) -> dict[str
 
 
 def serve(plugin: Callable[[FreshSession, IO[bytes], Callable[[bytes], None]], FreshPytest]) -> NoReturn:
-    """Be a fresh process: the first line of standard input is a `FreshSession`; what comes after it, the plugin reads.
+    """Run pytest with a plugin; the first line of standard input is a `FreshSession`.
 
     Args:
-        plugin: is made of what was sent first, the lines that follow, and what answers a line.
+        plugin: makes the plugin from this message, the lines that follow, and the function that writes a line.
     """
     preload()
-    with session() as (messages, write):
+    with channel() as (messages, write):
         with open(os.devnull, "rb") as nothing:
-            os.dup2(nothing.fileno(), 0)  # a test that reads its input would read what is sent
+            os.dup2(nothing.fileno(), 0)  # else a test that reads its input would read the messages
         start = msgspec.json.decode(messages.readline(), type=FreshSession)
         status = pytest.main([*start.arguments], plugins=[plugin(start, messages, write)])
     sys.exit(int(status) or 1)
