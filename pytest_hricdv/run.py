@@ -21,7 +21,7 @@ from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS
 from pytest_hricdv.runtime.kernel import US_PER_S
-from pytest_hricdv.runtime.livelock import LOOKS_EACH_S, Cycle, Repetition
+from pytest_hricdv.runtime.livelock import LOOKS_EACH_S, Cycle, RepetitionDetector
 
 if TYPE_CHECKING:
     from pytest_hricdv.declarations.ros2 import Launch, Middleware, Ros2System, RosNode
@@ -388,7 +388,7 @@ class Run:
     def _until_it_goes_round(self, limit_s: float) -> str:
         """Run up to the limit at most, or until nothing new comes; why it ended."""
         cycle: Cycle | None = None
-        repetition = Repetition(self.kernel, self.recorder, lambda: len(self.taken), self._is_of_code)
+        repetition = RepetitionDetector(self.kernel, self.recorder, lambda: len(self.taken), self._is_of_code)
 
         def look() -> None:
             nonlocal cycle

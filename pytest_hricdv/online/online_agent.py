@@ -1,4 +1,4 @@
-"""The agent of a person in one run: it perceives events, and gives one command after the other."""
+"""An agent that decides during a run what a person does: it perceives events and yields one command at a time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pytest_hricdv.run import Run
 
 
 class HeardEvent(NamedTuple):
-    """Something that has happened: when (s), what the agent hears, who says so, and whether it is a goal."""
+    """An event for the agent: its time (s), the literal, the literal's source, and whether it is a goal."""
 
     time_s: float
     literal: Structure
@@ -34,7 +34,7 @@ class HeardEvent(NamedTuple):
 
 
 class EventInbox:
-    """Collects what one agent is to hear, up to when it listens.
+    """Collects the events for one agent until it listens.
 
     Args:
         role: of the agent.
@@ -48,21 +48,21 @@ class EventInbox:
         )
         self._heard: deque[HeardEvent] = deque()
         self._error: CouplingError | None = None
-        """Raised when the agent listens, not when it occurs: then it would look like an error of the running node."""
+        """Raised when the agent listens. Raised earlier, it would look like an error of the node that is running."""
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
         """A message has arrived, as for a `MonitorSet`."""
         if topic in self._events.topics:
-            self._note(self._events.message(time_s, topic, fields))
+            self._collect(self._events.message(time_s, topic, fields))
 
     def signal(self, time_s: float, name: str, value: Value) -> None:
         """A signal has a new value, as for a `MonitorSet`."""
         if name in self._events.signals:
-            self._note(self._events.signal(time_s, name, value))
+            self._collect(self._events.signal(time_s, name, value))
 
     @property
-    def has_news(self) -> bool:
-        """Whether there may be something to listen to."""
+    def has_events(self) -> bool:
+        """Whether there may be events."""
         return bool(self._heard or self._error) or self._events.has_changes
 
     def listen(self) -> Iterable[HeardEvent]:
@@ -71,14 +71,14 @@ class EventInbox:
         Raises:
             CouplingError: a part of an event has no value yet.
         """
-        # Signals change at instants that are judged when the next one begins: the last one would wait for ever.
-        self._note(self._events.flush())
+        # The changes of an instant are judged when the next instant begins, which may never come.
+        self._collect(self._events.flush())
         if self._error is not None:
             raise self._error
         heard, self._heard = self._heard, deque()
         return heard
 
-    def _note(self, occurrences: Iterable[EventOccurrence]) -> None:
+    def _collect(self, occurrences: Iterable[EventOccurrence]) -> None:
         for occurrence in occurrences:
             for number in occurrence.numbers:
                 event, declared = self._role.percepts[number], self._role.declaration.percepts[number]
@@ -91,11 +91,11 @@ class EventInbox:
 
 
 MOST_WAITS = 1000
-"""An agent that has waited so often without doing anything has nothing to do: it polls."""
+"""An agent that has waited this often without an action is polling: it has nothing to do."""
 
 
 class ActingAgent(CoupledAgent):
-    """An agent that stops before each external action; takes what an agent takes."""
+    """An agent that stops before each external action; its arguments are those of `Agent`."""
 
     def acts_of(self, intention: Intention, literal: Structure) -> tuple[int, ...] | None:
         """No acts, as external actions are not declared; None for a message."""
@@ -103,22 +103,22 @@ class ActingAgent(CoupledAgent):
 
 
 class OnlineAgent:
-    """The agent of one run; it listens to the run, as the monitors do.
+    """The agent of one run; it receives messages and signals of the run, as monitors do.
 
     Args:
-        role: what all runs share.
+        role: of the agent.
         chooser: decides what the model leaves open.
     """
 
     def __init__(self, role: Role, chooser: Chooser) -> None:
         self._role = role
         self._run = CoupledRun()
-        self._hearing = EventInbox(role)
+        self._inbox = EventInbox(role)
         self._decisions = Decisions(role, chooser)
-        self._begun = False
-        self._doing: ReadyAct | None = None
-        self.heard = 0
-        """How often it has heard something."""
+        self._has_begun = False
+        self._pending_act: ReadyAct | None = None
+        self.events_heard = 0
+        """Number of events that the agent has perceived."""
         agent = role.agent.agent(self._run, ActingAgent)
         assert isinstance(agent, ActingAgent)
         agent.couple()
@@ -142,31 +142,30 @@ class OnlineAgent:
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
         """A message has arrived, as for a `MonitorSet`."""
         self._decisions.message(topic, fields)
-        self._hearing.message(time_s, topic, fields)
+        self._inbox.message(time_s, topic, fields)
 
     def signal(self, time_s: float, name: str, value: Value) -> None:
         """A signal has a new value, as for a `MonitorSet`."""
-        self._hearing.signal(time_s, name, value)
+        self._inbox.signal(time_s, name, value)
 
     # --- what the person does
 
     def next_command(self, time_s: float, waited: bool = False) -> str | None:
-        """The person is free at `time_s` (s): what to do next; None for nothing yet.
+        """The next command of a person whose last command has ended; None if there is none yet.
 
-        The last command has been done; after that the agent perceives all that has happened by now.
+        First, the agent perceives all events up to now.
 
         Args:
-            time_s: now.
-            waited: whether the person has waited because there was nothing to do: then the agent does only what
-                follows from what it has heard meanwhile, so that the same commands without the waiting are the same
-                run.
+            time_s: now (s).
+            waited: whether the person has waited because there was no command. If so, the agent reacts to events only,
+                so that the same commands without the wait give the same run.
 
         Raises:
-            InteractiveAgentError: the agent cannot continue, has an action that is no command, or hears what has no
-                value yet.
+            InteractiveAgentError: the agent cannot continue, has an action that is no command, or perceives an event
+                with a part that has no value yet.
         """
         try:
-            self._go_on(time_s)
+            self._resume(time_s)
             if not waited:
                 if disturbance := self._decisions.disturbance(self._run.now_s):
                     return disturbance
@@ -176,9 +175,9 @@ class OnlineAgent:
             raise self._on_failure(error, time_s) from error
 
     def let_time_pass(self) -> str | None:
-        """The next command if nothing more will happen in the run, once the agent's next waits are over; None for none.
+        """The next command, after waits of the agent, if nothing else will happen in the run; None if there is none.
 
-        The agent's clock is then ahead of the run's: its waits take no time there.
+        The agent's clock is then ahead of the run's, in which its waits take no time.
 
         Raises:
             InteractiveAgentError: as `next_command`.
@@ -196,22 +195,22 @@ class OnlineAgent:
     def _on_failure(self, error: Exception, time_s: float) -> InteractiveAgentError:
         return InteractiveAgentError(f"InteractiveAgent: {self._agent.name} at {time_s:.3f} s: {error}")
 
-    def _go_on(self, time_s: float) -> None:
-        """The agent goes on after its command, and hears what has happened until now."""
-        if not self._begun:
-            self._begun = True
+    def _resume(self, time_s: float) -> None:
+        """Continue the agent after its command, and let it perceive all events up to now."""
+        if not self._has_begun:
+            self._has_begun = True
             self._decisions.begin(self._run, self._steering)
             self._run.settle()
             self._run.advance_to(time_s)
-        elif self._doing is not None:
-            done, self._doing = self._doing, None
+        elif self._pending_act is not None:
+            done, self._pending_act = self._pending_act, None
             self._late.reopen()
             self._agent.go_on_after(done)
             self._run.settle()
-        heard = self._hearing.listen()
+        heard = self._inbox.listen()
         for happened_s, literal, source, goal in heard:
-            # Its waits end at their times between what it hears: one may be over before the answer comes.
-            self.heard += 1
+            # Waits of the agent end between events, at their own times: a timeout may precede the answer.
+            self.events_heard += 1
             self._run.advance_to(happened_s)
             self._run.tell(self._agent, literal, source, goal)
         self._run.advance_to(time_s)
@@ -225,8 +224,8 @@ class OnlineAgent:
         ready = self._agent.ready_acts
         if not ready:
             return None
-        self._doing = self._decisions.act(ready, self._run.now_s)
-        command = command_from_action(self._doing.text)
+        self._pending_act = self._decisions.act(ready, self._run.now_s)
+        command = command_from_action(self._pending_act.text)
         self._decisions.taken.append(command)
         return command
 
@@ -235,16 +234,16 @@ class OnlineAgent:
 
     @property
     def plans(self) -> tuple[str, ...]:
-        """The labels of the plans that it has executed, sorted, each once."""
+        """The labels of the plans that it has executed, sorted and unique."""
         return self._role.plans_executed(self._agent)
 
 
 class OnlineActions:
-    """Produces the actions of one run (see `pytest_hricdv.run.Actions`); their parameters are drawn.
+    """Produces the actions of one run (see `pytest_hricdv.run.Actions`), with drawn parameters.
 
     Args:
-        agent: of this run; it has to listen to it.
-        commands: with the ranges of their parameters.
+        agent: of this run, whose messages and signals it has to receive.
+        commands: the commands, with the ranges of their parameters.
     """
 
     def __init__(self, agent: OnlineAgent, commands: Concretization) -> None:
@@ -252,11 +251,11 @@ class OnlineActions:
         self._commands = commands
 
     def __call__(self, run: Run, actor: str = "", /) -> Iterator[ConcreteAction]:
-        """The actions, up to when the agent has nothing to do and nothing more to expect.
+        """The actions, until the agent has no further action and no event to wait for.
 
         Raises:
             InteractiveAgentError: the agent cannot continue.
-            GenerateError: it does what is no command.
+            GenerateError: an action of the agent is no command.
         """
         for place in count():
             command = self._next(run)
@@ -267,9 +266,9 @@ class OnlineActions:
     def _next(self, run: Run) -> str | None:
         command = self._agent.next_command(run.kernel.now_s)
         while command is None and run.waiting is not None:
-            heard = self._agent.heard
+            heard = self._agent.events_heard
             run.waiting()
             command = self._agent.next_command(run.kernel.now_s, waited=True)
-            if self._agent.heard == heard:
+            if self._agent.events_heard == heard:
                 break
         return self._agent.let_time_pass() if command is None else command

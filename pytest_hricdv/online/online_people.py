@@ -21,7 +21,7 @@ from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import PendingQuestion, PendingWait
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.run.system import AgentTemplate
-from pytest_hricdv.bdi.run.tracing import StepNotes, Trace, TracedAgent
+from pytest_hricdv.bdi.run.tracing import StepRecorder, Trace, TracedAgent
 from pytest_hricdv.coupling.coupled_agent import CoupledRun, ReadyAct
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.generate import GenerateError
@@ -38,18 +38,18 @@ from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Node
 
 
-class _RunNotes(StepNotes, CoupledRun):
-    """A run in the time of something else, whose steps are noted."""
+class _TracedCoupledRun(StepRecorder, CoupledRun):
+    """A traced run whose time is that of the run under test."""
 
     def tell(self, receiver: Agent, literal: Structure, source: str, goal: bool) -> None:
-        """Note what comes from outside: nothing that an agent did has caused it."""
-        step = self.note(source, "message", f"{'achieve' if goal else 'tell'} {literal} to {receiver.name}")
-        self.sendings[self.messages + 1] = step.number
+        """Record a message from outside, which no agent has caused."""
+        step = self.record(source, "message", f"{'achieve' if goal else 'tell'} {literal} to {receiver.name}")
+        self.sending_steps[self.messages + 1] = step.number
         super().tell(receiver, literal, source, goal)
 
 
-class _AgentNotes(ActingAgent, TracedAgent):
-    """An agent that stops before each external action, and whose steps are noted."""
+class _TracedActingAgent(ActingAgent, TracedAgent):
+    """A traced agent that stops before each external action."""
 
 
 @dataclass(eq=False)
@@ -59,7 +59,7 @@ class _Person:
     place: int
     role: Role
     agent: ActingAgent
-    hearing: EventInbox
+    inbox: EventInbox
     is_asked: bool = False
     """Whether it has begun to live: its node has asked for its first action."""
     free_us: int = 0
@@ -94,7 +94,7 @@ class OnlinePeople:
     def __init__(self, roles: Sequence[Role], chooser: Chooser, commands: Concretization) -> None:
         self._roles = roles
         self._commands = commands
-        self._run = run = _RunNotes()
+        self._run = run = _TracedCoupledRun()
         self._decisions = Decisions(roles[0], chooser)
         self._steering = _note(roles[0].steering, run, TracedAgent)
         self._people = {role.agent.name: self._person(place, role) for place, role in enumerate(roles)}
@@ -110,7 +110,7 @@ class OnlinePeople:
         self._record = LaneRecord()
 
     def _person(self, place: int, role: Role) -> _Person:
-        agent = _note(role.agent, self._run, _AgentNotes)
+        agent = _note(role.agent, self._run, _TracedActingAgent)
         assert isinstance(agent, ActingAgent)
         agent.couple()
         return _Person(place, role, agent, EventInbox(role))
@@ -126,19 +126,19 @@ class OnlinePeople:
         """A message has arrived, as for a `MonitorSet`."""
         self._decisions.message(topic, fields)
         for person in self._people.values():
-            person.hearing.message(time_s, topic, fields)
+            person.inbox.message(time_s, topic, fields)
         self._wake()
 
     def signal(self, time_s: float, name: str, value: Value) -> None:
         """A signal has a new value, as for a `MonitorSet`."""
         for person in self._people.values():
-            person.hearing.signal(time_s, name, value)
+            person.inbox.signal(time_s, name, value)
         self._wake()
 
     def _wake(self) -> None:
         """Let those go on waiting, or do something, who have something to listen to or are ready for something."""
         for person in self._people.values():
-            if person.node is not None and (person.hearing.has_news or person.agent.ready_acts):
+            if person.node is not None and (person.inbox.has_events or person.agent.ready_acts):
                 node, person.node = person.node, None
                 node.kernel.wake(node)
 
@@ -261,7 +261,7 @@ class OnlinePeople:
     # --- the agents
 
     def _listen(self, person: _Person) -> None:
-        for heard in person.hearing.listen():
+        for heard in person.inbox.listen():
             self._tell(person, heard.literal, heard.source, heard.is_goal)
 
     def _tell(self, person: _Person, literal: Structure, source: str, is_goal: bool) -> None:
@@ -320,7 +320,7 @@ class OnlinePeople:
         return person.role.plans_executed(person.agent)
 
 
-def _note(template: AgentTemplate, run: _RunNotes, kind: type[TracedAgent]) -> TracedAgent:
+def _note(template: AgentTemplate, run: _TracedCoupledRun, kind: type[TracedAgent]) -> TracedAgent:
     agent = template.agent(run, kind)
     assert isinstance(agent, TracedAgent)
     return agent

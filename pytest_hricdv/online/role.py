@@ -1,4 +1,4 @@
-"""Roles: declared interactive agents, checked against model and vocabulary, and prepared for runs."""
+"""A role: an `InteractiveAgent` of a testbench, checked against model and vocabulary, and shared by all runs."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from pytest_hricdv.monitor import RequirementError, Vocabulary
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 
 Planned = Callable[[Sequence[str]], Iterable[object]]
-"""The plan of each interaction of an abstract test (see `CrossProduct`)."""
+"""Maps the commands of an abstract test to the planned coordinates of each interaction (`CrossProduct.planned`)."""
 
 
 @dataclass(frozen=True)
 class Role:
-    """The state that all runs with an online agent share; made by `load_role`.
+    """An interactive agent, ready for runs; made by `load_role`.
 
     Args:
         declaration: of the testbench.
         model: of the testbench.
-        space: the beliefs that are decided.
-        agent: the online agent.
-        steering: the agent that steers it.
+        space: the belief space to choose beliefs from.
+        agent: the interactive agent.
+        steering: the steering agent.
         others: the names of the other agents of the model.
         percepts: an event for each of `declaration.percepts`.
-        goals: the goals without parameters that the agent has plans for.
+        goals: the goals without parameters for which the agent has plans.
         disturbances: the lines of the testbench's disturbances.
-        state: the field that has the state of the code under test, as `state.name`; empty if there is none.
-        planned: what tells the interactions of commands apart: `planned` of the cross products that have it.
+        state: the message field with the state of the code under test, such as `state.name`; empty if there is none.
+        planned: `CrossProduct.planned` of the cross products that have it; it tells in which interaction a command is.
     """
 
     declaration: InteractiveAgent
@@ -50,7 +50,7 @@ class Role:
     planned: tuple[Planned, ...] = ()
 
     def plans_executed(self, agent: Agent) -> tuple[str, ...]:
-        """The labels of the plans that the agent has executed in a run, sorted, each once."""
+        """The labels of the plans that the agent has executed in a run, sorted and unique."""
         labels = {plan.label for plan in self.agent.program.plans if plan.has_label}
         return tuple(sorted(labels.intersection(agent.executed)))
 
@@ -64,32 +64,20 @@ def load_role(
     state: str = "",
     planned: Iterable[Planned] = (),
 ) -> Role:
-    """Check a declaration, and make it ready.
+    """Check a declaration and make its role.
 
     Raises:
-        InteractiveAgentError: the model has no such agent or literal, a literal has a variable that nothing is called
-            after, a condition does not parse, or the agent is the one that steers.
+        InteractiveAgentError: the model has no such agent or literal, nothing binds a variable of a literal, a
+            condition does not parse, or the agent is the steering agent.
     """
-    if declaration.agent == model.steering_agent:
-        raise InteractiveAgentError(
-            f"InteractiveAgent: agent {declaration.agent!r} steers the others; expected one that it steers"
-        )
+    name = declaration.agent
+    if name == model.steering_agent:
+        raise InteractiveAgentError(f"InteractiveAgent: agent {name!r} steers the others; expected one that it steers")
     try:
-        (agent, steering), others = read_agents([declaration.agent, model.steering_agent], model)
+        (agent, steering), others = read_agents([name, model.steering_agent], model)
         names = AgentNames(agent.name, agent.program.plans)
-        hears = parse_heard(declaration.percepts, names, (*others, steering.name), vocabulary)
+        percepts = parse_heard(declaration.percepts, names, (*others, steering.name), vocabulary)
     except (CouplingError, RequirementError) as error:
         raise InteractiveAgentError(f"InteractiveAgent: {error}") from error
-    return Role(
-        declaration,
-        model,
-        space,
-        agent,
-        steering,
-        others,
-        hears,
-        names.plain_goals,
-        tuple(disturbances),
-        state,
-        tuple(planned),
-    )
+    fixed = (declaration, model, space, agent, steering, others, percepts, names.plain_goals)
+    return Role(*fixed, tuple(disturbances), state, tuple(planned))

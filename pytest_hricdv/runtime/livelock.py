@@ -1,9 +1,9 @@
-"""Detects livelocks: the same messages again and again, and nothing new for a long time.
+"""Detects livelocks: a run repeats the same messages, and nothing new happens for a long time.
 
-Code that repeats an announcement or a reading keeps a run going to its time limit, which may be far away. *New* is a
-message, or a pair of successive messages of one sender, that did not occur before, whatever its numbers; an action; a
-value of a text signal; a numeric signal outside its previous range. A robot that crosses a room, a battery that runs
-down, or a wait for a certain time is therefore no livelock.
+Code that repeats an announcement or a reading would keep a run going to its time limit, which may be far away. *New* is
+a message, or a pair of successive messages of one sender, that has not occurred before, apart from its numbers; an
+action; another value of a text signal; a numeric signal outside of its previous range. So a robot that crosses a room,
+a battery that runs down, or a wait until a certain time is no livelock.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ LOOKS_EACH_S = 10.0
 """Period of the checks (s of simulated time), which take 1 % of the time of a run."""
 
 NOTHING_NEW_S = 180.0
-"""A run is a livelock if nothing was new for this time (s of simulated time); people and robots of the repository's two
+"""A run is a livelock if nothing was new for this long (s of simulated time). People and robots of the repository's two
 testbenches wait up to 150 s."""
 
 REPEATS = 5
-"""A cycle has occurred at least this often (chosen)."""
+"""Least number of occurrences of a cycle (chosen)."""
 
 _RANGE = 0.1
-"""A number is new if it exceeds the range of its signal by this share (chosen); noise does so less and less."""
+"""A number is new if it exceeds the range of its signal by this share (chosen), which noise does ever more rarely."""
 
-_DIGITS = re.compile(r"(?<![A-Za-z_\d])\d+")  # not of names, as `Timeout1`
+_DIGITS = re.compile(r"(?<![A-Za-z_\d])\d+")  # but not those in names, such as `Timeout1`
 
 Token = tuple[str, str, tuple[tuple[str, object], ...]]
-"""A message without its time and numbers: sender, topic, the fields that are texts or yes and no."""
+"""A message without its time and numbers: sender, topic, and the text and bool fields."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ class Cycle:
     """A cycle that a run repeats.
 
     Args:
-        since_s: nothing was new after this time (s of simulated time).
-        times: how often the cycle has occurred since.
+        since_s: the last time at which something was new (s of simulated time).
+        times: number of occurrences since.
         period_s: its length (s).
-        messages: of one cycle; successive ones with the same words are listed once.
+        messages: of one occurrence; equal successive ones are listed once.
     """
 
     since_s: float
@@ -60,13 +60,13 @@ class Cycle:
         return f"nothing new since {self.since_s:.3f} s, and {often}: {shown}{more}"
 
 
-class Repetition:
-    """Watches a run by its record, without influence on it.
+class RepetitionDetector:
+    """Finds the cycle that a run repeats, from its record; it does not affect the run.
 
     Args:
         kernel: of the run.
         recorder: of the run.
-        actions: how many actions have begun.
+        actions: returns the number of actions that have begun.
         is_of_code: whether a sender is the code under test.
     """
 
@@ -77,30 +77,30 @@ class Repetition:
         self._recorder = recorder
         self._actions = actions
         self._is_of_code = is_of_code
-        self._began = 0  # actions
-        self._new_s = 0.0
-        self._read = 0  # messages
+        self._actions_seen = 0
+        self._last_new_s = 0.0
+        self._messages_read = 0
         self._last: dict[str, Token] = {}
         self._pairs: set[tuple[Token | None, Token]] = set()
         self._ranges: dict[str, tuple[float, float]] = {}
         self._texts: set[tuple[str, str]] = set()
-        self._changes: dict[str, int] = {}  # of a signal, read
+        self._changes_read: dict[str, int] = {}  # by signal
 
     def cycle(self, nothing_new_s: float = NOTHING_NEW_S) -> Cycle | None:
-        """The cycle that the run repeats; None if something was new in the last `nothing_new_s`, or is to come."""
-        self._follow()
+        """The cycle that the run repeats; None if something was new in the last `nothing_new_s` (s), or may be soon."""
+        self._read_record()
         now_s = self._kernel.now_s
-        if now_s - self._new_s < nothing_new_s:
+        if now_s - self._last_new_s < nothing_new_s:
             return None
-        start = bisect_right(self._recorder.messages, self._new_s, key=lambda message: message.time_s)
+        start = bisect_right(self._recorder.messages, self._last_new_s, key=lambda message: message.time_s)
         messages = self._recorder.messages[start:]
         tokens = [_token(message) for message in messages]
         counts = Counter(tokens)
         repeated = [token for token, count in counts.items() if count >= REPEATS]
         senders = Counter(token[0] for token in repeated)
-        # A robot that says the same over and over and hears nothing waits, perhaps for somebody who comes.
-        goes_on = any(count > 1 or not self._is_of_code(sender) for sender, count in senders.items())
-        if not goes_on:
+        # Code that repeats one message and receives none is waiting, perhaps for a person who will come.
+        is_active = any(count > 1 or not self._is_of_code(sender) for sender, count in senders.items())
+        if not is_active:
             return None
         rarest = min(repeated, key=lambda token: counts[token])
         first, last = [place for place, token in enumerate(tokens) if token == rarest][-2:]
@@ -109,28 +109,28 @@ class Repetition:
         # A wait that the cycle does not restart will end, and something else may come then.
         if self._kernel.wait_ends(now_s - 2 * period_s, now_s + nothing_new_s):
             return None
-        return Cycle(self._new_s, counts[rarest], period_s, words)
+        return Cycle(self._last_new_s, counts[rarest], period_s, words)
 
-    def _follow(self) -> None:
-        if self._actions() != self._began:
-            self._began = self._actions()
-            self._is_new(self._kernel.now_s)
-        for place in range(self._read, len(self._recorder.messages)):
+    def _read_record(self) -> None:
+        if self._actions() != self._actions_seen:
+            self._actions_seen = self._actions()
+            self._mark_new(self._kernel.now_s)
+        for place in range(self._messages_read, len(self._recorder.messages)):
             message = self._recorder.messages[place]
             token = _token(message)
             pair = self._last.get(token[0]), token
             self._last[token[0]] = token
             if pair not in self._pairs:
                 self._pairs.add(pair)
-                self._is_new(message.time_s)
-        self._read = len(self._recorder.messages)
+                self._mark_new(message.time_s)
+        self._messages_read = len(self._recorder.messages)
         for name, times, values in self._recorder.changes():
-            start = self._changes.get(name, 0)
+            start = self._changes_read.get(name, 0)
             if start < len(values):
-                self._changes[name] = len(values)
-                self._follow_signal(name, times, values, start)
+                self._changes_read[name] = len(values)
+                self._read_signal(name, times, values, start)
 
-    def _follow_signal(self, name: str, times: Sequence[float], values: Sequence[float | str], start: int) -> None:
+    def _read_signal(self, name: str, times: Sequence[float], values: Sequence[float | str], start: int) -> None:
         for place in range(start, len(values)):
             value = values[place]
             if isinstance(value, str):
@@ -143,10 +143,10 @@ class Repetition:
                 if is_new:
                     self._ranges[name] = min(least, value), max(most, value)
             if is_new:
-                self._is_new(times[place])
+                self._mark_new(times[place])
 
-    def _is_new(self, time_s: float) -> None:
-        self._new_s = max(self._new_s, time_s)
+    def _mark_new(self, time_s: float) -> None:
+        self._last_new_s = max(self._last_new_s, time_s)
 
 
 def _token(message: RecordedMessage) -> Token:

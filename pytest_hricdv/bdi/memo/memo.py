@@ -20,7 +20,7 @@ from pytest_hricdv.bdi.memo.decision_diagram import (
 )
 from pytest_hricdv.bdi.memo.forwarding import Dependencies, ForwardingRule, find_forwarding
 from pytest_hricdv.bdi.memo.recording import RecordingRun
-from pytest_hricdv.bdi.run.environment import Environment, Perceived, percept_of
+from pytest_hricdv.bdi.run.environment import Environment, PerceptSnapshot, percept_of
 from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
 
 Segments = list[Segment]
@@ -68,7 +68,7 @@ class Memo:
         if max_rounds < 0 or type(environment) is not Environment:
             return self.system.run(max_rounds=max_rounds, seed=seed, percepts=percepts)
         self.system.show(percepts)
-        perceived = environment.percepts_now
+        perceived = environment.percept_snapshot
         key = (seed, max_rounds, *perceived)
         remembered = self._remembered.get(key)
         if remembered is None:
@@ -83,7 +83,9 @@ class Memo:
             remembered = self._remembered[key] = self.system.run(max_rounds=max_rounds, seed=seed)
         return _copy(remembered)
 
-    def _find(self, perceived: Perceived, environment: Environment, seed: int, max_rounds: int) -> Segments | Result:
+    def _find(
+        self, perceived: PerceptSnapshot, environment: Environment, seed: int, max_rounds: int
+    ) -> Segments | Result:
         case = self._case(perceived)
         segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
         return segments or self.system.run(max_rounds=max_rounds, seed=seed)
@@ -126,7 +128,7 @@ class Memo:
             self.system.check_agent(agent)
             environment = Environment()
             environment.show(agent, percepts[:count])
-            case = self._case(environment.percepts_now)
+            case = self._case(environment.percept_snapshot)
             segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
             if case is None or segments is None or _rounds(segments) >= max_rounds:
                 return None

@@ -1,4 +1,4 @@
-"""The environment of the agents: their percepts, and the effects of their actions."""
+"""The environment of agents: holds their percepts, and executes their actions."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 
-Perceived = tuple[str | int | Structure, ...]
-"""Agents, each followed by the number of its percepts, and by these, as they were given."""
+PerceptSnapshot = tuple[str | int | Structure, ...]
+"""The percepts of all agents, flat and hashable: each agent's name, the number of its percepts, and these, unparsed."""
 
 
 class Percepts:
     """The percepts of an agent."""
 
-    __slots__ = ("_literals", "_shown", "version")
+    __slots__ = ("_literals", "_unparsed", "version")
 
     def __init__(self) -> None:
         self.version = 0
         """Grows with every change."""
         self._literals: dict[Structure, None] = {}
-        self._shown: tuple[str | Structure, ...] | None = None
-        """The percepts as they were given, until they are parsed: the memo does not need the parsed form."""
+        self._unparsed: tuple[str | Structure, ...] | None = None
+        """The unparsed percepts; None once they are parsed, which the memo does not need."""
 
-    def as_given(self) -> Collection[str | Structure]:
-        """The percepts as they were given."""
-        return self._literals if self._shown is None else self._shown
+    def unparsed(self) -> Collection[str | Structure]:
+        """The percepts, unparsed unless they had to be parsed."""
+        return self._literals if self._unparsed is None else self._unparsed
 
     def literals(self) -> dict[Structure, None]:
-        """The percepts in the order added, with ``source(percept)``."""
-        if self._shown is not None:
-            self._literals, self._shown = dict.fromkeys(map(percept_of, self._shown)), None
+        """The parsed percepts with ``source(percept)``, in the order in which they were added."""
+        if self._unparsed is not None:
+            self._literals, self._unparsed = dict.fromkeys(map(percept_of, self._unparsed)), None
         return self._literals
 
     def show(self, literals: tuple[str | Structure, ...]) -> None:
-        """Replace all."""
-        self._shown = literals
+        """Replace all percepts."""
+        self._unparsed = literals
         self.version += 1
 
 
@@ -74,7 +74,7 @@ class Environment:
             action: the action, a ground structure unless the agent left a variable free.
 
         Returns:
-            Whether the action succeeded; if not, the goal it was done for fails. Here: always.
+            Whether the action succeeded; if not, its goal fails. This class returns True.
         """
         return True
 
@@ -125,38 +125,38 @@ class Environment:
 
     def clear_percepts(self, agent: str) -> None:
         """Let an agent perceive nothing."""
-        if self.percepts_of(agent).as_given():
+        if self.percepts_of(agent).unparsed():
             self.show(agent, ())
 
     def percepts_of(self, agent: str) -> Percepts:
-        """The percepts of an agent, now and later."""
+        """The percepts of an agent, as an object that follows their changes."""
         percepts = self._percepts.get(agent)
         if percepts is None:
             percepts = self._percepts[agent] = Percepts()
         return percepts
 
     @property
-    def percepts_now(self) -> Perceived:
-        """The present percepts of all agents that have any."""
-        perceived: list[str | int | Structure] = []
+    def percept_snapshot(self) -> PerceptSnapshot:
+        """A snapshot of all percepts, for agents that have any."""
+        flat: list[str | int | Structure] = []
         for agent, percepts in self._percepts.items():
-            literals = percepts.as_given()
+            literals = percepts.unparsed()
             if literals:
-                perceived += (agent, len(literals), *literals)
-        return tuple(perceived)
+                flat += (agent, len(literals), *literals)
+        return tuple(flat)
 
 
 class NoEnvironment(Environment):
-    """Nobody implements the actions: each fails, as in Jason."""
+    """An environment without actions: each fails, as in Jason."""
 
     def execute(self, agent: str, action: Structure) -> bool:
         """Fail an external action."""
         return False
 
 
-@lru_cache(maxsize=4096)  # far more than the percepts of a model, which are shown again in each of thousands of runs
+@lru_cache(maxsize=4096)  # far more than a model has percepts; each of thousands of runs shows the same ones
 def percept_of(literal: str | Structure) -> Structure:
-    """A literal as it is perceived, with ``source(percept)``.
+    """Make a percept of a literal: parse it and add ``source(percept)``.
 
     Raises:
         BdiError: it is not a literal without variables.

@@ -1,8 +1,8 @@
 """Traces of runs: which event led to which plan of which agent, and to which action.
 
-A traced run notes a :class:`Step` for a percept or belief gained or lost, a goal, a selected plan, an action, a message
-and a print. Each names the step that caused it, across agents, so that an action can be followed back to the belief
-that it was selected for. Tracing is done by subclasses of the run and its agents: plain runs have no overhead.
+A traced run records a :class:`Step` for each percept or belief gained or lost, goal, selected plan, action, message and
+print. Each step names the step that caused it, across agents, so an action can be traced back to the belief behind it.
+Subclasses of the run and of its agents do the tracing, so plain runs have no overhead.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ class Step:
 
     Args:
         number: its index in the trace, from 1.
-        round: the round, from 1; 0 for what there is before the first.
-        agent: the agent it happened in.
+        round: the round, from 1; 0 before the first.
+        agent: the agent in which it happened.
         kind: "percept", "belief", "goal" or "failure" (events), "plan", "action", "message", "print", "warning".
-        text: what it is, as AgentSpeak or as the text printed; for a plan its label and trigger.
-        cause: the number of the step that caused it; None for what comes from outside.
-        plan: the label of the plan selected, or of the plan that did it, else empty.
-        place: for a plan, where it is in the sources, as ``file:line``.
+        text: the step in AgentSpeak, or the printed text; for a plan its label and trigger.
+        cause: the number of the step that caused it; None if the cause is outside of the agents.
+        plan: the label of the selected plan, or of the plan that made the step; else empty.
+        place: for a plan, its location in the sources, as ``file:line``.
         beliefs: for a plan, the beliefs that made its context true, with their sources.
     """
 
@@ -105,20 +105,20 @@ def _line(step: Step, width: int) -> str:
     return f"{step.number:>4}  round {step.round:<4} {step.agent:<{width}}  {step}{cause}"
 
 
-class StepNotes(SystemRun):
-    """A mixin that notes the steps of any kind of run; it takes the arguments of that kind."""
+class StepRecorder(SystemRun):
+    """A mixin that records the steps of any kind of run; it takes the arguments of that kind."""
 
     def __init__(self, *arguments: Any) -> None:
         self.steps: list[Step] = []
-        self.sendings: dict[int, int] = {}
-        """The steps that messages were sent by, by the messages' numbers."""
-        self.acting: TracedAgent | None = None
+        self.sending_steps: dict[int, int] = {}
+        """Number of a message -> number of the step that sent it."""
+        self.active_agent: TracedAgent | None = None
         super().__init__(*arguments)
 
-    def note(self, agent: str, kind: str, text: str, cause: Step | None = None, **details: object) -> Step:
-        """Add a step; its cause says which plan did it, unless the details do."""
+    def record(self, agent: str, kind: str, text: str, cause: Step | None = None, **details: object) -> Step:
+        """Record a step. Its `plan` is that of the cause, unless the details have one."""
         plan = cause.plan if cause is not None and cause.kind == "plan" else ""
-        at = self.rounds + 1 if self.acting is not None else 0
+        at = self.rounds + 1 if self.active_agent is not None else 0
         number = len(self.steps) + 1
         fields = {"plan": plan, **details, "cause": None if cause is None else cause.number}
         step = Step(number, at, agent, kind, text, **fields)  # type: ignore[arg-type]
@@ -127,125 +127,125 @@ class StepNotes(SystemRun):
 
     @property
     def _cause(self) -> Step | None:
-        return None if self.acting is None else self.acting.cause
+        return None if self.active_agent is None else self.active_agent.cause
 
     def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:
-        """Note an action and execute it."""
-        self.note(agent, "action", str(action), self._cause)
+        """Record an action and execute it."""
+        self.record(agent, "action", str(action), self._cause)
         return super().act(agent, action, plan, statement)
 
     def print(self, agent: str, text: str) -> None:
-        """Note a print."""
-        self.note(agent, "print", text, self._cause)
+        """Record a print."""
+        self.record(agent, "print", text, self._cause)
         super().print(agent, text)
 
     def warn(self, text: str) -> None:
-        """Note a warning."""
-        if self.acting is not None:
-            self.note(self.acting.name, "warning", text, self._cause)
+        """Record a warning."""
+        if self.active_agent is not None:
+            self.record(self.active_agent.name, "warning", text, self._cause)
         super().warn(text)
 
     def deliver(self, receiver: str, message: SpeechAct) -> None:
-        """Note a message when it is sent."""
-        if message.number not in self.sendings:
+        """Record a message when it is sent, once for all its receivers."""
+        if message.number not in self.sending_steps:
             sender = receiver if message.sender == "self" else message.sender
-            step = self.note(sender, "message", f"{message.force} {message.content} to {receiver}", self._cause)
-            self.sendings[message.number] = step.number
+            step = self.record(sender, "message", f"{message.force} {message.content} to {receiver}", self._cause)
+            self.sending_steps[message.number] = step.number
         super().deliver(receiver, message)
 
 
-class TracedRun(StepNotes, JitteredRun):
-    """A run whose steps are noted; it takes what a run with jitter takes."""
+class TracedRun(StepRecorder, JitteredRun):
+    """A traced run; its arguments are those of `JitteredRun`."""
 
 
 class TracedAgent(Agent):
-    """An agent in a traced run; it takes what an agent takes."""
+    """An agent of a traced run; its arguments are those of `Agent`."""
 
     def __init__(
         self,
         name: str,
-        run: StepNotes,
+        run: StepRecorder,
         actions: ActionTable,
         beliefs: BeliefBase,
         library: PlanLibrary,
         events: list[tuple[str, Structure]],
     ) -> None:
         super().__init__(name, run, actions, beliefs, library, events)
-        self.notes = run
+        self.recorder = run
         self.cause: Step | None = None
-        """The cause of what happens now: what is being reacted to, or the selection of the plan being executed."""
-        # Events, intended means and intentions are known by their identity while they are in use.
-        self._events = {id(event): self._note_event(event[0], event[1], None) for event in self.events}
+        """The cause of the next steps: the event being handled, or the selection of the plan being executed."""
+        # Keys are the ids of events, intended means and intentions, which exist as long as they are in use.
+        self._events = {id(event): self._record_event(event[0], event[1], None) for event in self.events}
         self._means: dict[int, Step] = {}
         self._intentions: dict[int, Step] = {}
 
-    def _note_event(self, sign: str, literal: Structure, cause: Step | None) -> Step:
+    def _record_event(self, sign: str, literal: Structure, cause: Step | None) -> Step:
         kind = "failure" if sign in ("-!", "-?") else "goal" if len(sign) == 2 else "belief"
         if kind == "belief" and SOURCE_PERCEPT in literal.annots:
             kind = "percept"
-        return self.notes.note(self.name, kind, f"{sign}{literal}", cause)
+        return self.recorder.record(self.name, kind, f"{sign}{literal}", cause)
 
     def cycle(self) -> None:
-        """Do a reasoning cycle; all steps noted meanwhile are this agent's."""
-        self.notes.acting, self.cause = self, None
+        """Do a reasoning cycle, whose steps are this agent's."""
+        self.recorder.active_agent, self.cause = self, None
         super().cycle()
 
     def receive(self, message: SpeechAct) -> None:
-        """Process a message; its effects are caused by its being sent."""
-        self.cause = self.notes.steps[self.notes.sendings[message.number] - 1]
+        """Process a message; the step that sent it is the cause of its effects."""
+        self.cause = self.recorder.steps[self.recorder.sending_steps[message.number] - 1]
         super().receive(message)
         self.cause = None
 
     def post(self, sign: str, literal: Structure, intention: Intention | None) -> None:
-        """Note an event and add it."""
+        """Record an event and add it."""
         cause = self.cause
         if cause is None and intention is not None:
             cause = self._intentions.get(id(intention))
-        step = self._note_event(sign, literal, cause)
+        step = self._record_event(sign, literal, cause)
         before = len(self.events)
         super().post(sign, literal, intention)
         if len(self.events) > before:  # an event that no plan is relevant for is not added
             self._events[id(self.events[-1])] = step
 
     def post_goal(self, goal: Structure) -> None:
-        """Note a goal and add it."""
-        step = self._note_event("+!", goal, self.cause)
+        """Record a goal and add it."""
+        step = self._record_event("+!", goal, self.cause)
         super().post_goal(goal)
         self._events[id(self.events[-1])] = step
 
     def note_goal(self, goal: Structure, state: str) -> None:
-        """Note what has become of a goal, if a plan is for that."""
+        """Record the new state of a goal, if a plan handles it."""
         before = len(self.events)
         super().note_goal(goal, state)
         if len(self.events) > before:
             sign, literal, _ = self.events[0]
-            self._events[id(self.events[0])] = self._note_event(sign, literal, self.cause)
+            self._events[id(self.events[0])] = self._record_event(sign, literal, self.cause)
 
     def react(self, event: Event) -> IntendedMeans | bool:
-        """Note the choice of a plan."""
+        """Record the selection of a plan."""
         self.cause = self._events.pop(id(event), None)
         reacted = super().react(event)
         if isinstance(reacted, IntendedMeans):
-            step = self._note_plan(reacted.plan, reacted.unifier)
+            step = self._record_plan(reacted.plan, reacted.unifier)
             self._means[id(reacted)] = self._intentions[id(self.intentions[-1])] = step
         self.cause = None
         return reacted
 
     def execute(self, intention: Intention) -> None:
-        """Execute a statement; what it causes is caused by the choice of its plan."""
+        """Execute a statement; the selection of its plan is the cause of its effects."""
         self.cause = self._means.get(id(intention.top))
         super().execute(intention)
         self.cause = None
 
-    def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:
+    def _record_plan(self, plan: Plan, bindings: Bindings) -> Step:
         text = f"@{plan.label} {plan.trigger}" if plan.has_label else str(plan.trigger)
         beliefs = () if plan.context is None else self._context_beliefs(plan.context, bindings)
-        return self.notes.note(
+        return self.recorder.record(
             self.name, "plan", text, self.cause, plan=plan.label, place=place_of_plan(plan), beliefs=beliefs
         )
 
     def _context_beliefs(self, context: Formula, bindings: Bindings) -> tuple[str, ...]:
-        """The beliefs that made a context true, as far as they are written in it as literals."""
+        """The beliefs that made a context true; only those that the context names as literals."""
         beliefs: list[str] = []
         for part in context.parts if isinstance(context, And) else (context,):
             try:
@@ -259,7 +259,7 @@ class TracedAgent(Agent):
 
 
 def place_of_plan(plan: Plan) -> str:
-    """Where a plan is in the sources, as the place of the step that chose it."""
+    """The location of a plan in the sources, as `Step.place`."""
     return _place(plan.location)
 
 

@@ -1,6 +1,6 @@
-"""Films of failing tests in a session: made by the process that ran the test, and linked from the report.
+"""Films of failing tests: an option that makes them, and links to them in the report.
 
-A failing test runs again with a camera in its world; measured runs are never rendered.
+The process that ran a failing test runs it again with a camera in its world. The first run is never rendered.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _FILM_MAKER: pytest.StashKey[FilmMaker] = pytest.StashKey()
 
 
 class FilmFeature(Feature[bool]):
-    """Films failing tests; its setting is whether this is asked for."""
+    """Films failing tests if `--hri-film` is given, which is its setting."""
 
     name = "film"
     group = "files"
@@ -44,11 +44,11 @@ class FilmFeature(Feature[bool]):
         return reader.flag("film")
 
     def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
-        """The option, because a result names its film."""
+        """The option: results with and without films differ."""
         return {"--hri-film": "set" if self.settings(options) else ""}
 
     def check(self, context: RunContext) -> None:
-        """Check that tests can be filmed."""
+        """Check that the testbench has a camera, and that Pillow is installed."""
         if not self.settings(context.options):
             return
         testbench = context.collection.testbench
@@ -63,7 +63,7 @@ class FilmFeature(Feature[bool]):
     def after_test(
         self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport
     ) -> TestResult:
-        """The result with its film, if the test failed. Its duration has been taken, and its patches still hold."""
+        """Add a film to the result of a failed test. Its duration excludes this; its monkeypatches still apply."""
         if not self.settings(context.options) or case.result is None or not result.leaves_evidence:
             return result
         from pytest_hricdv.extra.film.film_maker import film_text
@@ -75,7 +75,7 @@ class FilmFeature(Feature[bool]):
         return FILM.put(result, film)
 
     def after_isolated_test(self, context: RunContext, result: TestResult) -> None:
-        """Counts its film among those of this process."""
+        """Count the film of a test that ran in another process, since the number of films is limited."""
         if not self.settings(context.options):
             return
         film = FILM.of(result)
@@ -103,7 +103,7 @@ class FilmView(View):
     scripts = ("film",)
 
     def file_lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """The number of filmed failing tests, and why others were not filmed."""
+        """The number of filmed tests, and why other failing tests were not filmed."""
         from pytest_hricdv.report.formatting import Line, count_notes, plural
 
         films = [film for test in report.tests if (film := FILM.of(test)) is not None]
@@ -115,11 +115,11 @@ class FilmView(View):
         yield from count_notes((film.note for film in films), columns)
 
     def of_test(self, report: Report, test: TestResult) -> dict[str, Any]:
-        """Its film."""
+        """The film of the test."""
         return {"film": to_builtins(FILM.of(test))}
 
     def pictures(self, test: TestResult) -> Iterator[tuple[str, str]]:
-        """The film and its key frames, as far as they were made."""
+        """The film and its key frames, if they exist."""
         film = FILM.of(test)
         for name, file in (("film", film and film.video), ("key frames", film and film.strip)):
             if file:

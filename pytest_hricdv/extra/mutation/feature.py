@@ -1,4 +1,4 @@
-"""Mutation testing in a session: its options, its checks, and its trials after the last test."""
+"""Mutation testing in a session: its options, and the trial of mutants after the last test."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 KIND = "mutants"
-"""A kind of threshold: the share of mutants that the tests kill."""
+"""The kind of `--hri-fail-under` for the percentage of mutants that the tests kill."""
 
 
 class MutationFeature(Feature[MutationOptions]):
-    """Puts faults into the code under test, one at a time, to see which of them the tests notice."""
+    """Seeds faults in the code under test, one at a time, and runs tests to see which faults they detect."""
 
     name = "mutation"
     kinds = (KIND,)
@@ -43,7 +43,7 @@ class MutationFeature(Feature[MutationOptions]):
     )
 
     def read(self, reader: OptionReader) -> MutationOptions:
-        """How mutants are tried. Raises pytest.UsageError for options that contradict each other."""
+        """Read the options. Raises pytest.UsageError for options that contradict each other."""
         text = reader.text("mutate_tests")
         if not (text.isascii() and text.isdigit()) and text not in ("", "all"):
             raise usage_error(f"{reader.setting('mutate_tests')}: expected a whole number, or all")
@@ -65,7 +65,7 @@ class MutationFeature(Feature[MutationOptions]):
         return options
 
     def check(self, context: RunContext) -> None:
-        """Whether mutants can be tried on this system."""
+        """Check that this system can fork and has mutmut."""
         if not self.settings(context.options).asked:
             return
         if not hasattr(os, "fork"):
@@ -74,15 +74,15 @@ class MutationFeature(Feature[MutationOptions]):
             raise usage_error("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
 
     def follow_up(self, context: RunContext) -> str:
-        """The trials, where they are asked for."""
+        """The name of this work, if `--hri-mutate` is given."""
         return "the trial of faults (--hri-mutate)" if self.settings(context.options).asked else ""
 
     def extend_report(self, session: FeatureSession, report: Report) -> Report:
-        """Try the mutants, if asked to."""
+        """Try the mutants, if `--hri-mutate` is given."""
         settings = self.settings(session.options)
         if session.interrupted or not settings.asked:
             return report
-        from pytest_hricdv.extra.mutation.mutating import MutationError, MutationRun  # they need mutmut
+        from pytest_hricdv.extra.mutation.mutating import MutationError, MutationRun  # needs mutmut
         from pytest_hricdv.extra.mutation.records import MUTATION
 
         aggregation = session.aggregation
@@ -118,18 +118,18 @@ FEATURE = MutationFeature()
 def seed_faults(
     context: RunContext, results: Sequence[TestResult], chosen: Mapping[str, HriCase], count: int, max_tests: int
 ) -> tuple[dict[SeededFault, list[tuple[ConcreteTest, str]]], int]:
-    """Seed faults for another feature: mutants with the tests that execute them; it needs mutmut.
+    """Seed faults for another feature; needs mutmut.
 
     Args:
         context: of the session.
-        results: of tests that were measured.
+        results: of tests whose coverage was measured.
         chosen: node id -> test.
         count: number of faults, drawn with the seed of the session.
-        max_tests: at most this many tests of a fault.
+        max_tests: most tests of a fault.
 
     Returns:
-        Fault -> the tests to try it on, each with the hash of its record without the fault; and how many faults no
-        test executes.
+        Fault -> the tests that execute it, each with the hash of its record without the fault; and the number of
+        faults that no test executes.
     """
     from pytest_hricdv.execution.faulty_import import SeededFault
     from pytest_hricdv.extra.mutation.mutants import all_mutants, sample

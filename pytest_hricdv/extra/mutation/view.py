@@ -1,4 +1,4 @@
-"""How a report shows mutants: lines for the terminal, a sentence, and a section of its page."""
+"""Shows mutants in the terminal, on the page of the report, and in other outputs."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,16 +25,16 @@ WHY: Mapping[MutantStatus, str] = {
     "no coverage": "no test executes the statement",
     "not run": "time ran out before all of its tests had run",
 }
-"""The meaning of a mutant that was not killed."""
+"""Status of a mutant that was not killed -> what it means."""
 
 
 class MutationView(View):
-    """Scores, and the mutants that no test noticed."""
+    """Shows mutation scores, and the mutants that were not killed."""
 
     name = "mutation"
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """The scores, and the first mutants of each kind that survived; none if no mutants were tried."""
+        """The scores, and the first mutants of each status but "killed"; nothing without mutation testing."""
         result = MUTATION.of(report)
         if result is None:
             return
@@ -43,14 +43,14 @@ class MutationView(View):
             for name, score in result.suites.items():
                 yield Line(visible(f"  suite {name}: {score_text(score)}"))
         groups = {f"group {name}": score for name, score in result.groups.items()}
-        yield from _oracles({**_in_order(report, result.assertions), **groups})
+        yield from _oracle_lines({**_requirements_first(report, result.assertions), **groups})
         for status in WHY:
-            yield from _examples([mutant for mutant in result.mutants if mutant.status == status], status)
+            yield from _example_lines([mutant for mutant in result.mutants if mutant.status == status], status)
         for text in notes(result):
             yield Line(visible(f"  {text}"), "warn")
 
     def section(self, report: Report) -> PageSection | None:
-        """All mutants, and what killed them."""
+        """A section with all mutants, and what killed each."""
         result = MUTATION.of(report)
         if result is None:
             return None
@@ -62,7 +62,7 @@ class MutationView(View):
             "meaning": meaning(result),
             "headline": headline(result),
             "notes": [*notes(result)],
-            "oracles": _in_order(report, result.assertions),
+            "oracles": _requirements_first(report, result.assertions),
             "alive": {status: (why, by_status[status]) for status, why in WHY.items() if by_status[status]},
             "killed": by_status["killed"],
             "change": change,
@@ -108,7 +108,7 @@ def score_text(score: MutationScore) -> str:
 
 
 def notes(result: MutationResult) -> Iterator[str]:
-    """Notes on a score, a sentence each."""
+    """Sentences about the limits of a score."""
     if result.generated > len(result.mutants):
         yield f"{len(result.mutants)} of {result.generated} mutants were drawn"
     most = result.tests_per_mutant
@@ -118,19 +118,19 @@ def notes(result: MutationResult) -> Iterator[str]:
         yield f"{partly} that were not killed were tried on {plural(most, 'test')} of a suite, and more execute them"
     if result.excluded_tests:
         excluded_tests = plural(len(result.excluded_tests), "test")
-        yield f"{excluded_tests} took no part, failing or unmeasured without a fault: {_list(result.excluded_tests)}"
+        yield f"{excluded_tests} took no part, failing or unmeasured without a fault: {_names(result.excluded_tests)}"
     if result.end_reason != "done":
         why = {"seconds": "time ran out", "lost": "their process was lost"}.get(result.end_reason, "it was interrupted")
         yield f"{plural(result.total.not_run, 'mutant')} not tried: {why}"
 
 
-def _in_order(report: Report, oracles: Mapping[str, OracleScore]) -> dict[str, OracleScore]:
-    """Requirements first, then what else can fail."""
+def _requirements_first(report: Report, oracles: Mapping[str, OracleScore]) -> dict[str, OracleScore]:
+    """Sort requirements before other oracles, such as faults."""
     names = sorted(oracles, key=lambda name: (name not in report.requirements, natural(name)))
     return {name: oracles[name] for name in names}
 
 
-def _oracles(oracles: Mapping[str, OracleScore]) -> Iterator[Line]:
+def _oracle_lines(oracles: Mapping[str, OracleScore]) -> Iterator[Line]:
     room = max([9, *(width(visible(name)) for name in oracles)])
     yield Line(f"  {pad('killed by', room)}{'mutants':>9}{'only by it':>12}", "dim")
     for name, score in oracles.items():
@@ -138,7 +138,7 @@ def _oracles(oracles: Mapping[str, OracleScore]) -> Iterator[Line]:
         yield Line(f"  {pad(visible(name), room)}{score.killed:>9}{score.killed_only_by:>12}", style)
 
 
-def _examples(mutants: Sequence[MutantResult], status: MutantStatus) -> Iterator[Line]:
+def _example_lines(mutants: Sequence[MutantResult], status: MutantStatus) -> Iterator[Line]:
     if not mutants:
         return
     yield Line(f"  {len(mutants)} {status}: {WHY[status]}", "warn")
@@ -158,18 +158,18 @@ def _place(mutant: MutantResult) -> str:
 
 
 def _change(mutant: MutantResult) -> str:
-    """The first line that differs, before and after."""
+    """The first line of the changed code, before and after."""
     before, after = (text.partition("\n")[0] for text in (mutant.before, mutant.after))
     return before if after in ("", "pass") else f"{before} -> {after}"
 
 
 def change(mutant: MutantResult) -> tuple[str, str]:
-    """The texts before and after on one line each, without most of what they share: `…(wait_s)…`, `…(wait_s * 2)…`."""
+    """The code before and after, in one line each, without most of what is equal: `…(wait_s)…`, `…(wait_s * 2)…`."""
     before, after = (
         _TOKEN.findall(" / ".join(map(str.strip, text.split("\n")))) for text in (mutant.before, mutant.after)
     )
-    first = _share(before, after)
-    last = _share(before[first:][::-1], after[first:][::-1])
+    first = _common_length(before, after)
+    last = _common_length(before[first:][::-1], after[first:][::-1])
     begin, end = max(0, first - 3), max(0, last - 3)
 
     def part(tokens: list[str]) -> str:
@@ -179,12 +179,12 @@ def change(mutant: MutantResult) -> tuple[str, str]:
     return (part(before), part(after)) if mutant.after else ("".join(before), "")
 
 
-def _share(first: Sequence[str], second: Sequence[str]) -> int:
-    """The number of tokens in the common prefix of two texts."""
+def _common_length(first: Sequence[str], second: Sequence[str]) -> int:
+    """The number of tokens at the start that two texts have in common."""
     return next(
         (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
     )
 
 
-def _list(names: Sequence[str], most: int = 3) -> str:
+def _names(names: Sequence[str], most: int = 3) -> str:
     return ", ".join(names[:most]) + (and_more(len(names) - most) if len(names) > most else "")
