@@ -1,4 +1,4 @@
-"""Groups of a testbench's optional fields, each a frozen dataclass with defaults."""
+"""Groups of optional fields of a `Testbench`, such as `VirtualTime`, as frozen dataclasses with defaults."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class VirtualTime:
 
     Args:
         apis: the blocking APIs that the code under test uses: "time" (`time` and `datetime`), "threading" (`threading`,
-            `queue`, the thread pool of `concurrent.futures`), "asyncio". Its modules see them in virtual time, and its
-            threads are nodes. A wait in any other one is an error.
-        stall_timeout_s: processor time for which code may work without simulated time passing (s; None: 8). A second
-            of simulated time may take 7.5 times as long. After that, the run ends, and names the line of that code.
+            `queue`, the thread pool of `concurrent.futures`), "asyncio". They use virtual time in its modules, and its
+            threads are nodes. Waiting with another API is an error.
+        stall_timeout_s: processor time that code may use while simulated time stands still (s; None: 8). A second of
+            simulated time may take 7.5 times as long. Beyond that, the run ends and names the line of that code.
         allowed_endings: how a run may end other than by `kernel.stop`; any other ending fails its test: "limit" (at its
             time limit), "idle" (nothing is left to do), "early" (the code under test returns before the run ends),
             "cycle" (a livelock: the run repeats itself for 180 s, and ends unless "cycle" or "limit" is allowed).
@@ -62,8 +62,8 @@ class Timing:
     """How slow the code under test may be, for runs with schedules (`--hri-schedules`).
 
     Args:
-        slowest_s: for which a node of the code may be held up at one statement (s), as by a busy machine. Declared, a
-            requirement that such a delay alone violates fails; None: 0.05 s, and such a violation is only listed.
+        slowest_s: longest delay of a node at one statement (s), as on a busy machine. If it is given, a requirement
+            that is violated only because of such a delay fails; None: 0.05 s, and such a violation is only listed.
     """
 
     slowest_s: float | None = None
@@ -78,17 +78,17 @@ class Timing:
 
 @dataclass(frozen=True)
 class Simulation:
-    """How the world is simulated, and filmed.
+    """How the world is simulated and filmed.
 
     Args:
-        fidelities: ways to simulate the world; `--hri-fidelity` chooses one. Empty if there is only one.
-        engines: physics engines that `run` can use: the name of each one's package -> the module to import for it
-            before the first test, whose ImportError says what to install. An engine of your own that needs no package
-            has an empty text. The first one that is installed is used, unless `--hri-engine` chooses another one.
-        engine_tolerances: requirement -> by how much its margins may differ between engines, in its own unit: a verdict
-            that depends on the engine is then explained by their tolerance.
-        requires: modules that `run` imports, such as the simulator's. They are imported before the first test, so that
-            a missing one is reported once instead of by every test.
+        fidelities: names of the ways to simulate the world, from which `--hri-fidelity` chooses; empty if there is one.
+        engines: physics engines that `run` can use: name of the engine's package -> module that is imported before the
+            first test, whose ImportError says what to install; empty for an engine of your own without a package. The
+            first installed engine is used unless `--hri-engine` chooses another one.
+        engine_tolerances: requirement -> how much its margins may differ between engines, in the margin's unit. Within
+            it, the report explains a verdict that depends on the engine by the engines' tolerance.
+        requires: modules that `run` imports, such as a simulator. They are imported before the first test, so that a
+            missing one is reported once and not by every test.
         film: how runs are filmed; None if they are not.
     """
 
@@ -98,9 +98,9 @@ class Simulation:
     requires: tuple[str, ...] = ()
     film: Film | None = None
     fidelity: str = field(default="", init=False)
-    """The session's choice, which `Run.fidelity` hands to `run`; empty for the testbench's own choice."""
+    """The session's choice, which `run` reads as `Run.fidelity`; empty if the testbench decides."""
     engine: str = field(default="", init=False)
-    """The engine in use, which `Run.engine` hands to `run`; empty if there are none."""
+    """The engine in use, which `run` reads as `Run.engine`; empty if there are none."""
 
     def choose(self, *, fidelity: str | None = None, engine: str | None = None) -> Simulation:
         """The simulation with this fidelity or engine; None keeps the current one."""
@@ -113,13 +113,13 @@ class Simulation:
 
 @dataclass(frozen=True)
 class People:
-    """Actors of a run besides those in the lines of a test.
+    """Actors that decide during the run, and actors without a model.
 
     Args:
         agents: the agents of the model that can decide during a run what people do, one for each actor; empty if all
-            actions are known before.
+            actions are known before the run.
         bystanders: actors without a model, such as a dog: `Bystander("dog", {"walk": {...}})`. A node of the world
-            takes what each does, `run.actions("dog")`.
+            reads the dog's actions from `run.actions("dog")`.
     """
 
     agents: tuple[InteractiveAgent, ...] = ()
@@ -133,8 +133,7 @@ class Suites:
     Args:
         by_hand: TOML file of belief subsets for the suite `by-hand`; None if there is none.
         learning: the constants of Q-learning, for the suite `rl`.
-        random_test_length: fewest and most actions of a test of the suite `pseudorandom`, of each actor where there are
-            several.
+        random_test_length: least and greatest number of actions of a test of the suite `pseudorandom`, for each actor.
     """
 
     by_hand: Path | None = None
@@ -148,7 +147,7 @@ class StateField:
 
     Args:
         name: the text field of a message, such as "state.name"; empty if there is none.
-        transitions: from one such state to the next: those that the suite `closure` is to cover.
+        transitions: pairs of successive states that the suite `closure` has to cover.
     """
 
     name: str = ""
@@ -161,11 +160,11 @@ class Signal:
 
     Args:
         type: bool, float or str.
-        unit: of a float, for instance "m/s": reports write it at axes and margins, and numbers in requirements may
-            have one (`hand_distance < 50 mm`).
-        values: those that a str can have: a requirement that compares it with another text is refused.
-        sampled_while: the bool signal that has to be True for the world to measure this one: between, plots have a gap,
-            and requirements see the last value, as always.
+        unit: of a float, for instance "m/s". Reports show it, and numbers in requirements may have a unit, too
+            (`hand_distance < 50 mm`).
+        values: all values of a str. A requirement that compares it with another text is refused.
+        sampled_while: a bool signal. The world measures this signal only while that one is True; otherwise, plots have
+            a gap, and requirements use the last value.
     """
 
     type: Kind
@@ -180,7 +179,7 @@ class Field:
 
     Args:
         unit: of a number, as for `Signal`.
-        values: those that a text can have, as for `Signal`; those of Literal and Enum are known without this.
+        values: all values of a text, as for `Signal`; not needed for Literal and Enum.
     """
 
     unit: str = ""

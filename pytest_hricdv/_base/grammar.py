@@ -1,8 +1,7 @@
-"""Parsers from lark grammars, with a cache in the user's cache folder: building the tables takes most of the time.
+"""Makes parsers from lark grammars, and caches them in the user's cache folder, since building the tables is slow.
 
-A cached parser is a pickle, so only a folder that no other user can write to is used. A file that is missing,
-damaged or from other versions is ignored and written again; where nothing can be written, the parser is built in
-every process.
+A cached parser is a pickle, so the cache is only used if no other user can write to the folder. A file that is missing,
+damaged or from other versions is ignored and replaced. If nothing can be written, each process builds its parsers.
 """
 
 from __future__ import annotations
@@ -26,20 +25,20 @@ _DIGEST_BYTES = sha256().digest_size
 
 
 class LarkError(InputError):
-    """The package imported as `lark` is not the one that this package needs."""
+    """The installed `lark` is not a version that this package can use."""
 
 
 def require_lark() -> None:
-    """Find another `lark`, as that of lark-parser, which ROS's packages bring: it lies in the same folder.
+    """Check that the installed `lark` is recent enough.
+
+    The old distribution lark-parser, which packages of ROS need, installs into the same folder.
 
     Raises:
-        LarkError: it has not what is needed.
+        LarkError: it is too old.
     """
     import lark
 
-    if not hasattr(
-        getattr(lark, "Tree", None), "__class_getitem__"
-    ):  # since 1.0, with which arguments of transformers have changed, too
+    if not hasattr(getattr(lark, "Tree", None), "__class_getitem__"):  # new in 1.0, like the transformers' arguments
         place, version = getattr(lark, "__file__", None), getattr(lark, "__version__", "unknown")
         raise LarkError(
             f"{place}: lark of version {version}; expected 1.2 or later. An old lark-parser, as packages of ROS bring "
@@ -52,10 +51,10 @@ def lark_parser(grammar: Path, **options: Any) -> Lark:
 
     Args:
         grammar: the file, which imports no other.
-        options: of `lark.Lark`. The postlexer must be an instance, without state, of a class in a module.
+        options: of `lark.Lark`. The postlexer must be a stateless instance of a class that can be pickled.
 
     Raises:
-        LarkError: another lark is installed.
+        LarkError: the installed lark is too old.
     """
     from lark import Lark
 
@@ -72,7 +71,7 @@ def lark_parser(grammar: Path, **options: Any) -> Lark:
 
 
 def _cache_file(name: str, text: str, options: dict[str, Any]) -> Path | None:
-    """The file of a parser in the user's cache folder, which is created; None if the folder is not safe to use."""
+    """The cache file of a parser, in a folder that is created; None if the folder is not safe to use."""
     import lark
 
     try:
@@ -96,19 +95,19 @@ def _is_private(folder: Path) -> bool:
 
 
 def _load(file: Path) -> Lark | None:
-    """The parser in a cache file; None if there is none that can be used."""
+    """The parser in a cache file; None if it is missing or cannot be used."""
     from lark import Lark
 
     try:
         content = file.read_bytes()
         digest, data = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
         return Lark.load(BytesIO(data)) if digest == sha256(data).digest() else None
-    except Exception:  # Whatever is wrong with a cache, the grammar is at hand.
+    except Exception:  # whatever is wrong with the cache, the parser can be built from the grammar
         return None
 
 
 def _save(parser: Lark, file: Path) -> None:
-    """Write a parser to its cache file, if that can be done."""
+    """Write a parser to its cache file, if possible."""
     buffer = BytesIO()
     parser.save(buffer)
     data = buffer.getvalue()

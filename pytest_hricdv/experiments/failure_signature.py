@@ -1,4 +1,4 @@
-"""Failure signatures: the parts of a requirement that a violation made false, by which failures are told apart."""
+"""Failure signatures: the conjuncts of a requirement that a violation made false, which distinguish failures."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ _ARITHMETIC: Mapping[str, Callable[[float, float], float]] = {
     "/": operator.truediv,
 }
 
-#: The texts of the conjuncts that were false.
 FailureSignature = tuple[str, ...]
+"""The texts of the conjuncts that were false."""
 
 
 def failure_signature(requirement: Criterion, verdict: Verdict, violation: Violation) -> FailureSignature:
     """The conjuncts of the requirement's condition that were false when it was violated.
 
-    They are evaluated on the values of the violation. A conjunct that depends on more than these (on an event or on
-    the past) counts as false only if no other one is. A missed deadline has the whole condition as its signature. A
-    verdict of what is no requirement has its own signature.
+    They are evaluated on the values of the violation. A conjunct that depends on more (an event, or the past) counts as
+    false only if no other one is. The signature of a missed deadline is the whole condition. A criterion that is no
+    requirement puts a signature into its verdict.
     """
     if not isinstance(requirement, Requirement):
         return verdict.signature
@@ -108,7 +108,7 @@ def _number(term: Term, values: Mapping[str, Value]) -> float | None:
                 return None
             return _ARITHMETIC[term.operator](left, right)
         case _:
-            return None  # of time_since, violations have no value
+            return None  # violations have no values of time_since
 
 
 def _text(term: TextTerm, values: Mapping[str, Value]) -> Value | None:

@@ -1,4 +1,4 @@
-"""The view of waivers: what is waived, why, until when, and whether this report still needs it."""
+"""Lists the waivers of a report: what is waived, why, until when, and whether it is still needed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pytest_hricdv.report import totals
 from pytest_hricdv.report.formatting import Style, by_requirement
 from pytest_hricdv.results.model import Report
 
-_OWNED = re.compile(r"(?P<reason>.*\S)\s*\[(?P<owner>[^\[\]]+)\]", re.DOTALL)
+_REASON_WITH_OWNER = re.compile(r"(?P<reason>.*\S)\s*\[(?P<owner>[^\[\]]+)\]", re.DOTALL)
 
 WaiverState = Literal["needed", "not needed here", "not seen in this part", "ignored: strict", "expired"]
 
@@ -30,11 +30,11 @@ class Waiver:
 
     Args:
         kind: "known violation", "may be NC" or "unreachable line".
-        subject: requirement, with condition or suites; or file and line.
-        reason: for people.
-        owner: who answers for it: what stands in brackets at the end of the reason; empty if nobody is named.
-        until: the last day; empty for ever.
-        state: whether it is still needed, as far as this report tells.
+        subject: the requirement, with its condition or suites; or file and line.
+        reason: the declared reason, without the owner.
+        owner: who is responsible: the text in brackets at the end of the reason; empty without one.
+        until: the last day; empty if it does not expire.
+        state: whether it is still needed, as far as this report shows.
     """
 
     kind: Literal["known violation", "may be NC", "unreachable line"]
@@ -46,22 +46,22 @@ class Waiver:
 
     @property
     def style(self) -> Style:
-        """How the state is shown."""
+        """The style of the state."""
         return STYLES[self.state]
 
 
 def waivers(report: Report) -> tuple[Waiver, ...]:
-    """All waivers: known violations, allowed NC, lines declared unreachable."""
-    return (*_xfails(report), *_nc_exemptions(report), *_lines(report))
+    """All waivers: known violations, allowed NC, unreachable lines."""
+    return (*_known_violations(report), *_nc_exemptions(report), *_unreachable_lines(report))
 
 
 def split_owner(reason: str) -> tuple[str, str]:
-    """Reason and owner of `no crush prevention [safety team]`."""
-    match = _OWNED.fullmatch(reason)
+    """Split `no crush prevention [safety team]` into reason and owner."""
+    match = _REASON_WITH_OWNER.fullmatch(reason)
     return (match["reason"], match["owner"]) if match else (reason, "")
 
 
-def _xfails(report: Report) -> Iterator[Waiver]:
+def _known_violations(report: Report) -> Iterator[Waiver]:
     whole = bool(report.suites) and all(totals.is_whole(report, suite) for suite in report.suites)
     for name in sorted(report.known_violations.keys() | report.known_until.keys(), key=by_requirement):
         condition = report.known_when.get(name, "")
@@ -87,8 +87,8 @@ def _nc_exemptions(report: Report) -> Iterator[Waiver]:
         yield Waiver("may be NC", subject, *split_owner(exemption.reason), exemption.until, state)
 
 
-def _lines(report: Report) -> Iterator[Waiver]:
-    """Lines; one that ran although it is waived is an error of the session, so that all of them are needed."""
+def _unreachable_lines(report: Report) -> Iterator[Waiver]:
+    """Unreachable lines. All are needed, since a session reports an error for a waived line that is executed."""
     state: WaiverState = "needed" if report.code_under_test.measured else "not seen in this part"
     for waiver in totals.waivers(report):
         yield Waiver("unreachable line", f"{waiver.file}:{waiver.line}", *split_owner(waiver.reason), "", state)

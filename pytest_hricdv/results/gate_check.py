@@ -1,6 +1,6 @@
-"""Checks a report against gates and a baseline: what fails the session, and what improved.
+"""Checks a report against gates and a baseline, and lists what fails the session and what improved.
 
-Of the baseline, violations, errors, triggers and coverage are compared.
+Violations, errors, triggers and coverage are compared with the baseline.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from pytest_hricdv.results.model import GatePolicy, GateResult, Report
 from pytest_hricdv.results.section import shares
 
 NEW_CAUSE = "new cause"
-"""The subject of a difference between causes; its item is the id."""
+"""`Difference.what` for a cause that the baseline lacks; the item is the cause's id."""
 
 _PERCENT = ("statements", "branches")
 
 
 def compare(report: Report, baseline: Baseline, *, whole: bool) -> tuple[Difference, ...]:
-    """Compare a report with a baseline: differences for the worse first.
+    """Compare a report with a baseline; returns the differences for the worse first.
 
-    A violation is new where the test did not violate that requirement before, known or not. Code is compared by
-    percentage, since lines move; plans, bins and triggers by name. Of a part of the tests only failures are compared.
+    A violation is new if the test did not violate the requirement in the baseline, whether it is a known violation or
+    not. Code is compared by percentage, since lines move; plans, bins and triggers are compared by name.
 
     Args:
-        whole: all tests of the suites were selected.
+        whole: whether all tests of the suites were selected; if not, only failures are compared.
     """
     differences: list[Difference] = []
     for name, now in baseline_of(report).suites.items():
@@ -44,12 +44,16 @@ def compare(report: Report, baseline: Baseline, *, whole: bool) -> tuple[Differe
             )
         else:
             suite = _SuiteComparison(name, before, now)
-            differences += [*suite.new_causes(), *suite.new_failures(), *(suite.others() if whole else ())]
+            differences += [
+                *suite.new_causes(),
+                *suite.new_failures(),
+                *(suite.other_differences() if whole else ()),
+            ]
     return tuple(sorted(differences, key=lambda difference: not difference.worse))
 
 
 class _SuiteComparison:
-    """A suite's differences."""
+    """The differences of one suite."""
 
     def __init__(self, name: str, before: SuiteBaseline, now: SuiteBaseline) -> None:
         self.name, self.before, self.now = name, before, now
@@ -73,21 +77,23 @@ class _SuiteComparison:
             if new:
                 grown = f": grown from {len(old)} to {len(tests)} tests" if len(tests) > len(old) > 0 else ""
                 text = f"{requirement} is newly violated by {_list_names(new)}{grown}"
-                yield self._tests(f"{requirement} violated", old, tests, new, text, worse=True)
+                yield self._test_difference(f"{requirement} violated", old, tests, new, text, worse=True)
         new = sorted(set(self.now.broken) - set(self.before.broken))
         if new:
             text = f"newly in error or at fault: {_list_names(new)}"
-            yield self._tests("in error or at fault", self.before.broken, self.now.broken, new, text, worse=True)
+            yield self._test_difference(
+                "in error or at fault", self.before.broken, self.now.broken, new, text, worse=True
+            )
 
-    def others(self) -> Iterator[Difference]:
-        """The differences that need whole suites."""
+    def other_differences(self) -> Iterator[Difference]:
+        """The differences that only a complete suite shows."""
         yield from self._causes_gone()
         for requirement, tests in self.before.violations.items():
             still = self.now.violations.get(requirement, ())
             fixed = sorted(set(tests) - set(still))
             if fixed:
                 text = f"{requirement} is no longer violated by {_list_names(fixed)}"
-                yield self._tests(f"{requirement} violated", tests, still, fixed, text, worse=False)
+                yield self._test_difference(f"{requirement} violated", tests, still, fixed, text, worse=False)
         yield from self._triggers()
         for kind in _PERCENT:
             yield from self._percent(kind)
@@ -110,7 +116,7 @@ class _SuiteComparison:
         yield self._difference(kind, (then, shown), f"{kind} {shown}; {then} in the baseline", worse=worse)
 
     def _coverage_changes(self) -> Iterator[Difference]:
-        """Plans and bins that were lost or gained."""
+        """Plans and bins that were lost, then those that were gained."""
         before, now = _points(self.before), _points(self.now)
         for worse, word, some, others in ((True, "lost", before, now), (False, "gained", now, before)):
             for kind, points in some.items():
@@ -120,10 +126,10 @@ class _SuiteComparison:
                     text = f"{word} {kind}: {_list_names(missing)}"
                     yield self._difference(kind, counts, text, items=tuple(missing), worse=worse)
 
-    def _tests(
+    def _test_difference(
         self, kind: str, before: Sequence[str], now: Sequence[str], items: list[str], text: str, *, worse: bool
     ) -> Difference:
-        counts = (_tests(len(before)), _tests(len(now)))
+        counts = (_count_tests(len(before)), _count_tests(len(now)))
         return self._difference(kind, counts, text, items=tuple(items), worse=worse)
 
     def _difference(
@@ -134,7 +140,7 @@ class _SuiteComparison:
         return Difference(suite=self.name, what=kind, before=before, now=now, items=items, worse=worse, text=text)
 
 
-def _tests(count: int) -> str:
+def _count_tests(count: int) -> str:
     return f"{count} test{'s' * (count != 1)}"
 
 
@@ -158,25 +164,16 @@ def gates_of(
     fail_on_change: bool = False,
     fail_on_pending: bool = False,
 ) -> Gates:
-    """Gates with the policy and the exemptions that a report was made with.
+    """Gates from the policy and the exemptions in a report, and from further arguments.
 
     Args:
-        thresholds: in place of those of the policy for the same kinds.
-        fail_on_nc: likewise `fail_on_change` and `fail_on_pending`: beside the policy.
+        thresholds: replace those of the policy of the same kinds.
+        fail_on_nc: in addition to the policy, like `fail_on_change` and `fail_on_pending`.
         allowed: further requirements that need not be triggered.
 
     Raises:
-        ReportError: an exemption ends on a day that does not exist.
+        ReportError: an exemption has an invalid date.
     """
-    known_violations = {
-        name: Exemption(
-            name,
-            report.known_violations.get(name, "no longer known"),
-            _day(report.known_until.get(name, "")),
-            report.known_when.get(name, ""),
-        )
-        for name in ({} if report.strict else dict.fromkeys([*report.known_violations, *report.known_until]))
-    }
     allowed_untriggered = {
         name: Exemption(name, exemption.reason, _day(exemption.until), suites=exemption.suites)
         for name, exemption in report.allowed_untriggered.items()
@@ -189,14 +186,27 @@ def gates_of(
         (*named, *others),
         fail_on_nc or policy.fail_on_nc,
         allowed_untriggered,
-        known_violations,
+        _known_violations(report),
         fail_on_change or policy.fail_on_change,
         fail_on_pending or policy.fail_on_pending,
     )
 
 
+def _known_violations(report: Report) -> dict[str, Exemption]:
+    names = {} if report.strict else dict.fromkeys([*report.known_violations, *report.known_until])
+    return {
+        name: Exemption(
+            name,
+            report.known_violations.get(name, "no longer known"),
+            _day(report.known_until.get(name, "")),
+            report.known_when.get(name, ""),
+        )
+        for name in names
+    }
+
+
 def policy_of(gates: Gates) -> GatePolicy | None:
-    """The gates of a session, as its report keeps them; None if it has none: then it does not speak of them."""
+    """The gates of a session as they are kept in its report; None if there are none."""
     thresholds = {threshold.kind: threshold.percent for threshold in gates.thresholds}
     if not (thresholds or gates.fail_on_nc or gates.fail_on_change or gates.fail_on_pending):
         return None
@@ -218,21 +228,24 @@ def _day(text: str) -> datetime.date | None:
 def check_gates(
     report: Report, gates: Gates, baseline: Baseline | None, today: datetime.date, *, whole: bool
 ) -> GateResult:
-    """Check a report against gates, and compare it with a baseline where there is one.
+    """Check a report against gates, and compare it with a baseline if there is one.
 
     Args:
-        today: the day on which exemptions are checked.
-        whole: all tests of the suites were selected. For a part only thresholds of the command line, expired
-            exemptions of violations that occurred, new failures, and changes of behaviour are checked.
+        today: the day with which expiry dates are compared.
+        whole: whether all tests of the suites were selected. If not, only these are checked: thresholds of the command
+            line, expired exemptions of violations that occurred, new failures, and changes of behaviour.
     """
-    failed = [*_expiry_failures(report, gates, today, whole=whole), *_below(report, gates.thresholds, whole=whole)]
+    failed = [
+        *_expiry_failures(report, gates, today, whole=whole),
+        *_threshold_failures(report, gates.thresholds, whole=whole),
+    ]
     if whole and (gates.fail_on_nc or is_whole(report)):
         failed += _nc_failures(report, gates.allowed_untriggered, today)
     if gates.fail_on_pending:
-        failed += _check_pending(report)
+        failed += _pending_failures(report)
     if gates.fail_on_change and report.changes is not None:
         failed += _change_failures(report, report.changes)
-    improved = list(_check_exemptions(report, gates)) if whole else []
+    improved = list(_unneeded_exemptions(report, gates)) if whole else []
     differences = () if baseline is None else compare(report, baseline, whole=whole)
     failed += [difference.text for difference in differences if difference.worse]
     improved += [difference.text for difference in differences if not difference.worse]
@@ -240,20 +253,20 @@ def check_gates(
 
 
 def is_whole(report: Report) -> bool:
-    """Whether it is of suites as they are generated: no replays, no part, and no number of tests was asked for."""
+    """Whether a report is of complete suites: no replays, no selection, and no `--hri-tests`."""
     tests = {(test.suite, test.id) for test in report.tests}
     limited = any(option.startswith("--hri-tests=") for option in report.rerun_options.options)
-    complete = len(tests) == sum(suite.size for suite in report.suites) and not report.not_run
-    return bool(report.rerun_options.suite) and complete and not limited
+    is_complete = len(tests) == sum(suite.size for suite in report.suites) and not report.not_run
+    return bool(report.rerun_options.suite) and is_complete and not limited
 
 
-def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) -> Iterator[str]:
+def _threshold_failures(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) -> Iterator[str]:
     unmeasured = {share.kind for share in shares() if not share.is_measured(report)}
     for threshold in sorted(thresholds, key=lambda threshold: threshold_kinds().index(threshold.kind)):
         if not (threshold.named or whole):
             continue
         if not threshold.named and threshold.kind in unmeasured:
-            continue  # what a feature measures is measured where it was asked for, not in each run
+            continue  # a feature measures its figure only in sessions that ask for it
         for suite, percent in percentages(report, threshold.kind):
             if percent is None:
                 yield f"suite {suite}: {threshold.kind} unmeasured, at least {threshold.percent:g} % asked for"
@@ -283,7 +296,7 @@ def _nc_failures(report: Report, exemptions: Mapping[str, Exemption], today: dat
             yield f"{name} was not checked, which was accepted until {exemption.until} ({exemption.reason})"
 
 
-def _check_pending(report: Report) -> Iterator[str]:
+def _pending_failures(report: Report) -> Iterator[str]:
     for name in report.requirements:
         tests = [test for test in report.tests if name in test.requirements and test.requirements[name].pending]
         if tests:
@@ -306,18 +319,19 @@ def _nc_requirements(report: Report) -> list[str]:
     ]
 
 
-def _check_exemptions(report: Report, gates: Gates) -> Iterator[str]:
+def _unneeded_exemptions(report: Report, gates: Gates) -> Iterator[str]:
     """Exemptions that are no longer needed.
 
-    That a suite checks a requirement which was generated to check all of them is no sign that others do.
+    Suites that were generated to trigger each requirement do not count: other suites may still need the exemption.
     """
-    aimed = {name_aimed(report) for name_aimed in offers("records", "target_suite")}
-    untriggered, suites = _nc_requirements(report), {suite.name for suite in report.suites if suite.name not in aimed}
+    targeted = {target_suite(report) for target_suite in offers("records", "target_suite")}
+    untriggered = _nc_requirements(report)
+    suites = {suite.name for suite in report.suites if suite.name not in targeted}
     for name, exemption in gates.known_violations.items():
         if not _violations(report, name) and name not in untriggered and exemption.reason:
             yield f"{name} is a known violation, but no test violated it ({exemption.text})"
     for name, exemption in gates.allowed_untriggered.items():
-        checked = any(suite.requirements[name].triggers for suite in report.suites if suite.name not in aimed)
+        checked = any(suite.requirements[name].triggers for suite in report.suites if suite.name in suites)
         if checked and suites.issubset(exemption.suites or suites):
             yield f"{name} was checked, so its exemption can go (hri_allow_nc: {exemption.reason})"
 

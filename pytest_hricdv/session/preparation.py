@@ -1,4 +1,4 @@
-"""Prepares a session, checks its preconditions before the first test, and its gates before and after."""
+"""Prepares a session before its first test (suites, checks, header, journal), and checks gates before and after."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from pytest_hricdv.session.testbench_search import import_engine
 
 
 def fingerprint(collection: Collection, provenance: Provenance) -> dict[str, str]:
-    """The dependencies of a session's results: name -> value, or hash.
+    """Everything that a session's results depend on: name -> value or hash; `--hri-resume` compares it.
 
-    All files of the project count, as those that a testbench loads are known only when all tests have run.
+    It includes all files of the project, since the files that a testbench loads are known only after all tests.
     """
     code = {name: text[:16] for name, text in provenance.code.items()}
     suites = {
@@ -54,12 +54,12 @@ def fingerprint(collection: Collection, provenance: Provenance) -> dict[str, str
 
 
 def files_and_versions(root: Path) -> dict[str, str]:
-    """The sources below a folder, name -> hash, and what is installed, name -> version."""
+    """The hashes of the sources below a folder, and the versions of the installed packages, by name."""
     return hashes(root) | versions()
 
 
 def _options(options: Options) -> dict[str, str]:
-    """The options that results depend on, as far as suites do not tell."""
+    """The options that results depend on, except those that change a suite."""
     known_violations = (
         f"{name} when {exemption.condition}" if exemption.condition else name
         for name, exemption in options.known_violations.items()
@@ -78,11 +78,11 @@ def _options(options: Options) -> dict[str, str]:
     }
 
 
-_HEADER_OF_PYTEST = ("cachedir: ", "rootdir: ", "configfile: ", "testpaths: ", "plugins: ", "xdist: ")
+_PYTEST_HEADER = ("cachedir: ", "rootdir: ", "configfile: ", "testpaths: ", "plugins: ", "xdist: ")
 
 
 class Preparation:
-    """Generates the suites, exports them, and checks all that a session needs, in the order of the time it takes."""
+    """Hooks that generate and export the suites, and check what a session needs, the quick checks first."""
 
     def __init__(
         self, collection: Collection, context: RunContext, gate_check: GateCheck, aggregation: Aggregation
@@ -92,10 +92,10 @@ class Preparation:
         self.context = context
         self.options = collection.options
         self._gate_check = gate_check
-        self._has_own_header = False
+        self._replaces_header = False
 
     def pytest_report_header(self) -> list[str]:
-        """One line with the number of tests, for which the suites are generated; for replays also what has changed."""
+        """A line with the number of tests, which generates the suites; for replays, also what has changed since."""
         return [
             *(self._replay_header() if self.collection.replays else self._header()),
             *self.aggregation.journaling.notes,
@@ -117,7 +117,7 @@ class Preparation:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
-        """Checks testbench, files and report folder before any test runs; exports the suites."""
+        """Check testbench, files and report folder before any test runs; export the suites."""
         self._gate_check.check({requirement.id for requirement in self.context.requirements})
         _ = self.context.exemption_conditions
         _ = self.context.code
@@ -140,34 +140,34 @@ class Preparation:
             self._begin_journal()
 
     def _shorten_header(self) -> None:
-        """Leave pytest's own header to `-v`: what is left of it is written by `_write_header`."""
+        """Switch off pytest's own header unless `-v` is given; `_write_header` writes the lines of plugins."""
         if not self.collection.config.pluginmanager.hasplugin("terminalreporter"):
             return
         option = self.collection.config.option
-        self._has_own_header = self.collection.config.get_verbosity() == 0 and not option.no_header
-        option.no_header |= self._has_own_header
+        self._replaces_header = self.collection.config.get_verbosity() == 0 and not option.no_header
+        option.no_header |= self._replaces_header
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection(self) -> None:
-        """Say what is run."""
+        """Write the header."""
         self._write_header()
 
     @pytest.hookimpl(tryfirst=True, optionalhook=True)
     def pytest_xdist_setupnodes(self) -> None:
-        """Say what is run before xdist begins its line of workers, which it continues with later."""
+        """Write the header before xdist begins its line of workers, which it completes later."""
         self._write_header()
 
     def _write_header(self) -> None:
-        """Write the lines of plugins, without those of pytest, once."""
+        """Write the header lines of plugins, without pytest's own, once."""
         config = self.collection.config
         reporter = config.pluginmanager.get_plugin("terminalreporter")
-        if reporter is None or not self._has_own_header:
+        if reporter is None or not self._replaces_header:
             return
-        self._has_own_header = False
-        said = config.hook.pytest_report_header(config=config, start_path=config.invocation_params.dir)
-        for lines in reversed(said):
+        self._replaces_header = False
+        headers = config.hook.pytest_report_header(config=config, start_path=config.invocation_params.dir)
+        for lines in reversed(headers):
             for line in [lines] if isinstance(lines, str) else lines:
-                if not line.startswith(_HEADER_OF_PYTEST):
+                if not line.startswith(_PYTEST_HEADER):
                     reporter.write_line(line)
 
     def _begin_journal(self) -> None:
@@ -181,7 +181,7 @@ class Preparation:
             manager.register(ResultRestorer(self.collection, journaling.resumed.results), "hricdv-restoring")
 
     def _check_replays(self) -> None:
-        """Refuse replay files of other code or versions, unless --hri-replay-force is given."""
+        """Refuse replay files from other code or versions unless --hri-replay-force is given."""
         notes = [self.context.provenance.note(file) for file in self.collection.replays.values()]
         changed = [note for note in notes if note]
         if changed and not self.options.replay_force:
@@ -209,10 +209,10 @@ class GateCheck:
         self._collection = collection
 
     def check(self, requirements: Set[str]) -> None:
-        """Find faults before any test runs.
+        """Check exemptions and baseline before any test runs.
 
         Raises:
-            pytest.UsageError: an exemption for a requirement that does not exist, or a baseline that cannot be read.
+            pytest.UsageError: an exemption names no requirement, or the baseline cannot be read.
         """
         allowed = {"known violation of": {*self.options.known_violations, *self.options.gates.known_violations}}
         allowed["NC is allowed for"] = set(self.options.gates.allowed_untriggered)
@@ -224,10 +224,10 @@ class GateCheck:
         _ = self._baseline
 
     def check_suites(self) -> None:
-        """Find, once the suites are generated, that the baseline is of others. Replayed tests may be of any suite.
+        """Check that the baseline is of the generated suites; replayed tests may be of any suite.
 
         Raises:
-            pytest.UsageError: the baseline has none of the suites, or one of another seed.
+            pytest.UsageError: the baseline has none of the suites, or one with another seed.
         """
         if self._baseline is None or self.options.update_baseline or self._collection.replays:
             return
@@ -238,12 +238,12 @@ class GateCheck:
             raise usage_error(f"--hri-baseline: {error}") from None
 
     def compare(self, report: Report, *, whole: bool) -> Report:
-        """The report, with how its tests behave compared with the baseline, unless this is written anew.
+        """Add the changes of behaviour since the baseline to a report, unless the baseline is being updated.
 
-        Without a baseline they are compared with those of the session before, whose report is kept.
+        Without a baseline, tests are compared with the previous session, whose report is kept.
 
         Args:
-            whole: all tests of the suites were selected.
+            whole: whether all tests of the suites were selected.
         """
         if self.options.update_baseline:
             return report
@@ -264,10 +264,10 @@ class GateCheck:
             raise usage_error(f"--hri-baseline: {error}") from None
 
     def judge(self, report: Report, *, whole: bool) -> GateResult:
-        """Check the report of a completed session against gates and baseline; write the baseline if asked to.
+        """Check the report of a completed session against gates and baseline, or update the baseline.
 
         Args:
-            whole: all tests of the suites were selected.
+            whole: whether all tests of the suites were selected.
         """
         options = self.options
         if not options.update_baseline:
@@ -277,7 +277,7 @@ class GateCheck:
         return structs.replace(checked, failed=(*checked.failed, problem)) if problem else checked
 
     def _update(self, report: Report, *, whole: bool) -> str:
-        """Write the baseline; returns why it was not written, or an empty text."""
+        """Write the baseline. Returns why it was not written; empty if it was."""
         path = self.options.baseline
         assert path is not None, "read_options sees to it"
         if not whole or report.not_run:

@@ -1,9 +1,8 @@
-"""Experience: how interactions ended in all runs, and how often each disturbance was tried where.
+"""Experience of the closing loop from all runs: how interactions ended, and which disturbances were tried where.
 
-A missing condition is what an effect lacks to become another one.
-
-Where texts of one length differ, as patterns of sensors do, each differing character is a condition of its own; what
-else differs may be a consequence of a pattern. Only where no character differs, the effect as a whole is the condition.
+An *effect* is a tuple of outcomes, each a tuple of texts. `find_missing` compares an effect with a wanted one. If two
+texts have the same length, such as `1101` and `1001` for four sensors, each differing character is a missing condition;
+other differences may be consequences of these. If no characters differ, the effect as a whole is the condition.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from pytest_hricdv.generate.abstract import AbstractTest, disturbance_of
 
 
 class CharacterCondition(NamedTuple):
-    """A character that is to be there: in which text of the effect, of which length, where in the text, and which."""
+    """A wanted character: index and length of its text in the effect, its index in this text, and the character."""
 
     text: int
     size: int
@@ -31,7 +30,7 @@ class CharacterCondition(NamedTuple):
 
 
 class EffectCondition(NamedTuple):
-    """An effect that is to be there instead of the present one."""
+    """An effect that is wanted in place of the present one."""
 
     present: Effect
     wanted: Effect
@@ -41,7 +40,7 @@ MissingCondition = CharacterCondition | EffectCondition
 
 
 def find_missing(effect: Effect, wanted: Effect) -> tuple[MissingCondition, ...]:
-    """The conditions that an effect lacks to be the wanted one."""
+    """The conditions that an effect misses, compared with the wanted one."""
     characters = tuple(
         CharacterCondition(number, len(text), place, right)
         for number, (text, other) in enumerate(zip(chain(*effect), chain(*wanted), strict=False))
@@ -53,22 +52,21 @@ def find_missing(effect: Effect, wanted: Effect) -> tuple[MissingCondition, ...]
 
 
 def is_met(effect: Effect, condition: MissingCondition) -> bool:
-    """Whether an effect meets a condition that another one misses."""
+    """Whether an effect meets a condition."""
     if isinstance(condition, EffectCondition):
         return effect == condition.wanted
     return character(effect, condition) == condition.wanted
 
 
 def is_missing(effect: Effect, condition: MissingCondition) -> bool:
-    """Whether an effect misses a condition. One that has nothing comparable neither meets nor misses it."""
+    """Whether an effect misses a condition. An effect that cannot be compared neither meets nor misses it."""
     if isinstance(condition, EffectCondition):
         return effect == condition.present
     return character(effect, condition) not in ("", condition.wanted)
 
 
 def effect_distance(effect: Effect, other: Effect) -> float:
-    """The distance of two effects: 1 for each different text, or for texts of equal length, such as patterns of
-    sensors, the share of different characters."""
+    """The sum of the distances of their texts: for texts of equal length the share of different characters, else 1."""
     return sum(_text_distance(left, right) for left, right in zip(chain(*effect), chain(*other), strict=False))
 
 
@@ -79,32 +77,32 @@ def _text_distance(left: str, right: str) -> float:
 
 
 def character(effect: Effect, condition: CharacterCondition) -> str:
-    """The character that is there; empty if the text is of another length."""
+    """The character of the effect at the condition's index; empty if the text has another length."""
     texts = tuple(chain(*effect))
     is_alike = condition.text < len(texts) and len(texts[condition.text]) == condition.size
     return texts[condition.text][condition.place] if is_alike else ""
 
 
 def is_changed(before: Effect, after: Effect, condition: CharacterCondition) -> bool:
-    """Whether the character is another one, in a text of the same length."""
+    """Whether the condition's character differs between two effects whose text has the same length."""
     return character(after, condition) not in ("", character(before, condition))
 
 
 def are_comparable(effect: Effect, other: Effect) -> bool:
-    """Whether effects are of the same cross products."""
+    """Whether two effects have outcomes of the same cross products."""
     return [outcome[0] for outcome in effect] == [outcome[0] for outcome in other]
 
 
 AT_THE_START: Outcome = ("the start of a run",)
-"""Stands for a nominal outcome: a disturbance there may have an effect that it has nowhere else."""
+"""Replaces the nominal outcome before the first command, where a disturbance may have effects of its own."""
 
 
 class Experience:
-    """Learns from an archive, each run once.
+    """Statistics of an archive of runs.
 
     Args:
         pool: of abstract tests.
-        run_values: what the parameters of the run as a whole are in a test.
+        run_values: returns the run parameters of a test.
     """
 
     def __init__(self, pool: Pool, run_values: Callable[[AbstractTest], Mapping[str, float]] = lambda test: {}) -> None:
@@ -114,14 +112,14 @@ class Experience:
         self.models: Mapping[str, OutcomeModel] = {name: OutcomeModel(sizes.get(name, 0)) for name in pool.planned}
         """Cross product -> the model of its interactions."""
         self.tries: Counter[tuple[str, Outcome | None]] = Counter()
-        """Number of tries of a single disturbance in interactions with a nominal outcome, or with none known; before
-        the first command, this is `AT_THE_START`."""
+        """(disturbance, nominal outcome of the interaction or None) -> number of tries as its only disturbance.
+        The outcome is `AT_THE_START` before the first command."""
         self.tries_at: Counter[tuple[str, Outcome | None, int]] = Counter()
-        """Number of such tries after a number of commands of the interaction, or of a test without any."""
+        """The same, by the number of commands before the disturbance: of the interaction, or of a test without any."""
         self._learned = 0
 
     def learn(self, archive: Archive) -> None:
-        """Learn from the runs that came since the last time."""
+        """Learn from the runs that were added since the last call."""
         for entry in archive.entries[self._learned :]:
             test, hits = entry.test, entry.observation.hits
             run_values = tuple(sorted(self._run_values(test).items()))
@@ -133,7 +131,7 @@ class Experience:
                     for interaction in interactions
                 )
                 for interaction in interactions:
-                    if len(interaction.combination) == 1:  # of several, one may mask what another one does
+                    if len(interaction.combination) == 1:  # one of several may mask the effect of another
                         [intervention] = interaction.combination
                         nominal = self.nominal(PlannedInteraction(product, interaction.planned))
                         self._count(intervention.name, nominal, intervention.place)
@@ -148,7 +146,7 @@ class Experience:
         self.tries_at[name, where, place] += 1
 
     def _target_outcomes(self, entry: ArchivedRun, product: str) -> dict[Bin, tuple[Outcome, ...]]:
-        """Planned coordinates -> the outcomes that a run was to have there."""
+        """Planned coordinates -> the outcomes that the run was aimed at."""
         size = self.models[product].coordinates
         wanted: dict[Bin, tuple[Outcome, ...]] = {}
         for kind, *names in entry.targets:
@@ -158,14 +156,14 @@ class Experience:
         return wanted
 
     def nominal(self, interaction: PlannedInteraction) -> Outcome | None:
-        """The outcome that an interaction most often has without disturbances, by its own cross product."""
+        """The most frequent outcome without disturbances, of the interaction's own cross product; None if unknown."""
         effect = self.models[interaction.product].nominal(interaction.planned) or ()
         return next((outcome for outcome in effect if outcome[0] == interaction.product), None)
 
     def open_outcomes(self, archive: Archive) -> dict[PlannedInteraction, dict[Outcome, Point]]:
-        """The outcomes wanted of interactions: interaction -> outcome -> open bin.
+        """The open outcomes: interaction -> outcome -> open bin.
 
-        A bin that no test plans may be reached by the interactions whose effects were nearest to it.
+        A bin that no test plans is listed for the interactions whose effects were nearest to it.
         """
         wanted: dict[PlannedInteraction, dict[Outcome, Point]] = {}
         for point in archive.open:
@@ -175,9 +173,9 @@ class Experience:
         return wanted
 
     def count_open(self, archive: Archive) -> Counter[tuple[Effect | None, Outcome]]:
-        """A nominal effect, and an outcome that no combination has led to from there -> how many bins of it are open.
+        """(nominal effect, outcome that no combination has changed it to) -> number of open bins.
 
-        What leads to one of them will probably lead to all.
+        A combination that reaches one of these bins will probably reach the others.
         """
         counts = Counter(
             (self.models[interaction.product].nominal(interaction.planned), outcome)
@@ -193,7 +191,7 @@ class Experience:
         return counts
 
     def has_unplanned_bins(self, archive: Archive) -> bool:
-        """Whether a bin is open to which no known interaction may lead."""
+        """Whether there is an open bin that no known interaction is likely to reach."""
         return any(point[0] == "bin" and not self._sources_of(point) for point in archive.open)
 
     def _sources_of(self, point: Point) -> list[tuple[PlannedInteraction, Outcome]]:

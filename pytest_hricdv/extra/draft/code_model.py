@@ -1,6 +1,6 @@
-"""What a draft knows of the code under test, as plain data, each item with its location in the source.
+"""The code under test as a draft sees it: messages, state machines, ports, entry, as plain data with source locations.
 
-What the code leaves open is a `Question`, and what keeps it from running as it is a `Problem`: sentences for people.
+A `Question` asks what the code does not tell. A `Problem` keeps the code from running unchanged.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from pytest_hricdv.extra.draft.ros_model import CodeLine as CodeLine
 from pytest_hricdv.extra.draft.ros_model import RosNodes
 
 Direction = Literal["published", "received", "both"]
-"""Seen from the code."""
+"""The direction of a message, as seen from the code."""
 
 Imports = tuple[tuple[str, str], ...]
 """Names that a piece of source text needs, each as (module, name)."""
 
 OWN_MODULE = "drafted_messages"
-"""The module of a draft with the messages for which the code has no class."""
+"""The module of a draft for messages without a class in the code."""
 
 
 SCRIPT = "__main__"
-"""The name of an entry that is a program: see `Script` of `pytest_hricdv.draft`."""
+"""The name of an entry that is a program (`pytest_hricdv.draft.Script`)."""
 
 
 @dataclass(frozen=True)
 class FieldValue:
-    """A text that a field can have; `is_observed` where a recording has it, and not the code."""
+    """A text that a field can have; `is_observed` if only a recording has it, not the code."""
 
     text: str
     location: CodeLine
@@ -40,18 +40,18 @@ class MessageField:
 
     Args:
         name: of the field; a path (`linear.x`) within messages of ROS 2.
-        type: as the source writes it, such as `tuple[float, ...]`; empty if it does not.
-        kind: what requirements see of it: "bool", "float" (also for int), "str"; empty if they cannot compare it.
+        type: its annotation in the source, such as `tuple[float, ...]`; empty without one.
+        kind: its type in requirements: "bool", "float" (also for int), "str"; empty if they cannot compare it.
         location: of its declaration.
         values: the texts that it can have, in the order of the source; empty if they are not known.
-        unit: by its name (`level_ml`: "ml"); empty if the name has none.
-        default: the source text of its default; empty if there is none.
-        by_type: whether its type alone says which values it has (Literal, Enum): a testbench need not declare them.
+        unit: the unit in its name (`level_ml`: "ml"); empty if the name has none.
+        default: the source text of its default; empty without one.
+        by_type: whether its type lists its values (Literal, Enum), so that a testbench need not declare them.
         compared: numbers that the code compares it with.
-        is_partial: whether the code also makes it of texts that are not known: `values` are some of them.
-        neutral: source text of a neutral value of its type; empty where nothing is known of the type.
+        is_partial: whether there are other texts than `values`, which the code computes.
+        neutral: source text of a neutral value of its type; empty if the type is unknown.
         imports: names that the neutral value needs.
-        observed: the least and the greatest number of a recording; empty without one.
+        observed: the least and the greatest number in a recording; empty without one.
     """
 
     name: str
@@ -76,16 +76,16 @@ class Message:
     Args:
         name: of its class.
         topic: as requirements call it (`leg_ready`).
-        module: dotted name of the module that has the class; of ROS 2, the type, such as `std_msgs/msg/Bool`.
+        module: dotted name of the class's module; in ROS 2 the type, such as `std_msgs/msg/Bool`.
         direction: published, received, or both.
-        fields: in their order.
+        fields: in the order of the source.
         location: of the definition.
-        uses: where it is published or received.
-        form: "dataclass", "namedtuple", "typeddict", "model" (pydantic, attrs, msgspec), "enum"; of ROS 2 "topic",
-            "service", "action"; "call" of what gets to the code as a call, and "item" of what the draft converts.
+        uses: the places where it is published or received.
+        form: "dataclass", "namedtuple", "typeddict", "model" (pydantic, attrs, msgspec), "enum"; in ROS 2 "topic",
+            "service", "action"; "call" if the code receives it as a call, "item" if the draft converts it.
         channel: the queue that carries it, its name in ROS 2, or the function of a call; empty for a bus of classes.
-        delivery: source text of how it gets to the code, of a call; of an item, of the function that converts it.
-        delivery_imports: names that it needs.
+        delivery: source text that makes the call, or that converts the item.
+        delivery_imports: names that `delivery` needs.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Message:
 
 @dataclass(frozen=True)
 class State:
-    """A state of a state machine, by the text under which the code tells it."""
+    """A state of a state machine, by the text that the code uses for it."""
 
     name: str
     location: CodeLine
@@ -113,7 +113,7 @@ class State:
 
 @dataclass(frozen=True)
 class Transition:
-    """A transition from one state to the next; `event` is the code's name for the cause, which may be empty."""
+    """A transition between states; `event` is its name in the code, which may be empty."""
 
     source: str
     target: str
@@ -127,10 +127,10 @@ class StateMachine:
 
     Args:
         name: of its class or table.
-        kind: the library (`transitions`, `python-statemachine`), "table", "attribute" (no transitions are declared), or
-            "observed" (nor are its states: there may be others).
-        field: the field of a message in which the code publishes its state, `state.name`; empty if it has none.
-        held_in: the attribute that holds the state, `Class.attribute`; empty if none is known.
+        kind: the library (`transitions`, `python-statemachine`), "table", "attribute" (it declares no transitions), or
+            "observed" (neither transitions nor states: there may be others).
+        field: the message field with which the code publishes its state, such as `state.name`; empty without one.
+        held_in: the attribute with the state, `Class.attribute`; empty if unknown.
     """
 
     name: str
@@ -144,7 +144,7 @@ class StateMachine:
 
 @dataclass(frozen=True)
 class Wait:
-    """A call that waits, as the source writes it; `seconds` is how long at most, where a constant says so."""
+    """A call that waits, as source text; `seconds` is its timeout, if that is a constant."""
 
     call: str
     location: CodeLine
@@ -164,9 +164,9 @@ class CodeConstant:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number, text or switch that can be set from outside: of the entry, of its settings, of a ROS 2 node.
+    """A number, text or bool that is set from outside: a parameter of the entry, its settings, or a ROS 2 node.
 
-    `owner` is the class or function whose parameter it is; `default` is the source text, empty if there is none.
+    `owner` is the class or function that has the parameter; `default` is source text, empty without one.
     """
 
     name: str
@@ -185,14 +185,14 @@ class Operation:
         name: of the method or attribute; `__call__` where the port itself is called.
         is_method: False for an attribute.
         location: in the class of the port, or where the code uses it.
-        returns: source text of the annotation; empty if there is none.
-        neutral: source text of a neutral value of this type; empty where nothing is known of it.
+        returns: source text of the annotation; empty without one.
+        neutral: source text of a neutral value of this type; empty if the type is unknown.
         imports: names that the neutral value needs.
         is_async: whether it is awaited.
         is_set: whether the attribute is set.
         arguments: number of positional arguments of a method.
-        is_registration: whether the code passes one of its functions to it, or sets it to one.
-        result: what it returns, where this is a truth, a number or one of a few texts; None if it is not known.
+        is_registration: whether the code passes a callback to it, or sets it to one.
+        result: its result, if that is a bool, a number or one of a few texts; None if unknown.
     """
 
     name: str
@@ -215,15 +215,15 @@ class Port:
     Args:
         role: "bus", "clock", "publish" (a function that is called with each message), "queue", "connection" (a
             socket or stream that the code makes), "program" (a function that starts one; `annotation` is its dotted
-            name), "parameter" (a number or text), "settings" (an object of numbers and
-            texts), "device" (hardware, or whatever else the code gets).
-        annotation: source text; empty if there is none.
-        default: source text; empty if there is none.
-        direction: of a queue: received or published; empty if it is not known.
-        is_keyword: whether it can be passed by name only.
-        neutral: source text of a neutral value of its type, where the type says one.
+            name), "parameter" (a number or text), "settings" (an object of numbers and texts), "device" (hardware, or
+            anything else).
+        annotation: source text; empty without one.
+        default: source text; empty without one.
+        direction: of a queue: received or published; empty if unknown.
+        is_keyword: whether it is keyword-only.
+        neutral: source text of a neutral value of its type; empty if the type is unknown.
         imports: names that the neutral value needs.
-        made_from: of an object that the code makes itself, what it is made from, as "package.module:mqtt.Client".
+        made_from: the class of an object that the code makes itself, as "package.module:mqtt.Client".
     """
 
     name: str
@@ -249,8 +249,8 @@ class Entry:
         is_async: whether it is a coroutine.
         ports: parameters of the function or constructor.
         method_ports: parameters of the method.
-        is_certain: whether it was named, or is the only candidate.
-        period_s: the method is called again and again, with this period; 0: once.
+        is_certain: whether the user named it, or it is the only candidate.
+        period_s: the period with which the method is called (s); 0 if it is called once.
     """
 
     module: str
@@ -265,7 +265,7 @@ class Entry:
 
     @property
     def is_class(self) -> bool:
-        """Whether an instance is made, whose method is called, or which its bus calls back."""
+        """Whether it is a class, whose method is called, or whose instance gets callbacks from the bus."""
         return bool(self.method) or self.name[:1].isupper()
 
 
@@ -296,20 +296,20 @@ class CodeModel:
     """A model of the code under test.
 
     Args:
-        package: its name, as it was asked for.
+        package: its name, as the user gave it.
         root: absolute path of the folder from which its modules can be imported.
         modules: names of the top-level modules and packages under test.
-        messages: published and received.
-        machines: state machines; the one whose state the code publishes first.
+        messages: published and received messages.
+        machines: state machines; one whose state the code publishes comes first.
         virtual: "time", "threading", "asyncio": for `VirtualTime.apis`.
         constants: numbers with units.
-        parameters: what can be set.
-        entry: what to call; None where nothing was found.
-        questions: what the code leaves open.
-        problems: what keeps it from running as it is.
+        parameters: numbers, texts and bools that can be set from outside.
+        entry: the function or class to call; None if there is none.
+        questions: what the code does not tell.
+        problems: what keeps the code from running unchanged.
         ros: nodes of ROS 2, with their topics, services and actions.
-        roots: other folders from which its modules can be imported, of several packages.
-        inner: objects that the code makes itself, and that a stand-in replaces.
+        roots: folders of further packages, from which their modules can be imported.
+        inner: objects that the code makes itself and that stand-ins replace.
     """
 
     package: str

@@ -177,7 +177,7 @@ def _json_texts(part: MessageField, functions: Sequence[Scope], contents: Conten
     found: dict[str, FieldValue] = {}
     for function in functions:
         assert not isinstance(function.node, ast.ClassDef)
-        for _, argument in contents.kinds(function, parameter_names(function.node)[-1]):
+        for _, argument in contents.variants(function, parameter_names(function.node)[-1]):
             for sample in _samples(argument.fields) if "json.dumps(" in argument.source else ():
                 names = {"json": json, "SimpleNamespace": SimpleNamespace, "Neutral": lambda: None}
                 made = eval(argument.source, names, {"m": SimpleNamespace(**sample)})  # of this tool's own making

@@ -1,4 +1,7 @@
-"""Expressions of a map: a number computed from fields of a message, such as `hypot(speed.x, speed.y)`."""
+"""Arithmetic expressions over the fields of a logged message, such as `hypot(speed.x, speed.y)`.
+
+They are used in the map of a log (`log_map.LogMap`), which says how its messages become those of a testbench.
+"""
 
 from __future__ import annotations
 
@@ -21,19 +24,19 @@ _OPERATORS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
     ast.Div: lambda a, b: a / b,
 }
 MAX_CHARACTERS = 1000
-"""Length limit, which also limits the depth of nested nodes."""
+"""Greatest length of an expression, which also limits its depth."""
 
 _Part = Callable[[Mapping[str, float]], float]
 
 
 @dataclass(frozen=True)
 class Expression:
-    """An expression.
+    """A parsed expression.
 
     Args:
-        text: as written.
-        names: of the fields in it, with dots.
-        problem: why it cannot be used; empty if it can.
+        text: the source.
+        names: the fields that it reads, as dotted paths.
+        problem: the syntax error; empty if it is valid.
     """
 
     text: str
@@ -42,12 +45,12 @@ class Expression:
     _compute: _Part
 
     def problems(self, name: str) -> Iterator[str]:
-        """Its problem, for the name that gets its value."""
+        """The message about its problem, if it has one, under the name of the signal or field that it computes."""
         if self.problem:
             yield f"{name}: expression {quote(self.text)}: {self.problem}"
 
     def value(self, name: str, fields: Mapping[str, Value]) -> float:
-        """Its value. Raises InputError if a field is not a number, or the value is not."""
+        """Its value for the fields of a message. Raises InputError if a field or the value is not a number."""
         numbers = {}
         for path in self.names:
             number = fields.get(path)
@@ -67,7 +70,7 @@ class Expression:
 
 @cache
 def parse_expression(text: str) -> Expression:
-    """The expression of a text, or its problem; nothing in the text is run as code."""
+    """Parse an expression, without raising and without executing anything in it."""
     names: dict[str, None] = {}
     problem, part = "", _constant(math.nan)
     try:

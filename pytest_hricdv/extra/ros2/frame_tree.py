@@ -1,6 +1,6 @@
-"""The frame tree of tf2: the transforms stored of each frame over time, and the paths between frames.
+"""The frame tree of tf2: the transforms of each frame over time, and lookups along the tree.
 
-Messages of errors are those of tf2's `BufferCore`. Times are in nanoseconds; 0 means the latest.
+Error messages are those of tf2's `BufferCore`. Times are in nanoseconds; 0 means the latest.
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ from pytest_hricdv.extra.ros2.transforms import (
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
-_DEEPEST = 1000
-"""As `MAX_GRAPH_DEPTH` of tf2: a longer chain of frames is a loop."""
+_MAX_DEPTH = 1000
+"""tf2's `MAX_GRAPH_DEPTH`: a longer chain of frames is a loop."""
 
 
 class TransformException(Exception):  # noqa: N818 (the names are tf2's)
-    """As of tf2."""
+    """tf2's base class of errors."""
 
 
 class ConnectivityException(TransformException):
-    """As of tf2: two frames are in trees that are not connected."""
+    """tf2: the frames are in trees that are not connected."""
 
 
 class LookupException(TransformException):
-    """As of tf2: there is no such frame."""
+    """tf2: there is no such frame."""
 
 
 class ExtrapolationException(TransformException):
-    """As of tf2: no data for this time."""
+    """tf2: there is no data for this time."""
 
 
 class InvalidArgumentException(TransformException):
-    """As of tf2."""
+    """tf2: the name of a frame is invalid."""
 
 
 class TimeoutException(TransformException):
-    """As of tf2."""
+    """tf2: no transform arrived in time."""
 
 
 EXCEPTIONS = (
@@ -57,31 +57,31 @@ EXCEPTIONS = (
 
 
 class FrameTree:
-    """Frames by name, each with its parent and the transforms to it.
+    """Frames by name, each with the transforms to its parent.
 
     Args:
-        keeps_ns: how long transforms are kept.
+        keeps_ns: how long transforms are kept (ns).
     """
 
     def __init__(self, keeps_ns: int) -> None:
         self._keeps_ns = keeps_ns
         self._frames: dict[str, StaticFrame | MovingFrame | None] = {}
-        """Name -> its transforms, None of a root; in the order in which they were first named."""
+        """Name -> its transforms, None for a root; in the order in which the names first occurred."""
         self._authorities: dict[str, str] = {}
 
     @property
     def names(self) -> list[str]:
-        """The names of all frames, in the order in which they were first named."""
+        """The names of all frames, in the order in which they first occurred."""
         return list(self._frames)
 
     def clear(self) -> None:
-        """Forget all transforms but static ones; names of frames stay."""
+        """Remove all transforms but static ones; the names of frames remain."""
         for frame in self._frames.values():
             if frame is not None:
                 frame.clear()
 
     def insert(self, child: str, stored: StampedTransform, authority: str, *, is_static: bool) -> bool:
-        """Add a transform of a frame; False if it is older than what is kept."""
+        """Add a transform of a frame. Returns False if it is too old to be kept."""
         frame = self._frames.get(child)
         if frame is None or frame.is_static != is_static:
             frame = self._frames[child] = StaticFrame() if is_static else MovingFrame(self._keeps_ns)
@@ -91,21 +91,21 @@ class FrameTree:
         self._authorities[child] = authority
         return True
 
-    def connects(self, target: str, source: str, time_ns: int) -> tuple[int, str]:
-        """Whether there is a transform, as 0 or 1; and why not."""
+    def can_transform(self, target: str, source: str, time_ns: int) -> tuple[int, str]:
+        """Whether there is a transform, as 1 or 0, and the reason if not."""
         try:
             self._walk(target, source, time_ns)
         except TransformException as error:
             return 0, str(error)
         return 1, ""
 
-    def invalid(self, frame: str, where: str) -> str:
-        """The fault of a passed frame name; empty without one."""
+    def name_problem(self, frame: str, where: str) -> str:
+        """The message about a wrong frame name; empty if there is such a frame."""
         rationale = _name_fault(frame) or ("" if frame in self._frames else "frame does not exist")
         return f'Invalid frame ID "{frame}" passed to {where} - {rationale}' if rationale else ""
 
     def require(self, frame: str, where: str) -> None:
-        """Raises InvalidArgumentException or LookupException if there is no frame of this name."""
+        """Check that there is such a frame. Raises InvalidArgumentException or LookupException."""
         if rationale := _name_fault(frame):
             raise InvalidArgumentException(f'Invalid argument "{frame}" passed to {where} - {rationale}')
         if frame not in self._frames:
@@ -128,28 +128,15 @@ class FrameTree:
         return self._walk(target, source, time_ns)
 
     def _walk(self, target: str, source: str, time_ns: int) -> tuple[Transform, int]:
-        """The transform along the tree, and its time. Raises as `lookup`."""
+        """The transform along the tree, and its time. Raises the same errors as `lookup`."""
         if target == source:
             return Transform(), time_ns
         if time_ns == 0:
             time_ns = self.common_ns(target, source)
         ending = f", when looking up transform from frame [{source}] to frame [{target}]"
-        up: dict[str, Transform] = {source: Transform()}
-        missing: NoTransformError | None = None
-        frame, so_far, depth = source, Transform(), 0
-        while (history := self._frames[frame]) is not None:
-            try:
-                stored = history.at(time_ns)
-            except NoTransformError as error:
-                missing = error  # the target may still be below
-                break
-            if frame == target:
-                break
-            so_far, frame = stored.after(so_far), stored.parent
-            up[frame], depth = so_far, depth + 1
-            self._check_depth(depth)
-            if frame == target:
-                return so_far, time_ns
+        up, missing = self._climb(source, target, time_ns)
+        if target in up:
+            return up[target], time_ns
         frame, down, depth = target, Transform(), 0
         while frame not in up and (history := self._frames[frame]) is not None:
             try:
@@ -164,8 +151,22 @@ class FrameTree:
             raise ExtrapolationException(f"{missing}{ending}")
         raise ConnectivityException(_no_connection_text(source, target))
 
+    def _climb(self, source: str, target: str, time_ns: int) -> tuple[dict[str, Transform], NoTransformError | None]:
+        """The transforms from the source to the frames above it, up to the target; and the error that ended this."""
+        up = {source: Transform()}
+        frame, depth = source, 0
+        while frame != target and (history := self._frames[frame]) is not None:
+            try:
+                stored = history.at(time_ns)
+            except NoTransformError as error:
+                return up, error  # the target may still be below one of these frames
+            up[stored.parent] = stored.after(up[frame])
+            frame, depth = stored.parent, depth + 1
+            self._check_depth(depth)
+        return up, None
+
     def _check_depth(self, depth: int) -> None:
-        if depth > _DEEPEST:
+        if depth > _MAX_DEPTH:
             raise LookupException(
                 f"The tf tree is invalid because it contains a loop.\n{self.all_frames_as_string()}\n"
             )
@@ -190,7 +191,7 @@ class FrameTree:
 
     def _latest_upwards(self, frame: str, end: str) -> Iterator[tuple[str, int]]:
         """The parents of a frame up to `end` or the root, each with the latest time of the transform to it (ns)."""
-        for depth in range(_DEEPEST + 2):
+        for depth in range(_MAX_DEPTH + 2):
             self._check_depth(depth)
             history = self._frames[frame]
             if history is None or not history.parent:
@@ -202,12 +203,12 @@ class FrameTree:
                 return
 
     def all_frames_as_string(self) -> str:
-        """A sentence for each frame that has a parent."""
+        """A line for each frame that has a parent."""
         parents = [(name, frame.parent) for name, frame in self._frames.items() if frame is not None]
         return "".join(f"Frame {name} exists with parent {parent or 'NO_PARENT'}.\n" for name, parent in parents)
 
     def all_frames_as_yaml(self) -> str:
-        """The frames that have a parent, with how often and how lately they came."""
+        """The frames that have a parent, with rate and times of their transforms, as YAML."""
         text = "" if self._frames else "[]"
         for name, frame in self._frames.items():
             if frame is None or not frame.parent:
@@ -238,5 +239,5 @@ def _no_connection_text(source: str, target: str) -> str:
 
 
 def _earliest(times_ns: Iterable[int]) -> int:
-    """The earliest, but of what is static; 0 if all is."""
+    """The earliest time, without those of static transforms (0); 0 if all are static."""
     return min((time_ns for time_ns in times_ns if time_ns), default=0)

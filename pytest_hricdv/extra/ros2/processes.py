@@ -1,6 +1,6 @@
-"""Simulated processes of a ROS 2 system: each has its own module variables, in one process of the machine.
+"""Simulates the processes of a ROS 2 system in one operating-system process, by giving each its own module variables.
 
-`rclpy.init()` keeps its context in a variable of a module, and so does code that is written for a process of its own.
+`rclpy.init()` stores its context in a module variable, and so does code that expects a process of its own.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ _PROCESS = "ros2 process"
 
 
 def process_of(node: Node | None) -> Process | None:
-    """The process of a ROS 2 system that a node of the kernel runs in; None: in none."""
+    """The simulated process that a node of the kernel belongs to; None if it belongs to none."""
     process = None if node is None else node.own.get(_PROCESS)
     return process if isinstance(process, Process) else None
 
 
-@dataclass(frozen=True, eq=False)  # a key by identity: what it is of need not be hashable
+@dataclass(frozen=True, eq=False)  # hashed by identity, since the value need not be hashable
 class ModuleVariable:
-    """A variable of a module, which functions of the module set; and what it is when the module has been imported."""
+    """A module variable that functions of the module set, with its value after the import."""
 
     module: dict[str, Any]
     name: str
@@ -48,11 +48,11 @@ class ModuleVariable:
 
 @cache
 def _set_by_functions(file: str) -> frozenset[str]:
-    """The names that functions of a file declare as `global`."""
+    """The names that functions of a source file declare as `global`."""
     try:
         source = Path(file).read_text(encoding="utf-8")
     except (OSError, ValueError):
-        return frozenset()  # an extension module, or one without a source
+        return frozenset()  # an extension module, or no source
     if "global " not in source:  # parsing every module of a distribution takes seconds
         return frozenset()
     declared = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Global)]
@@ -60,27 +60,27 @@ def _set_by_functions(file: str) -> frozenset[str]:
 
 
 class ModuleVariables:
-    """The variables that functions of some packages set, each with its value after the import.
+    """The module variables that functions of some packages set, and `sys.argv` and `os.environ`.
 
     Args:
-        packages: by name.
+        packages: names of the packages.
     """
 
     def __init__(self, packages: Iterable[str]) -> None:
         self._packages = frozenset(package.partition(".")[0] for package in packages)
-        self._known: set[str] = set()
+        self._seen_modules: set[str] = set()
         self._variables = [ModuleVariable(vars(sys), "argv", sys.argv), ModuleVariable(vars(os), "environ", os.environ)]
 
     def __iter__(self) -> Iterator[ModuleVariable]:
         return iter(self._variables)
 
     def update(self) -> None:
-        """Know those of the modules that were imported since; to be called before a function of them is."""
+        """Add the variables of newly imported modules; call it before any function of theirs."""
         for name, module in list(sys.modules.items()):
-            if name in self._known or name.partition(".")[0] not in self._packages:
+            if name in self._seen_modules or name.partition(".")[0] not in self._packages:
                 continue
-            if not getattr(module.__spec__, "_initializing", False):  # else it is in the middle of its import
-                self._known.add(name)
+            if not getattr(module.__spec__, "_initializing", False):  # else it is being imported
+                self._seen_modules.add(name)
                 self._add(module)
 
     def _add(self, module: ModuleType) -> None:
@@ -91,16 +91,16 @@ class ModuleVariables:
 
 
 class Process:
-    """One process of a system: the variables have its values only while its kernel nodes run.
+    """A simulated process: module variables have its values while its kernel nodes run.
 
-    It ends when its main function and its threads have ended, in whatever way; daemon threads end with it, wherever
-    they are.
+    It ends when its main function and all its threads have returned or raised; daemon threads end with it.
 
     Args:
-        variables: that it has values of its own of.
-        arguments: its command line, `sys.argv`.
+        kernel: of the run.
+        variables: the module variables of which it has its own values.
+        arguments: its `sys.argv`.
         name: of its terminal.
-        environ: its variables of the environment, `os.environ`; None: those of the session.
+        environ: its `os.environ`; None for that of the session.
     """
 
     def __init__(
@@ -124,23 +124,24 @@ class Process:
             if variable.name in own and variable.module in (vars(sys), vars(os))
         }
         self.at_end: list[Body] = []
-        """Called when it ends: its entities in the graph end with it."""
+        """Functions to call when it ends, such as those that remove its entities from the ROS graph."""
         self._has_ended = False
-        self._going = 0
+        self._unfinished = 0
         self._daemons: list[Node] = []
         self._nodes: list[Node] = []
-        """The main one, and its threads."""
+        """The node of the main function, then those of threads."""
         self._signal: int | None = None
         self.was_interrupted: int | None = None
-        """The signal that ended what it did; None if none has."""
+        """The signal that interrupted it; None without one."""
 
     def wrap(self, body: Body, *, daemon: bool = False) -> Body:
-        """A body of a node of the kernel that runs in this process; its threads do, too.
+        """Make a body for a node of the kernel that runs in this process, as do threads that it starts.
 
         Args:
+            body: to run.
             daemon: whether the process ends without waiting for it.
         """
-        self._going += not daemon
+        self._unfinished += not daemon
 
         def within() -> None:
             node = self._kernel.current()
@@ -148,16 +149,7 @@ class Process:
                 return
             if daemon:
                 self._daemons.append(node)
-            wrap_thread = node.wrap_thread
-            node.wrap_thread = lambda thread, daemon: wrap_thread(self.wrap(thread, daemon=daemon), daemon)
-            # The last to go on: what it raises must not keep the others from it.
-            node.leaving.insert(0, self._interruptible)
-            node.leaving.append(self._leave)
-            node.own[_PROCESS] = self
-            self._nodes.append(node)
-            if HAS_TERMINALS:
-                sits_at(node, self._name, is_main=not self._has_main)
-                self._has_main = True
+            self._adopt(node)
             self._enter()
             try:
                 body()
@@ -165,14 +157,27 @@ class Process:
                 self._leave()
                 node.leaving.remove(self._leave)
                 node.leaving.remove(self._interruptible)
-                self._going -= not daemon
-                if not self._going:
+                self._unfinished -= not daemon
+                if not self._unfinished:
                     self._end()
 
         return within
 
+    def _adopt(self, node: Node) -> None:
+        """Make a node of the kernel one of this process."""
+        wrap_thread = node.wrap_thread
+        node.wrap_thread = lambda thread, daemon: wrap_thread(self.wrap(thread, daemon=daemon), daemon)
+        # First to leave and last to resume: the exception that it raises must not keep the others from resuming.
+        node.leaving.insert(0, self._interruptible)
+        node.leaving.append(self._leave)
+        node.own[_PROCESS] = self
+        self._nodes.append(node)
+        if HAS_TERMINALS:
+            sits_at(node, self._name, is_main=not self._has_main)
+            self._has_main = True
+
     def _end(self) -> None:
-        """Once: as the system ends a process, without a word to its threads."""
+        """End the process once, and its daemon threads without an exception, as the operating system does."""
         if self._has_ended:
             return
         self._has_ended = True
@@ -183,10 +188,10 @@ class Process:
             end()
 
     def interrupt(self, number: int) -> None:
-        """Deliver a signal: what it raises is raised where the process waits, at this instant.
+        """Deliver a signal at this instant; its exception is raised where the process waits.
 
-        SIGINT raises KeyboardInterrupt in its main thread. SIGTERM, which `rclpy` handles, lets its spinning end, and
-        ends what does not use `rclpy`; SIGKILL ends it.
+        SIGINT raises KeyboardInterrupt in the main thread. SIGTERM ends `rclpy.spin` with ExternalShutdownException, or
+        the main thread if `rclpy` is not used. SIGKILL ends all threads.
         """
         self._signal = number
         for node in self._nodes if number == signal.SIGKILL else self._nodes[:1]:
@@ -216,7 +221,7 @@ class Process:
     def _leave(self) -> Body:
         for variable in self._variables:
             value = variable.module[variable.name]
-            # A variable that a process has set is its own from then on, even if it has the initial value again.
+            # Once set by a process, a variable stays its own, even if it has the initial value again.
             if value is not variable.initial or variable in self._values:
                 self._values[variable] = value
                 variable.module[variable.name] = variable.initial

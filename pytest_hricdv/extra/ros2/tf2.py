@@ -88,11 +88,11 @@ class BufferCore:
         if target_frame == source_frame:
             return 1, ""
         fault = self._invalid(target_frame=target_frame, source_frame=source_frame)
-        return (0, fault) if fault else self._tree.connects(target_frame, source_frame, _ns(time))
+        return (0, fault) if fault else self._tree.can_transform(target_frame, source_frame, _ns(time))
 
     def _invalid(self, **frames: str) -> str:
         """The fault of the first wrong frame name; empty without one."""
-        faults = (self._tree.invalid(frame, f"canTransform argument {name}") for name, frame in frames.items())
+        faults = (self._tree.name_problem(frame, f"canTransform argument {name}") for name, frame in frames.items())
         return next(filter(None, faults), "")
 
     def can_transform_full_core(
@@ -102,8 +102,8 @@ class BufferCore:
         fault = self._invalid(target_frame=target_frame, source_frame=source_frame, fixed_frame=fixed_frame)
         if fault:
             return 0, fault
-        result = self._tree.connects(target_frame, fixed_frame, _ns(target_time))
-        return self._tree.connects(fixed_frame, source_frame, _ns(source_time)) if result[0] else result
+        result = self._tree.can_transform(target_frame, fixed_frame, _ns(target_time))
+        return self._tree.can_transform(fixed_frame, source_frame, _ns(source_time)) if result[0] else result
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
         """The transform from the source to the target frame, as a `TransformStamped`; that of time 0 is the latest.

@@ -1,4 +1,8 @@
-"""The keys that code reads from dicts and JSON without a class, each with the values it compares them with."""
+"""Infers the fields of values without a class from how the code under test reads them.
+
+Such a value is a dict, JSON, a tuple, a text that the code splits, or an object whose attributes it reads. The result
+is an `Argument`: fields for a drafted message, and an expression that makes the value from such a message.
+"""
 
 from __future__ import annotations
 
@@ -14,32 +18,36 @@ from pytest_hricdv.extra.draft.code.sources import Function, Scope, name_with_do
 from pytest_hricdv.extra.draft.code.uses import Branches, UseReader, walk_what_runs
 from pytest_hricdv.extra.draft.code_model import Imports, MessageField
 
-TEXT_OF = ("strip", "rstrip", "lstrip", "decode", "lower", "upper")
-"""Methods of a text, or of its bytes, that return it, as far as it is taken apart."""
+_TEXT_METHODS = ("strip", "rstrip", "lstrip", "decode", "lower", "upper")
+"""Methods of str or bytes whose result is treated as the same text."""
 
 _KINDS = {bool: "bool", str: "str", int: "float", float: "float"}
 """Type of the default of a key -> kind of its values."""
 
-MAX_HANDOVERS = 2
-"""Calls through which a dict is followed."""
+MAX_CALLS = 2
+"""Number of nested calls through which a dict is followed."""
 
 
 @dataclass(frozen=True)
 class Argument:
-    """The origin of a parameter: the fields of the message `m` from which an expression makes it."""
+    """An expression (`source`) that makes a value from the fields of a message `m`, with these fields."""
 
     source: str
     fields: tuple[MessageField, ...] = ()
     imports: Imports = ()
 
     def fix(self, name: str, text: str) -> Argument:
-        """Note that a field always has one text."""
+        """The argument with one field replaced by a constant text."""
         source = re.sub(rf"\bm\.{name}\b", lambda _: repr(text), self.source)
         return Argument(source, tuple(part for part in self.fields if part.name != name), self.imports)
 
 
 class ContentReader:
-    """Reads what functions take out of a value."""
+    """Infers the fields of values from the functions that use them.
+
+    If a function branches on a field (`if message["kind"] == "stop"`) and reads different fields in each branch, the
+    value has a *variant* for each text of this field.
+    """
 
     def __init__(self, flow: Flow, fields: FieldReader) -> None:
         self._flow, self._fields = flow, fields
@@ -47,25 +55,24 @@ class ContentReader:
         self._skipped: frozenset[int] = frozenset()
         self._places: dict[str, list[tuple[Scope, ast.AST]]] = {}
 
-    def of_result(self, scope: Scope, node: ast.Call) -> list[tuple[str, Argument]]:
-        """The result of a call, inferred from the uses of the names that it gets: each kind with its name."""
+    def variants_of_result(self, scope: Scope, node: ast.Call) -> list[tuple[str, Argument]]:
+        """The variants of the result of a call, by the names that it is assigned to; like `variants`."""
         parent = self._flow.parents.get(id(node))
         parent = self._flow.parents.get(id(parent)) if isinstance(parent, ast.Await) else parent
         if isinstance(parent, ast.Assign) and isinstance(parent.targets[0], ast.Tuple):
-            kinds = self._kinds_of(lambda: self._unpack(scope, parent.targets[0], None))
-            decides = len(kinds) > 1 or any(part.values for _, argument in kinds for part in argument.fields)
-            return kinds if decides else []  # such as the bytes and the sender of a datagram
+            variants = self._variants_of(lambda: self._unpack(scope, parent.targets[0], None))
+            decides = len(variants) > 1 or any(part.values for _, argument in variants for part in argument.fields)
+            return variants if decides else []  # such as the bytes and the sender of a datagram
         for name in self._names_of(node):
-            found = self.kinds(scope, name)
-            if found:
-                return found
+            if variants := self.variants(scope, name):
+                return variants
         return []
 
-    def kinds(self, scope: Scope, name: str) -> list[tuple[str, Argument]]:
-        """The kinds of a value that a function tells apart, each with its name; one without where there is only one."""
-        return self._kinds_of(lambda: self.of_name(scope, name))
+    def variants(self, scope: Scope, name: str) -> list[tuple[str, Argument]]:
+        """The variants of a named value in a function, each with its text; a single variant has an empty text."""
+        return self._variants_of(lambda: self.of_name(scope, name))
 
-    def _kinds_of(self, read: Callable[[], Argument | None]) -> list[tuple[str, Argument]]:
+    def _variants_of(self, read: Callable[[], Argument | None]) -> list[tuple[str, Argument]]:
         self._places.clear()
         whole = read()
         if whole is None:
@@ -74,19 +81,19 @@ class ContentReader:
             branches = Branches(self._flow, list(self._places.get(part.name, ())))
             if len(part.values) < 2 or part.name not in self._places:
                 continue
-            made = []
+            variants = []
             for value in part.values:
                 self._skipped = branches.find_skips(value.text)
                 argument = read()
                 self._skipped = frozenset()
-                if argument is not None and any(each.name == part.name for each in argument.fields):
-                    made.append((value.text, argument.fix(part.name, value.text)))
-            if len({tuple(each.name for each in argument.fields) for _, argument in made}) > 1:
-                return made
+                if argument is not None and any(field.name == part.name for field in argument.fields):
+                    variants.append((value.text, argument.fix(part.name, value.text)))
+            if len({tuple(field.name for field in argument.fields) for _, argument in variants}) > 1:
+                return variants
         return [("", whole)]
 
     def _names_of(self, node: ast.AST) -> Iterator[str]:
-        """The names that get a value, also through `json.loads`."""
+        """The names that a value is assigned to, also through `json.loads`."""
         parent = self._flow.parents.get(id(node))
         while isinstance(parent, ast.Await | ast.Call | ast.Attribute):
             parent = self._flow.parents.get(id(parent))
@@ -96,7 +103,7 @@ class ContentReader:
             yield parent.target.id
 
     def of_name(self, scope: Scope, name: str) -> Argument | None:
-        """A dict whose keys the code reads, JSON of one, a text or tuple with parts, or an object with attributes."""
+        """The value of a name, as a dict, JSON, a text or tuple, or an object: the first that fits its uses."""
         keys = self._keys(scope, name)
         if keys:
             return Argument(_dict_source(keys), _fields_of_keys(keys))
@@ -125,7 +132,7 @@ class ContentReader:
         return None
 
     def _parts(self, scope: Scope, name: str) -> Argument | None:
-        """The names into which a function takes a tuple or a text apart: `verb, rest = line.split(" ", 1)`."""
+        """The names into which a function unpacks a tuple or a text: `verb, rest = line.split(" ", 1)`."""
         for node in walk_what_runs(scope.node, self._skipped):
             if not isinstance(node, ast.Assign) or not isinstance(node.targets[0], ast.Tuple):
                 continue
@@ -135,7 +142,9 @@ class ContentReader:
                 separator = first.value if isinstance(first, ast.Constant) else " "
                 value = value.func.value if isinstance(value.func, ast.Attribute) else value
                 while (
-                    isinstance(value, ast.Call) and isinstance(value.func, ast.Attribute) and value.func.attr in TEXT_OF
+                    isinstance(value, ast.Call)
+                    and isinstance(value.func, ast.Attribute)
+                    and value.func.attr in _TEXT_METHODS
                 ):
                     value = value.func.value
             if name_with_dots(value) != name or not isinstance(separator, str | None):
@@ -173,8 +182,8 @@ class ContentReader:
         return Argument(f" + {separator!r} + ".join(texts), known)
 
     def _attributes(self, scope: Scope, name: str) -> Argument | None:
-        """An object of which a function compares attributes, or takes numbers out of them."""
-        found: dict[str, MessageField] = {}
+        """An object whose attributes a function compares or converts to numbers."""
+        fields: dict[str, MessageField] = {}
         sources: dict[str, str] = {}
         for node in walk_what_runs(scope.node, self._skipped):
             if isinstance(node, ast.Attribute) and name_with_dots(node.value) == name:
@@ -187,20 +196,20 @@ class ContentReader:
                     sources[node.attr] = "{}.encode()"
                 if field.kind:
                     self._note(word(node.attr), scope, node)
-                    self._add_key(found, node.attr, field)
-        if not found:
+                    self._add_key(fields, node.attr, field)
+        if not fields:
             return None
-        pairs = _with_own_names(found)
-        made = ", ".join(f"{key}={sources.get(key, '{}').format(f'm.{field.name}')}" for key, field in pairs)
-        return Argument(f"SimpleNamespace({made})", tuple(field for _, field in pairs))
+        pairs = _with_unique_names(fields)
+        arguments = ", ".join(f"{key}={sources.get(key, '{}').format(f'm.{field.name}')}" for key, field in pairs)
+        return Argument(f"SimpleNamespace({arguments})", tuple(field for _, field in pairs))
 
     def _text_of_bytes(self, node: ast.expr) -> tuple[ast.expr, bool]:
-        """The text that is made of bytes, and whether it is; what is compared with bytes is some, too."""
+        """The expression with its text methods, and whether the value is bytes: decoded, or compared with bytes."""
         above = self._flow.parents.get(id(node))
         if isinstance(above, ast.Compare):
-            return node, any(isinstance(getattr(each, "value", None), bytes) for each in above.comparators)
+            return node, any(isinstance(getattr(other, "value", None), bytes) for other in above.comparators)
         is_bytes = False
-        while isinstance(above, ast.Attribute) and above.attr in TEXT_OF:
+        while isinstance(above, ast.Attribute) and above.attr in _TEXT_METHODS:
             is_bytes |= above.attr == "decode"
             called = self._flow.parents.get(id(above))
             node = called if isinstance(called, ast.Call) else above
@@ -208,55 +217,55 @@ class ContentReader:
         return node, is_bytes
 
     def _keys_of_argument(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
-        """The keys read where a value is passed on at once: `self.handle(json.loads(line))`."""
+        """The keys that a called function reads from its argument: `self.handle(json.loads(line))`."""
         call = self._flow.parents.get(id(node))
         targets = self._flow.methods.get(last_name(call.func), []) if isinstance(call, ast.Call) else []
         if not isinstance(call, ast.Call) or node not in call.args or len(targets) != 1:
             return []
         function = targets[0].node
         assert not isinstance(function, ast.ClassDef)
-        names = _names_given(function)
+        names = _parameters_to_fill(function)
         index = call.args.index(node)
         return self._keys(targets[0], names[index], 1) if index < len(names) else []
 
     def _topic_of(self, scope: Scope, name: str) -> MessageField | None:
-        """The topics with which a callback of a client of MQTT compares its message's; None if it does not."""
-        found: dict[str, MessageField] = {}
+        """The topics with which an MQTT callback compares the topic of its message; None without a comparison."""
+        fields: dict[str, MessageField] = {}
         for node in walk_what_runs(scope.node, self._skipped):
             if isinstance(node, ast.Attribute) and node.attr == "topic" and name_with_dots(node.value) == name:
                 self._note("topic", scope, node)
-                self._add_key(found, "topic", self._fields.read_value(node, scope, "topic"))
-        topic = found.get("topic")
+                self._add_key(fields, "topic", self._fields.read_value(node, scope, "topic"))
+        topic = fields.get("topic")
         return topic if topic is not None and topic.values else None
 
     def _keys(self, scope: Scope, name: str, depth: int = 0) -> list[tuple[str, MessageField]]:
-        """The keys of a dict that a function reads, and those do to which it hands it, each with its values."""
-        found: dict[str, MessageField] = {}
+        """The keys of a dict that a function reads, also in functions that it passes the dict to, with their fields."""
+        fields: dict[str, MessageField] = {}
         for node in walk_what_runs(scope.node, self._skipped):
             if not isinstance(node, ast.expr):
                 continue
             key, default = _key_of(node, name)
             if key is not None:
                 self._note(word(key), scope, node)
-                self._add_key(found, key, self._read_key(scope, node, key, default))
-            if isinstance(node, ast.Call) and depth < MAX_HANDOVERS:
-                for target, parameter in self._handovers(scope, node, name):
+                self._add_key(fields, key, self._read_key(scope, node, key, default))
+            if isinstance(node, ast.Call) and depth < MAX_CALLS:
+                for target, parameter in self._passed_to(scope, node, name):
                     for inner, field in self._keys(target, parameter, depth + 1):
-                        self._add_key(found, inner, field)
-        return _with_own_names(found)
+                        self._add_key(fields, inner, field)
+        return _with_unique_names(fields)
 
     def _note(self, field: str, scope: Scope, node: ast.AST) -> None:
         if not self._skipped:
             self._places.setdefault(field, []).append((scope, node))
 
-    def _handovers(self, scope: Scope, node: ast.Call, name: str) -> Iterator[tuple[Scope, str]]:
-        """The functions of the code that get a value of this name, and the name that it has there."""
+    def _passed_to(self, scope: Scope, node: ast.Call, name: str) -> Iterator[tuple[Scope, str]]:
+        """The functions that a call passes the name to, each with its parameter."""
         targets = self._flow.methods.get(last_name(node.func), [])
         if not any(name_with_dots(argument) == name for argument in node.args) or len(targets) != 1:
             return
         function = targets[0].node
         assert not isinstance(function, ast.ClassDef)
-        names = _names_given(function)
+        names = _parameters_to_fill(function)
         if targets[0].node is not scope.node:
             yield from ((targets[0], parameter) for argument, parameter in zip(node.args, names, strict=False)
                         if name_with_dots(argument) == name)  # fmt: skip
@@ -266,18 +275,18 @@ class ContentReader:
         kind = read.kind or _KINDS.get(type(default), "") or self._uses.kind_at(node)
         return replace(read, kind=kind, type="int" if type(default) is int else "")
 
-    def _add_key(self, found: dict[str, MessageField], key: str, field: MessageField) -> None:
-        before = found.get(key)
+    def _add_key(self, fields: dict[str, MessageField], key: str, field: MessageField) -> None:
+        before = fields.get(key)
         if before is not None:
             values = {value.text: value for value in (*before.values, *field.values)}
             kind = "str" if values else before.kind or field.kind
             compared = tuple(dict.fromkeys((*before.compared, *field.compared)))
             field = replace(field, kind=kind, values=tuple(values.values()), compared=compared if not values else ())
-        found[key] = field
+        fields[key] = field
 
 
 def _key_of(node: ast.expr, name: str) -> tuple[str | None, object]:
-    """The key of the dict of a name that an expression reads, and the default for it."""
+    """The key that an expression reads from the dict of a name, and the default; None if it reads none."""
     key: object = None
     default: object = None
     if isinstance(node, ast.Subscript) and name_with_dots(node.value) == name and isinstance(node.ctx, ast.Load):
@@ -289,28 +298,28 @@ def _key_of(node: ast.expr, name: str) -> tuple[str | None, object]:
 
 
 def _dict_source(keys: list[tuple[str, MessageField]]) -> str:
-    """The expression of a dict; what nothing is known of has a neutral value."""
+    """The source of a dict; a key of unknown kind gets a neutral value."""
     pairs = (f"{key!r}: {f'm.{field.name}' if field.kind else 'Neutral()'}" for key, field in keys)
     return "{" + ", ".join(pairs) + "}"
 
 
-def _names_given(function: Function) -> list[str]:
-    """The parameters that a call fills, without `self`."""
+def _parameters_to_fill(function: Function) -> list[str]:
+    """The parameters without `self` or `cls`."""
     names = [part.arg for part in parameters_of(function)]
     return names[1:] if names[:1] in (["self"], ["cls"]) else names
 
 
-def _with_own_names(found: dict[str, MessageField]) -> list[tuple[str, MessageField]]:
-    """Pairs of key and field; the names of the fields are unique."""
+def _with_unique_names(fields: dict[str, MessageField]) -> list[tuple[str, MessageField]]:
+    """The keys with their fields, whose names are made unique."""
     names: set[str] = set()
-    made = []
-    for key, field in found.items():
+    pairs = []
+    for key, field in fields.items():
         name = field.name
         while name in names:
             name += "_"
         names.add(name)
-        made.append((key, replace(field, name=name)))
-    return made
+        pairs.append((key, replace(field, name=name)))
+    return pairs
 
 
 def _fields_of_keys(keys: list[tuple[str, MessageField]]) -> tuple[MessageField, ...]:

@@ -199,16 +199,16 @@ class StimulusReader:
             is_own = len(owner) > 1 and owner[-2].strip("_") == port.name.strip("_")
             if not is_own and port.role != "connection":  # which is also read under the names of its parts
                 continue
-            kinds = self._contents.of_result(scope, node)
+            variants = self._contents.variants_of_result(scope, node)
             channel = {"queue": port.name.strip("_"), "connection": port.name}.get(
                 port.role, f"{port.name}.{last_name(node.func)}")  # fmt: skip
-            for name, argument in kinds:
+            for name, argument in variants:
                 title = camel(word(last_part(name))) if name else camel(channel.replace(".", "_").strip("_")) + "Item"
                 if argument.fields or name:
                     yield Message(title, snake(title), OWN_MODULE, "received", argument.fields, module.location(node),
                                   (module.location(node),), "item", channel, f"lambda m: {argument.source}",
                                   argument.imports)  # fmt: skip
-            if kinds:
+            if variants:
                 return
 
     def messages_in_list(self, port: Port) -> Iterator[Message]:
@@ -290,12 +290,12 @@ class StimulusReader:
                           (scope.location,), "call", scope.node.name, made, imports)  # fmt: skip
 
     def _arguments(self, scope: Scope, part: ast.arg) -> list[tuple[str, Argument]]:
-        """The arguments for a parameter: for each kind that the function tells apart, or for the only, unnamed one."""
+        """The variants of a parameter, each with its text; a single variant has an empty text."""
         annotation = parse_annotation(part.annotation)
         is_open = annotation is None or name_with_dots(annotation) in ("dict", "str", "bytes", "object", "Any")
         is_open |= isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value) in ("dict", "Mapping")
-        kinds = self._contents.kinds(scope, part.arg) if is_open else []
-        return kinds or [("", self._argument(scope, part))]
+        variants = self._contents.variants(scope, part.arg) if is_open else []
+        return variants or [("", self._argument(scope, part))]
 
     def _argument(self, scope: Scope, part: ast.arg) -> Argument:
         assert not isinstance(scope.node, ast.ClassDef)

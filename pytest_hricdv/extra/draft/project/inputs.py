@@ -1,4 +1,7 @@
-"""Inputs of a drafted robot from a person: variants of each message that the robot receives."""
+"""What a person can say to a drafted robot: the variants of each message that the robot receives.
+
+A variant is a combination of values, such as `{"kind": "stop"}` or a low number. Each becomes a command of the person.
+"""
 
 from __future__ import annotations
 
@@ -11,23 +14,22 @@ from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Message, MessageField
 
 MAX_VARIANTS = 12
-"""Combinations of values of a message that are drafted: three switches, or four texts with a number that is low, usual
-or high."""
+"""Most variants of a message: enough for three bools, or for four texts with a low, usual or high number."""
 
 OTHER = "something else"
-"""A text that no code knows."""
+"""A text that the code does not compare with."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A message as a person says it.
+    """A message with certain values.
 
     Args:
-        name: the word in the model, and in commands; empty if there is one only.
-        values: source text of each field that has a value of its own.
+        name: its word in commands and in the model; empty if it is the only one.
+        values: field -> source text of the value, as pairs.
         location: of the value in the code.
-        ranges: source text of the range of each number that the code compares with others.
-        is_usual: whether the code knows its text, and its numbers are usual where it has one.
+        ranges: field -> source text of the range, as pairs, of numbers that the code compares with others.
+        is_usual: whether the code compares with its text, and its numbers are the usual ones for this text.
     """
 
     name: str
@@ -39,7 +41,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Input:
-    """A message that the robot receives, with what a person can say by it."""
+    """A message that the robot receives, with its variants and number fields."""
 
     message: Message
     name: str
@@ -48,8 +50,10 @@ class Input:
 
     @property
     def commands(self) -> tuple[tuple[str, Variant], ...]:
-        """The name of each command, with what it says."""
-        return tuple((f"{self.name}_{each.name}" if each.name else self.name, each) for each in self.variants)
+        """The name of each command, with its variant."""
+        return tuple(
+            (f"{self.name}_{variant.name}" if variant.name else self.name, variant) for variant in self.variants
+        )
 
     def without(self, commands: Collection[str]) -> Input:
         """The input without some commands."""
@@ -58,7 +62,7 @@ class Input:
 
 
 def is_open(part: MessageField) -> bool:
-    """Whether a field may also have a text that the code does not know."""
+    """Whether a field may also have texts that the code does not compare with."""
     return part.kind == "str" and bool(part.values) and not part.by_type
 
 
@@ -67,15 +71,15 @@ def _uniform(low: float, high: float, unit: str) -> str:
 
 
 MAX_BOUNDARIES = 4
-"""Numbers that the code compares a value with, between which it has a range each."""
+"""Most numbers of the code that separate the ranges of a value."""
 
 
 def number_levels(part: MessageField, *, boundaries: bool = False) -> list[tuple[str, str, str, CodeLine]]:
-    """Ranges of a number between those that the code compares it with; what is usual first.
+    """The ranges of a number between those that the code compares it with; the usual one first.
 
     Args:
-        part: the number.
-        boundaries: whether each of those is a level of its own, too, for code that tests whether they are equal.
+        part: the number field.
+        boundaries: whether each of those numbers is a level, too, for code that tests for equality.
     """
     if part.observed:
         low, high = part.observed
@@ -96,33 +100,20 @@ def number_levels(part: MessageField, *, boundaries: bool = False) -> list[tuple
 
 
 def _thin(numbers: list[float]) -> list[float]:
-    """The first and the last number, and others between them, at equal ranks."""
+    """At most `MAX_BOUNDARIES` numbers: the first, the last, and evenly spaced ones between them."""
     last = len(numbers) - 1
     count = min(len(numbers), MAX_BOUNDARIES)
     return [numbers[round(number * last / max(count - 1, 1))] for number in range(count)]
 
 
 _Choice = tuple[str, str, str, CodeLine]
-"""Word, field, source text of a value or range, and its location."""
+"""A value or range of a field: its word, the field, the source text, and its location."""
 
 
 def variants_of(message: Message) -> Input:
-    """The variants of a message that a person can say."""
-    choices: list[list[_Choice]] = []
-    numbers = []
-    for part in message.fields:
-        if part.kind == "str":
-            source = _source if message.module != OWN_MODULE else _text
-            texts = [(word(v.text), part.name, source(part, v.text), v.location) for v in part.values]
-            if is_open(part):
-                texts.append(("other", part.name, f'"{OTHER}"', part.values[0].location))
-            choices.append(texts or [("", part.name, '"text"', part.location)])
-        elif part.kind == "bool":
-            yes = ("with_" + word(part.name), part.name, "True", part.location)
-            choices.append([yes, ("no_" + word(part.name), part.name, "False", part.location)])
-        elif part.kind == "float":
-            numbers.append(part)
-            choices += [number_levels(part)] if part.compared else []
+    """Make the variants of a message from the values and numbers that the code compares its fields with."""
+    choices = [options for part in message.fields if (options := _options(message, part))]
+    numbers = tuple(part for part in message.fields if part.kind == "float")
     floats = {part.name for part in numbers}
     variants: list[Variant] = []
     for combination in _combine(choices):
@@ -136,17 +127,31 @@ def variants_of(message: Message) -> Input:
             is_known = all(source != f'"{OTHER}"' for _, source in values)
             is_usual = is_known and all(part in usual for part in combination if part[1] in floats)
             variants.append(Variant(name, values, location, ranges, is_usual))
-    return Input(message, word(message.topic), tuple(variants), tuple(numbers))
+    return Input(message, word(message.topic), tuple(variants), numbers)
+
+
+def _options(message: Message, part: MessageField) -> list[_Choice]:
+    """The choices for one field; none if the variants of the message do not differ in it."""
+    if part.kind == "str":
+        source = _source if message.module != OWN_MODULE else _text
+        texts = [(word(value.text), part.name, source(part, value.text), value.location) for value in part.values]
+        if is_open(part):
+            texts.append(("other", part.name, f'"{OTHER}"', part.values[0].location))
+        return texts or [("", part.name, '"text"', part.location)]
+    if part.kind == "bool":
+        yes = ("with_" + word(part.name), part.name, "True", part.location)
+        return [yes, ("no_" + word(part.name), part.name, "False", part.location)]
+    return number_levels(part) if part.kind == "float" and part.compared else []
 
 
 def _combine(choices: list[list[_Choice]]) -> list[tuple[_Choice, ...]]:
-    """All combinations, or if these are too many, some that contain each choice."""
+    """All combinations, or if there are too many, some that together contain each choice."""
     combinations = list(product(*choices))
     if len(combinations) <= MAX_VARIANTS:
         return combinations
     first = [choice[0] for choice in choices]
     rows = [tuple(first)]
-    for number, choice in enumerate(choices):  # each option with what is usual of the others
+    for number, choice in enumerate(choices):  # each option with the first option of all others
         rows += [(*first[:number], option, *first[number + 1 :]) for option in choice[1:]]
     return rows[: max(MAX_VARIANTS, *(len(choice) for choice in choices))]
 
