@@ -1,4 +1,4 @@
-"""The sealed faults: drawn once, kept in `faults.json` by what they change."""
+"""The held-out faults: drawn once, kept in `faults.json` by what they change."""
 
 from __future__ import annotations
 

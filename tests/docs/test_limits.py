@@ -343,7 +343,7 @@ NOT_OF_INPUT = {
     "extra.draft.code.constants:MAX_DEPTH": "what is deeper in the code is not evaluated",
     "extra.draft.observe.observations:VERSION": "of the format",
     "extra.draft.project.requirements:STAY_S": "part of a requirement that is drafted",
-    "extra.ros2.frame_tree:_DEEPEST": "of tf2: what is deeper is a loop",
+    "extra.ros2.frame_tree:_GRAPH_DEPTH": "of tf2: a deeper tree has a loop",
     "extra.ros2.messages:NS_PER_S": "a unit",
     "extra.ros2.overlay:_MAX_IMPORTERS": "so many are named",
     "extra.suggestion.suggest:MIN_TESTS": "the least that is needed",

@@ -1,4 +1,4 @@
-"""The fair fight: its faults fit, its machines know the commands, and its figures are of the journals."""
+"""The comparison with other tools: faults fit, machines know the commands, figures are those of the journals."""
 
 from __future__ import annotations
 

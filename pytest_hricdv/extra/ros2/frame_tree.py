@@ -18,7 +18,7 @@ from pytest_hricdv.extra.ros2.transforms import (
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
-_MAX_DEPTH = 1000
+_GRAPH_DEPTH = 1000
 """tf2's `MAX_GRAPH_DEPTH`: a longer chain of frames is a loop."""
 
 
@@ -166,7 +166,7 @@ class FrameTree:
         return up, None
 
     def _check_depth(self, depth: int) -> None:
-        if depth > _MAX_DEPTH:
+        if depth > _GRAPH_DEPTH:
             raise LookupException(
                 f"The tf tree is invalid because it contains a loop.\n{self.all_frames_as_string()}\n"
             )
@@ -191,7 +191,7 @@ class FrameTree:
 
     def _latest_upwards(self, frame: str, end: str) -> Iterator[tuple[str, int]]:
         """The parents of a frame up to `end` or the root, each with the latest time of the transform to it (ns)."""
-        for depth in range(_MAX_DEPTH + 2):
+        for depth in range(_GRAPH_DEPTH + 2):
             self._check_depth(depth)
             history = self._frames[frame]
             if history is None or not history.parent:
