@@ -30,7 +30,7 @@ def write_bytes(path: Path, data: bytes) -> Path:
 
 @contextlib.contextmanager
 def replace_file(path: Path) -> Iterator[Path]:
-    """The file to write in place of `path`, which it then replaces, unless writing fails. Raises as `write_text`."""
+    """A temporary file to write, which replaces `path` unless writing fails. Raises the same errors as `write_text`."""
     temporary = temporary_path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

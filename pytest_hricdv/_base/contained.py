@@ -41,7 +41,7 @@ def inside(folder: Path, name: str) -> Path:
 
 
 def file_inside(folder: Path, name: str) -> Path:
-    """As `inside`, for a file that is read or changed in place, which must not be a link either. Raises as `inside`."""
+    """Like `inside`, for a file that is read or changed in place and must not be a link. Raises the same errors."""
     path = inside(folder, name)
     _refuse_link(path)
     return path
@@ -61,7 +61,7 @@ def files_inside(folder: Path, name: str, suffixes: tuple[str, ...]) -> Iterator
 
 
 def open_unlinked(path: Path, flags: int, mode: int = 0o666) -> int:
-    """As `os.open`, for a file that is no symbolic link. Raises OSError."""
+    """Like `os.open`, for a file that is no symbolic link. Raises OSError."""
     try:
         return os.open(path, flags | _NO_LINK, mode)
     except OSError as error:

@@ -1,7 +1,7 @@
 """Python's hash seed, which decides the iteration order of sets of strings: of this process and of its children.
 
 Python takes it from the variable `PYTHONHASHSEED` when a process starts, and draws one where the variable is not set or
-says "random". What was drawn cannot be handed to another process.
+says "random". A drawn value cannot be passed to another process.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Untrusted input files: read within limits of size and depth, and checked before they are parsed.
 
-A file that a user, a colleague or a CI service hands over may be cut off, edited, or not be a file at all. Every reader
+A file from a user, a colleague or a CI service may be cut off, edited, or not be a file at all. Every reader
 of one begins here, so that all have the same limits and speak of a fault in the same way: with its place.
 """
 
@@ -106,7 +106,7 @@ def with_plain_ends(text: str) -> str:
 
 
 def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
-    """The content of a file. Raises as `read_text`, whatever the bytes are."""
+    """The content of a file. Raises the same errors as `read_text`, whatever the bytes are."""
     try:
         kind = path.stat().st_mode
         if not stat.S_ISREG(kind):  # opening a pipe would wait for ever, and a device may have no end

@@ -58,7 +58,7 @@ def dumps(
     separators: tuple[str, str] | None = None,
     default: Callable[[Any], Any] | None = None,
 ) -> str:
-    """As `json.dumps`."""
+    """Like `json.dumps`."""
     return _encoder(sort_keys, ensure_ascii, allow_nan, indent, separators, default).encode(value)
 
 
@@ -66,6 +66,6 @@ _DECODER = _Decoder()
 
 
 def loads(text: str | bytes, *, parse_constant: Callable[[str], Any] | None = None) -> Any:
-    """As `json.loads`, of UTF-8."""
+    """Like `json.loads`, of UTF-8."""
     decoder = _DECODER if parse_constant is None else _Decoder(parse_constant=parse_constant)
     return decoder.decode(text if isinstance(text, str) else text.decode("utf-8"))

@@ -147,7 +147,7 @@ class Finders:
     def put_back(self) -> Iterator[str]:
         """Remove finders that block every import, and restore emptied lists; yields the lists with removed finders."""
         for name, finders, before in self._found:
-            kept = [each for each in finders if any(each is other for other in before) or _FINDERS[name](each)]
+            kept = [finder for finder in finders if any(finder is other for other in before) or _FINDERS[name](finder)]
             if len(kept) < len(finders):
                 yield f"sys.{name}"
             finders[:] = kept or before

@@ -70,7 +70,7 @@ def find_functions(paths: Iterable[Path] | None = None) -> list[FunctionType]:
         gc.unfreeze()
     try:
         functions = [function for function in gc.get_objects() if type(function) is FunctionType]
-        return [each for each in functions if names is None or each.__code__.co_filename in names]
+        return [candidate for candidate in functions if names is None or candidate.__code__.co_filename in names]
     finally:
         if is_frozen:
             gc.freeze()

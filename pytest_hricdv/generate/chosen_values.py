@@ -36,7 +36,7 @@ def check(values: Values, commands: int) -> None:
         for name, value in chosen.items():
             if name.split() != [name] or "," in name:
                 raise GenerateError(f"values of {where}: parameter {name!r}: expected one word without a comma")
-            # A bool is an int: True would be read as 1.0 without a word.
+            # A bool is an int: True would silently be read as 1.0.
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise GenerateError(f"values of {where}: {name} is {value!r}; expected a finite number")
 

@@ -227,7 +227,7 @@ def _load(path: Path, sha256: str) -> Memo:
 
 @lru_cache(maxsize=4096)
 def _command(action: str, actor: str = "") -> str:
-    """As `command_from_action`; a model has few different actions, and every run has some of them."""
+    """Like `command_from_action`; a model has few different actions, and every run has some of them."""
     return command_from_action(action, actor)
 
 

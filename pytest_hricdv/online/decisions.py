@@ -39,7 +39,7 @@ class Situation:
     Args:
         time_s: simulated time.
         state: the state that the code under test has reported last; empty if there is none.
-        interaction: its number, from 1; 0 before the first one, and where nothing tells interactions apart.
+        interaction: its number, from 1; 0 before the first one, and if interactions cannot be distinguished.
         taken: the commands so far, disturbances among them.
     """
 

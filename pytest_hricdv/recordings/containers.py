@@ -193,7 +193,7 @@ _ZSTD = b"\x28\xb5\x2f\xfd"
 def write_ahead_log(path: Path) -> Path | None:
     """The write-ahead log of a database, where it holds what the file itself does not; None if there is none.
 
-    A reader that opens SQLite files as immutable passes such a log over without a word.
+    A reader that opens SQLite files as immutable silently misses such a log.
 
     Args:
         path: of an SQLite file, or of a folder of them.

@@ -66,7 +66,7 @@ def requirement_table(rows: Sequence[totals.RequirementRow], columns: int) -> It
             unit = visible(f" {row.unit}" if margin else "")
             is_titled = room - width(visible(row.name)) > 16  # with less room, a title says nothing
             name = pad(visible(f"{row.name} {row.title}" if is_titled else row.name), room)
-            if width(visible(row.name)) > room:  # it is what tells rows apart
+            if width(visible(row.name)) > room:  # it distinguishes the rows
                 yield Line(f"  {visible(row.name)}", _verdict_style(row))
                 name = " " * room
             yield Line(f"  {name}{figures}{unit}".rstrip(), _verdict_style(row))

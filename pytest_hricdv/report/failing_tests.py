@@ -114,7 +114,7 @@ class FailingTests:
         return Line(f"  also   {text if columns is None else listing(first, columns - 9, more)}")
 
     def rows(self, nodeids: Sequence[str], columns: int | None = None) -> Iterator[Line]:
-        """`id  R29 R21  replay`: nothing that tells tests apart is cut, and commands are whole or not there."""
+        """`id  R29 R21  replay`: ids are never cut, and commands are complete or left out."""
         tests = [self.tests[nodeid] for nodeid in nodeids]
         if not tests:
             return

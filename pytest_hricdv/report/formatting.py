@@ -138,7 +138,7 @@ def fit_list(texts: Iterable[str], columns: int) -> str:
 
 
 def fit_path(path: str, columns: int) -> str:
-    """The path, or `...` and its end, within a number of columns: the end tells files apart."""
+    """The path, or `...` and its end, within a number of columns, since the end distinguishes files."""
     if width(path) <= columns:
         return path
     dots = "..."[: max(columns, 0)]
@@ -203,7 +203,7 @@ def wrap_line(text: str, columns: int) -> list[str]:
 def label_lines(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
     """A label with a text beside it, which continues below itself if it is too long.
 
-    A label that is too long is above the text: labels tell lines apart.
+    A label that is too long is above the text and not cut, since labels distinguish lines.
     """
     shown = visible(label)
     if width(shown) > LABEL_COLUMNS:

@@ -131,7 +131,7 @@ def _context(report: Report) -> dict[str, Any]:
         "shown_holes": 15,
         "aim": next((command for view in views() if (command := view.aim(report))), ""),
         "shown_items": 40,
-        "waivers": waivers_view.waivers(report),
+        "waivers": waivers_view.list_waivers(report),
         "unmeasured": totals.explain_no_coverage(report),
         "origins": origins,
         "sheet": signed,
@@ -212,7 +212,7 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
 
 def _describe_versions(report: Report) -> str:
     """The versions and the revision of a report: `pytest-hricdv 0.1.0, python 3.12.1; revision 1f2e3d`."""
-    origin = report.origin or next((each.origin for each in report.sessions if each.origin), None)
+    origin = report.origin or next((session.origin for session in report.sessions if session.origin), None)
     if origin is None:
         return f"pytest-hricdv {report.version}"
     versions = ", ".join(f"{name} {version}" for name, version in sorted(origin.versions.items()))

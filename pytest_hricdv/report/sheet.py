@@ -10,7 +10,7 @@ from pytest_hricdv.report import totals
 from pytest_hricdv.report.formatting import line_ranges, utc
 from pytest_hricdv.report.requirement_view import RequirementView
 from pytest_hricdv.report.view import SheetTable, views
-from pytest_hricdv.report.waivers_view import Waiver, waivers
+from pytest_hricdv.report.waivers_view import Waiver, list_waivers
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.origin import ReportOrigin
 
@@ -51,7 +51,7 @@ def sheet(report: Report, requirements: Sequence[RequirementView], origins: Sequ
     revisions = dict.fromkeys(
         f"{o.revision[:12]}{' with local changes' if o.dirty else ''}" for o in origins if o.revision
     )
-    waived = tuple(_join_lines(waivers(report)))
+    waived = tuple(_join_lines(list_waivers(report)))
     return Sheet(
         date=utc(max((origin.began for origin in origins), default="")),
         revision=", ".join(revisions),

@@ -50,7 +50,7 @@ class Waiver:
         return STYLES[self.state]
 
 
-def waivers(report: Report) -> tuple[Waiver, ...]:
+def list_waivers(report: Report) -> tuple[Waiver, ...]:
     """All waivers: known violations, allowed NC, unreachable lines."""
     return (*_known_violations(report), *_nc_exemptions(report), *_unreachable_lines(report))
 

@@ -173,7 +173,7 @@ def encode(result: msgspec.Struct) -> str:
 
 
 def encode_bounded(result: TestResult) -> str:
-    """As `encode`, with the texts of the code under test cut; its messages and signals are cut in the timeline."""
+    """Like `encode`, with the texts of the code under test cut; its messages and signals are cut in the timeline."""
     try:
         text = encode(result)
         if len(text) <= 1_000_000:

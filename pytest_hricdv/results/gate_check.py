@@ -239,7 +239,7 @@ def check_gates(
         *_expiry_failures(report, gates, today, whole=whole),
         *_threshold_failures(report, gates.thresholds, whole=whole),
     ]
-    if whole and (gates.fail_on_nc or is_whole(report)):
+    if whole and (gates.fail_on_nc or has_complete_suites(report)):
         failed += _nc_failures(report, gates.allowed_untriggered, today)
     if gates.fail_on_pending:
         failed += _pending_failures(report)
@@ -252,7 +252,7 @@ def check_gates(
     return GateResult(failed=tuple(failed), improved=tuple(improved), differences=differences)
 
 
-def is_whole(report: Report) -> bool:
+def has_complete_suites(report: Report) -> bool:
     """Whether a report is of complete suites: no replays, no selection, and no `--hri-tests`."""
     tests = {(test.suite, test.id) for test in report.tests}
     limited = any(option.startswith("--hri-tests=") for option in report.rerun_options.options)

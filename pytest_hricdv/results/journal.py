@@ -62,7 +62,7 @@ class NoResultRecord(msgspec.Struct, frozen=True, tag="hindered", tag_field="rec
 class FeatureRecord(msgspec.Struct, frozen=True, tag="kept", tag_field="record"):
     """A feature's result after the tests, which a resumed session need not compute again.
 
-    `part` is its name, `key` tells its values apart, and the last one of a key counts.
+    `part` is its name, `key` distinguishes its values, and the last one of a key counts.
     """
 
     part: str

@@ -320,7 +320,7 @@ def rebuild(journal: Journal) -> tuple[Report, str]:
 
 
 def content(journal: Journal) -> tuple[Report, list[TestResult]]:
-    """The report without results, and the results, of a journal that anybody may have written. Raises as `rebuild`."""
+    """The report without results, and the results, of an untrusted journal. Raises the same errors as `rebuild`."""
     if journal.declared is None:
         raise ValueError("no test had begun")
     declared = from_json(str(journal.declared, "utf-8"), Report)

@@ -29,7 +29,7 @@ from pytest_hricdv.runtime.timeouts import PRUNE_AT, Timeouts
 from pytest_hricdv.runtime.world import World, advance_world
 
 US_PER_S = 1_000_000
-"""A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
+"""A day of microseconds is far from 2**53, so that `now_s` distinguishes all of them."""
 
 POLLS = 100
 """Polls at one instant, after which time passes where polls take some."""

@@ -88,7 +88,7 @@ def record_fields(message: object, names: Iterable[str], above: str = "") -> dic
             if content is None:
                 raise TypeError(f"{path} is {value!r}: expected {EXPECTED}")
             fields[f"{path}.length"] = len(value)
-            # 32 bits are enough: it tells runs of one suite apart, and nobody forges messages here.
+            # 32 bits are enough: it distinguishes the runs of a suite, and nobody forges messages here.
             fields[f"{path}.crc"] = zlib.crc32(content)
     return fields
 

@@ -71,13 +71,13 @@ def _stream() -> random.Random | None:
 
 
 def urandom(size: int, /) -> bytes:
-    """As of `os`."""
+    """Like that of `os`."""
     stream = _stream()
     return _urandom(size) if stream is None else stream.randbytes(size)
 
 
 def getrandom(size: int, flags: int = 0) -> bytes:
-    """As of `os`."""
+    """Like that of `os`."""
     assert _getrandom is not None, "it stands for the real one only where there is one"
     stream = _stream()
     return _getrandom(size, flags) if stream is None else stream.randbytes(size)
@@ -90,7 +90,7 @@ def _seed_generator(generator: random.Random, a: Any = None, version: int = 2) -
 
 
 def seed(a: Any = None, version: int = 2) -> None:
-    """As of `random`."""
+    """Like that of `random`."""
     _seed_generator(_seed_global.__self__, a, version)  # type: ignore[attr-defined]  # a method of the global generator
 
 

@@ -244,7 +244,7 @@ def _where(exemption: Exemption) -> tuple[object, ...]:
 
 def session_day(config: pytest.Config) -> datetime.date:
     """The day on which the session began (UTC), taken once: a session over midnight has one day."""
-    handed = getattr(config, "workerinput", {}).get(SESSION_DAY)
-    if handed is not None:
-        return datetime.date.fromisoformat(handed)
+    session_day = getattr(config, "workerinput", {}).get(SESSION_DAY)
+    if session_day is not None:
+        return datetime.date.fromisoformat(session_day)
     return config.stash.setdefault(_DAY, datetime.datetime.now(datetime.UTC).date())

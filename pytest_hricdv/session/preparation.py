@@ -279,7 +279,7 @@ class GateCheck:
     def _update(self, report: Report, *, whole: bool) -> str:
         """Write the baseline. Returns why it was not written; empty if it was."""
         path = self.options.baseline
-        assert path is not None, "read_options sees to it"
+        assert path is not None, "read_options has checked it"
         if not whole or report.not_run:
             return f"{path} was not updated: {report.reported} of its tests ran: run the whole suites"
         try:

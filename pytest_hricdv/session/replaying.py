@@ -266,7 +266,7 @@ class TestRerunner:
         begun: Callable[[CodeUnderTest], None] = lambda code: None,
         watching: Iterable[Watcher] = (),
     ) -> CaseResult | None:
-        """Run a test; None if the run did not end. What it prints goes nowhere.
+        """Run a test; None if the run did not end. Its output is discarded.
 
         Args:
             test: to be run.

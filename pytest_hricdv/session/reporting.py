@@ -65,7 +65,7 @@ class SessionReporter:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_sessionstart(self, session: pytest.Session) -> Iterator[None]:
-        """As `pytest_collection`: workers of xdist are started here, which may take long."""
+        """Like `pytest_collection`: workers of xdist are started here, which may take long."""
         with self._report_on_interrupt(session):
             return (yield)
 

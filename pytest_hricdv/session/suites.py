@@ -1,4 +1,4 @@
-"""The suites of a session: generated once, kept in pytest's cache, and handed to xdist workers as text."""
+"""The suites of a session: generated once, kept in pytest's cache, and sent to xdist workers as text."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.report.waivers_view import waivers
+from pytest_hricdv.report.waivers_view import list_waivers
 from pytest_hricdv.results.codec import load
 from tests.plugin.project import change
 
@@ -14,7 +14,7 @@ SUITE = ("--hri-suite=by-hand", "-p", "no:xdist")
 def found(lamps: pytest.Pytester, *options: str) -> dict[str, tuple[str, str, str]]:
     """What is waived -> kind, until, state."""
     lamps.runpytest_inprocess(*SUITE, *options)
-    rows = waivers(load(lamps.path / "hri-report"))
+    rows = list_waivers(load(lamps.path / "hri-report"))
     assert all(row.reason or row.state == "expired" for row in rows)
     return {row.subject: (row.kind, row.until, row.state) for row in rows}
 
@@ -27,7 +27,7 @@ def test_each_waiver_says_whether_it_is_needed(lamps: pytest.Pytester) -> None:
             "    R2 in by-hand: it has no lamp\n"
         )
     rows = found(lamps)
-    owners = {row.subject: (row.reason, row.owner) for row in waivers(load(lamps.path / "hri-report"))}
+    owners = {row.subject: (row.reason, row.owner) for row in list_waivers(load(lamps.path / "hri-report"))}
     assert owners["R3"] == ("nobody greets", "lamp team")
     assert owners["R1 in rl"] == ("not there", "")
     assert rows["R2"] == ("known violation", "", "needed")

@@ -253,7 +253,7 @@ def _find_plan(invocation: Invocation, term: Term) -> Plan | None:
 
 @internal_action("relevant_plan", 2, inspects=True)
 def _relevant_plan(invocation: Invocation) -> Iterator[object]:
-    """As ``.relevant_plans``, one plan a solution."""
+    """Like ``.relevant_plans``, one plan a solution."""
     for plan in _plans_for(invocation):
         if invocation.unify(1, _plan_term(invocation, plan)):
             yield plan

@@ -54,7 +54,7 @@ def is_source(annot: Term) -> bool:
 
 
 _ground_with_source = lru_cache(maxsize=4096)(with_source)
-"""As :func:`with_source`, for ground literals: the same ones are told again and again. Others are not shared, because
+"""Like :func:`with_source`, for ground literals: the same ones are told again and again. Others are not shared, because
 plan terms may be equal although they are from different places in the sources."""
 
 

@@ -184,7 +184,7 @@ def _match(trigger: PlanTrigger) -> Match:
         return match
 
     def match_names(literal: Structure) -> Bindings | None:
-        """As ``match``, for a trigger that only names the arguments of the event, as most do."""
+        """Like ``match``, for a trigger that only names the arguments of the event, as most do."""
         if not literal.ground:
             return match(literal)
         for annot in annots:

@@ -334,7 +334,7 @@ class PlanTerm:
 
 @dataclass(frozen=True, slots=True)
 class FormulaTerm:
-    """A condition that a goal hands over, ``!check(X > 3)``; ``formula`` is its syntax tree."""
+    """A condition as an argument of a goal, ``!check(X > 3)``; ``formula`` is its syntax tree."""
 
     formula: object
     location: Location = field(compare=False)

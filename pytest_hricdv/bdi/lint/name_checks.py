@@ -174,7 +174,7 @@ def _has_plan(system: System, agent: AgentModel, mention: Mention, triggers: dic
     goal = _generalize(mention.literal)
     return (
         None in triggers
-        or any(unify(rename_apart(each, "_Plan"), goal, {}, []) for each in triggers.get(mention.literal.key, ()))
+        or any(unify(rename_apart(literal, "_Plan"), goal, {}, []) for literal in triggers.get(mention.literal.key, ()))
         or system.may_receive_plans(agent)
     )
 

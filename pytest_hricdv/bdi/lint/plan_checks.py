@@ -53,7 +53,7 @@ def _with_earlier(plans: tuple[syntax.Plan, ...]) -> Iterator[tuple[syntax.Plan,
     seen: dict[syntax.EventKey | None, list[tuple[int, syntax.Plan]]] = {}
     for number, plan in enumerate(plans):
         same, others = seen.setdefault(plan.trigger.key, []), seen.get(None, [])
-        yield plan, [each for _, each in (same if same is others else sorted(same + others, key=itemgetter(0)))]
+        yield plan, [other for _, other in (same if same is others else sorted(same + others, key=itemgetter(0)))]
         same.append((number, plan))
 
 

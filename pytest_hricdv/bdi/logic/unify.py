@@ -244,7 +244,7 @@ def univ_of_plan(left: Term, right: Term, bindings: Bindings, trail: Trail) -> b
     """``P =.. [label, { +!g }, context, { body }]``, to take a plan apart or to build one."""
     if isinstance(left, PlanTerm):
         plan = left.plan
-        if not isinstance(plan, Plan) or not plan.has_label:  # as in Jason, one without a label is not taken apart
+        if not isinstance(plan, Plan) or not plan.has_label:  # as in Jason, a plan without a label is not decomposed
             return False
         context: Term = TRUE if plan.context is None else as_term(plan.context, plan.location)
         event = PlanTerm(Plan("_plan", plan.trigger, None, (), plan.location))

@@ -79,7 +79,7 @@ def open_points(report: Report, kind: str = "") -> Answer:
 
 def test(report: Report, name: str) -> Answer:
     """A test by its id or node id: its actions with start times, verdicts and violations, and how to run it again."""
-    result = _find("test", name, {key: each for each in report.tests for key in (each.id, each.nodeid)})
+    result = _find("test", name, {key: test for test in report.tests for key in (test.id, test.nodeid)})
     return {
         "id": result.id,
         "nodeid": result.nodeid,
@@ -108,7 +108,7 @@ def test(report: Report, name: str) -> Answer:
 def requirement(report: Report, name: str) -> Answer:
     """A requirement: formula, source, verdicts, least margin, and near misses of its antecedent."""
     text = _find("requirement", name, report.requirements)
-    results = [(each.id, each.requirements[name]) for each in report.tests if name in each.requirements]
+    results = [(test.id, test.requirements[name]) for test in report.tests if name in test.requirements]
     margins = [(verdict.margin, key) for key, verdict in results if verdict.margin is not None]
     return {
         "id": name,
@@ -126,7 +126,7 @@ def requirement(report: Report, name: str) -> Answer:
 
 def coverage(report: Report, name: str) -> Answer:
     """The coverage of a file of the code under test by all tests."""
-    return dict(msgspec.to_builtins(_find("file", name, {each.file: each for each in report.code_under_test.files})))
+    return dict(msgspec.to_builtins(_find("file", name, {file.file: file for file in report.code_under_test.files})))
 
 
 def changes(report: Report) -> Answer:

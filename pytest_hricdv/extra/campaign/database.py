@@ -59,7 +59,7 @@ class RowSummary(msgspec.Struct, frozen=True):
         statements, branches = result.code.bits if result.code else ("0x0", "0x0")
         return cls(
             note=result.failure.strip().partition("\n")[0] if result.fails else "",
-            judgements=tuple((each.verdict, each.triggers, each.margin) for each in judged),
+            judgements=tuple((judgement.verdict, judgement.triggers, judgement.margin) for judgement in judged),
             bins={name: [list(hit) for hit in sorted(set(hits))] for name, hits in (result.cross or {}).items()},
             endings=tuple(result.outcomes),
             statements=statements,

@@ -146,7 +146,7 @@ def select_runs(plan: CampaignPlan, percent: float) -> Iterator[RunKey]:
 
 
 def audit(execution: Execution, percent: float) -> None:
-    """Repeat the runs chosen for it that were not repeated yet. Raises as `Execution.run`."""
+    """Repeat the runs chosen for it that were not repeated yet. Raises the same errors as `Execution.run`."""
     store = execution.store
     repeated = {repeat.key for repeat in store.repeats()}
     done, workers = store.keys(), store.workers()

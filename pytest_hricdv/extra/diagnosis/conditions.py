@@ -42,7 +42,7 @@ class RunMoment:
 
 @dataclass(frozen=True)
 class Examples:
-    """Moments that a condition is to tell apart.
+    """Moments that a condition has to distinguish.
 
     Args:
         inside: it is to hold there.
@@ -62,7 +62,7 @@ class Examples:
 
 @dataclass(frozen=True)
 class LearnedCondition:
-    """A formula that tells examples apart, or comes nearest to it.
+    """A formula that distinguishes the examples, or comes nearest to it.
 
     Args:
         text: the formula.

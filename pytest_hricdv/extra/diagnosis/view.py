@@ -85,7 +85,7 @@ def _story(cause: Cause, report: Report, columns: int | None) -> Iterator[tuple[
     name = cause.minimal_of or cause.tests[0]
     test = next((test for test in report.tests if test.id == name), None)
     failed = order_failures(test, () if report.strict else report.known_violations) if test else []
-    mine = next((each for each in failed if each in cause.requirements), "")
+    mine = next((requirement for requirement in failed if requirement in cause.requirements), "")
     violation = first_violation(test.requirements[mine]) if test and mine else None
     actions, end = list(cause.minimal), " (shrunk)" if cause.is_shrunk else f" ({name})"
     if test and violation and test.action_times_s and not cause.is_shrunk:

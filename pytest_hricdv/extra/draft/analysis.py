@@ -181,8 +181,13 @@ def _entry_questions(entry: Entry | None) -> Iterator[Question]:
     for port in (*entry.ports, *entry.method_ports):
         if port.role == "parameter" and not port.default:
             yield Question(f"Between which values is the parameter `{port.name}`?", port.name, port.location)
-        answers = [f"`{port.name}.{each.name}`" for each in port.operations if port.role == "device"
-                   and not each.is_set and (each.result is not None or each.returns not in ("", "None"))]  # fmt: skip
+        answers = [
+            f"`{port.name}.{operation.name}`"
+            for operation in port.operations
+            if port.role == "device"
+            and not operation.is_set
+            and (operation.result is not None or operation.returns not in ("", "None"))
+        ]
         if answers:
             verb = "does" if len(answers) == 1 else "do"
             yield Question(f"What {verb} {', '.join(answers)} return, and when?", port.name, port.location)

@@ -119,7 +119,7 @@ class CodeReader:
         every = dict.fromkeys((model.entry, *(entry for entry, _ in islice(self._entries.entries(), MAX_ENTRIES))))
         candidates = [entry for entry in every if entry is not None and _key(entry) not in faulty]
         made = (replace(model, entry=entry, parameters=()) for entry in candidates)
-        known = next((each.entry for each in made if _has_inputs(self._with_entry(each, None, frozenset()))), None)
+        known = next((model.entry for model in made if _has_inputs(self._with_entry(model, None, frozenset()))), None)
         if self._chosen is not None:
             return known
         known = known or next(iter(candidates), None)
@@ -165,22 +165,24 @@ class CodeReader:
     def _calls(self, entry: Entry, seen: Observations | None, has_inputs: bool) -> Iterator[Message]:
         """The calls that reach the entry."""
         called = methods_from_outside(seen, entry) if seen is not None else frozenset()
-        handed = list(self._stimuli.callbacks(entry))
-        yield from handed
+        callbacks = list(self._stimuli.callbacks(entry))
+        yield from callbacks
         methods = list(self._stimuli.methods(entry, called)) if entry.is_class and not has_inputs else []
-        if handed:
-            methods = [each for each in methods if each.channel in called or each.channel in self._used]
-        handled = list(self._stimuli.handlers(entry)) if not (has_inputs or handed) else []
-        open_ones = [each for each in methods if each.fields or "Neutral" not in each.delivery]
+        if callbacks:
+            methods = [method for method in methods if method.channel in called or method.channel in self._used]
+        handled = list(self._stimuli.handlers(entry)) if not (has_inputs or callbacks) else []
+        open_ones = [method for method in methods if method.fields or "Neutral" not in method.delivery]
         yield from open_ones
-        yield from (each for each in handled if each.module != OWN_MODULE or not open_ones)
+        yield from (message for message in handled if message.module != OWN_MODULE or not open_ones)
         observed = list(self._find_callbacks(entry, seen)) if seen is not None else []
-        yield from (each for each in observed if each.fields or not (has_inputs or handed or methods or handled))
+        yield from (
+            message for message in observed if message.fields or not (has_inputs or callbacks or methods or handled)
+        )
         if not entry.is_class and entry.name != SCRIPT:
             yield from self._stimuli.functions()
 
     def _find_callbacks(self, entry: Entry, seen: Observations) -> Iterator[Message]:
-        """Functions that the code handed to its ports while it ran, as far as the object does not hand them itself."""
+        """Functions that the code passed to its ports while it ran, except those that the object passes itself."""
         scope = self._scope(entry)
         own = {id(method.node) for method in methods_of(self._sources, scope).values()} if scope is not None else set()
         names = [key.removeprefix(CALLBACK) for key in seen.methods if key.startswith(CALLBACK)]
@@ -210,7 +212,9 @@ class CodeReader:
             elif port.role == "connection":
                 yield from self._stimuli.items(port, READS)
             elif port.role in ("device", "bus"):
-                names = tuple(each.name for each in port.operations if each.is_method and each.result is None)
+                names = tuple(
+                    operation.name for operation in port.operations if operation.is_method and operation.result is None
+                )
                 yield from self._stimuli.items(replace(port, role="device"), names)
                 yield from self._stimuli.messages_in_list(port)
 
@@ -261,7 +265,7 @@ class CodeReader:
             return model
         known = [*model.machines, *self._states.machines(scope)]
         found = find_machines(seen, model) if seen is not None else ()
-        machines = [*known, *(each for each in found if self._states.decides(scope, each))]
+        machines = [*known, *(machine for machine in found if self._states.decides(scope, machine))]
         for number, machine in enumerate(machines):
             path = self._states.path(scope, machine)
             if path:
@@ -269,7 +273,7 @@ class CodeReader:
                 field = MessageField("state", "str", "str", machine.location, values)
                 message = Message("StateChanged", STATE_TOPIC, OWN_MODULE, "published", (field,), machine.location,
                                   (machine.location,), "state", path)  # fmt: skip
-                others = [each for at, each in enumerate(machines) if at != number and each in model.machines]
+                others = [other for at, other in enumerate(machines) if at != number and other in model.machines]
                 every = (replace(machine, field=f"{STATE_TOPIC}.state"), *others)
                 return replace(model, machines=every, messages=(*model.messages, message))
         return replace(model, machines=(*model.machines, *self._states.enumerations()))
@@ -285,8 +289,10 @@ def _has_inputs(model: CodeModel) -> bool:
     assert entry is not None
     if entry.name == SCRIPT:
         return True  # its loop reads what first runs will show
-    operations = [each for port in (*entry.ports, *entry.method_ports, *model.inner) for each in port.operations]
-    is_open = any(each.result is not None or each.is_registration for each in operations)
+    operations = [
+        operation for port in (*entry.ports, *entry.method_ports, *model.inner) for operation in port.operations
+    ]
+    is_open = any(operation.result is not None or operation.is_registration for operation in operations)
     return is_open or any(message.fields for message in model.inputs)
 
 

@@ -165,7 +165,7 @@ def _parameters(code: CodeModel, testbench: Testbench) -> Iterator[Drift]:
     for samplers in testbench.concretization.commands.values():
         varied |= {*samplers}
     for parameter in (*code.parameters, *_of_entry(code)):
-        # A switch or a number with a unit is what tests can vary; what else is handed over is the world's.
+        # A switch or a number with a unit is what tests can vary; other arguments belong to the world.
         if parameter.name not in varied and parameter.unit and parameter.type in ("float", "int", ""):
             text = f"{parameter.owner}.{parameter.name} ({parameter.default or 'no default'}) is never varied"
             yield Drift("parameter", parameter.name, str(parameter.location), text)

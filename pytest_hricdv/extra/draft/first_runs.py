@@ -219,7 +219,7 @@ def _shorten(text: str, folder: Path, root: Path) -> str:
 
     def relative(found: re.Match[str]) -> str:
         path = Path(found[0]).resolve()
-        within = next((each for each in (folder, root) if path.is_relative_to(each)), None)
+        within = next((parent for parent in (folder, root) if path.is_relative_to(parent)), None)
         return path.relative_to(within).as_posix() if within is not None else str(path)
 
     return re.sub(rf"{re.escape(str(folder))}[^\s:'\"]+", relative, text)

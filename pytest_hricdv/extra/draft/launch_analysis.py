@@ -107,7 +107,7 @@ def _join(models: Sequence[CodeModel], problems: Sequence[Problem]) -> CodeModel
                      for name in ("nodes", "endpoints", "parameters")))  # fmt: skip
     names = ("modules", "machines", "waits", "virtual", "constants", "parameters", "questions", "problems")
     joined: dict[str, Any] = {
-        name: _unique(each for model in models for each in getattr(model, name)) for name in names
+        name: _unique(item for model in models for item in getattr(model, name)) for name in names
     }
     joined["problems"] += tuple(problems)
     roots = _unique(model.root for model in models)

@@ -48,10 +48,15 @@ def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow)
         seen: what was observed.
         flow: of the code.
     """
-    methods = {each.name: each.location for each in port.operations if each.is_method and each.result is None
-               and not (each.is_registration or each.name.startswith("__"))}  # fmt: skip
-    methods |= {f"set_{each.name}": each.location for each in port.operations
-                if each.is_set and not each.is_registration}  # fmt: skip
+    methods = {
+        operation.name: operation.location
+        for operation in port.operations
+        if operation.is_method
+        and operation.result is None
+        and not (operation.is_registration or operation.name.startswith("__"))
+    }
+    methods |= {f"set_{operation.name}": operation.location for operation in port.operations
+                if operation.is_set and not operation.is_registration}  # fmt: skip
     if len(methods) > 1 and {*methods} <= LOGS:
         return
     if port.role == "connection":
@@ -73,7 +78,7 @@ def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow)
 
 def messages_for_answers(inputs: Iterable[Message], seen: Observations) -> Iterator[Message]:
     """The messages for what calls of the code returned."""
-    for message in {each.channel: each for each in inputs if each.form == "call"}.values():
+    for message in {message.channel: message for message in inputs if message.form == "call"}.values():
         site = seen.calls.get(f"{ANSWER}.{message.channel}")
         if site is not None:
             title = camel(word(f"{message.channel.strip('_')} answer"))
@@ -89,7 +94,7 @@ def with_methods(port: Port, entry: Entry, seen: Observations) -> Port:
     """A device with the methods that were observed, and that the source does not show, as of `getattr`."""
     if port.role == "parameter" and not (port.annotation or port.default) and any(_find_methods(port, entry, seen)):
         port = replace(port, role="device")  # nothing said that it is an object
-    there = {each.name for each in port.operations}
+    there = {operation.name for operation in port.operations}
     names = [name for name in dict.fromkeys(_find_methods(port, entry, seen)) if name not in there]
     more = tuple(Operation(name, not _is_attribute(port, name, entry, seen), port.location) for name in names)
     return replace(port, operations=(*port.operations, *more)) if port.role == "device" else port
@@ -173,14 +178,14 @@ def _names(method: str, flow: Flow, entry: Entry) -> list[str]:
     functions = [scope.node for scope in flow.methods.get(method, ())
                  if scope.owner is not None and scope.owner.name != entry.name]  # fmt: skip
     named = [parameter_names(function)[1:] for function in functions]  # type: ignore[arg-type]
-    return named[0] if named and all(each == named[0] for each in named) else []
+    return named[0] if named and all(value == named[0] for value in named) else []
 
 
 MAX_SENSES = 12
 """Values of one class or module that a person sets."""
 
 MAX_ARGUMENTS = 4
-"""Arguments of a call that tell sensors apart; of more, as the angles of a scanner, all are one sensor."""
+"""Most arguments of a call that have sensors of their own. More, such as the angles of a scanner, share one sensor."""
 
 
 def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -> Iterator[Port]:
@@ -197,13 +202,13 @@ def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -
         calls = {key: site for key, site in seen.calls.items() if key.startswith(f"{name}.") and " " not in key}
         calls = _with_arguments(calls)
         operations = [_operation(key.partition(".")[2], calls[key], root, key in registered) for key in sorted(calls)]
-        known = {each.name for each in operations if each.result is not None}
-        operations += [_truth(each) for each in operations if each.name.rpartition(".")[2] in truths
-                       and each.is_method and f"{each.name}()" not in known]  # fmt: skip
-        sensed = [each for each in operations if each.result is not None][:MAX_SENSES]
-        called = [each for each in operations if each.result is None and each.is_method]
-        results = {without_arguments(each.name).removesuffix("()") for each in sensed}
-        others = [each for each in called if each.name not in results]
+        known = {operation.name for operation in operations if operation.result is not None}
+        operations += [_truth(operation) for operation in operations if operation.name.rpartition(".")[2] in truths
+                       and operation.is_method and f"{operation.name}()" not in known]  # fmt: skip
+        sensed = [operation for operation in operations if operation.result is not None][:MAX_SENSES]
+        called = [operation for operation in operations if operation.result is None and operation.is_method]
+        results = {without_arguments(operation.name).removesuffix("()") for operation in sensed}
+        others = [operation for operation in called if operation.name not in results]
         yield Port(name, "device", "", "", (*sensed, *others), _line(place, root))
 
 
@@ -213,9 +218,9 @@ def _with_arguments(calls: Mapping[str, Site]) -> dict[str, Site]:
     for key in calls:
         keys.setdefault(without_arguments(key), []).append(key)
     made: dict[str, Site] = {}
-    for general, each in keys.items():
-        for key in each:
-            site = made.setdefault(key if 1 < len(each) <= MAX_ARGUMENTS else general, Site())
+    for general, specific in keys.items():
+        for key in specific:
+            site = made.setdefault(key if 1 < len(specific) <= MAX_ARGUMENTS else general, Site())
             site.merge(calls[key])
     return made
 

@@ -51,7 +51,7 @@ def function_at(sources: Sources, location: str) -> Scope | None:
     """The function of the code at `file:line`; None if there is none."""
     file, _, line = location.rpartition(":")
     for scope in sources.functions if line.isdigit() else ():
-        lines = {scope.node.lineno, *(each.lineno for each in scope.node.decorator_list)}
+        lines = {scope.node.lineno, *(decorator.lineno for decorator in scope.node.decorator_list)}
         if int(line) in lines and (sources.root / scope.module.file) == Path(file).resolve():
             return scope
     return None
@@ -89,10 +89,10 @@ def with_observations(model: CodeModel, seen: Observations) -> CodeModel:
     messages = tuple(_with_values(message, seen, entry) for message in model.messages)
     model = replace(model, messages=messages)
     pairs = _pairs(model, seen)
-    model = replace(model, machines=tuple(_with_states(each, pairs) for each in model.machines))
+    model = replace(model, machines=tuple(_with_states(machine, pairs) for machine in model.machines))
     states = tuple(FieldValue(state.name, state.location) for state in model.machine.states) if model.machine else ()
-    messages = tuple(replace(each, fields=(replace(each.fields[0], values=states),)) if each.form == "state" else each
-                     for each in model.messages)  # fmt: skip
+    messages = tuple(replace(part, fields=(replace(part.fields[0], values=states),)) if part.form == "state" else part
+                     for part in model.messages)  # fmt: skip
     return with_steps(replace(model, messages=messages), seen)
 
 
@@ -100,13 +100,13 @@ def keep_declared(declared: CodeModel, now: CodeModel) -> CodeModel:
     """A model that was made of observations, with all that the code declares."""
     there = {message.topic: message for message in now.messages}
     known = [
-        each for each in declared.messages if each.form != "called" or each.topic in there
+        other for other in declared.messages if other.form != "called" or other.topic in there
     ]  # now it may be an answer
     kept = [_keep_message(message, there.pop(message.topic, message)) for message in known]
     machines = now.machines
     if declared.machine is not None:
-        others = [each for each in now.machines if each.name != declared.machine.name]
-        same = next((each for each in now.machines if each.name == declared.machine.name), declared.machine)
+        others = [machine for machine in now.machines if machine.name != declared.machine.name]
+        same = next((machine for machine in now.machines if machine.name == declared.machine.name), declared.machine)
         states = {state.name: state for state in (*declared.machine.states, *same.states)}
         machines = (replace(same, states=tuple(states.values()), field=declared.machine.field), *others)
     return replace(now, messages=(*kept, *there.values()), machines=machines)
@@ -142,7 +142,7 @@ def find_machines(seen: Observations, model: CodeModel) -> Iterator[StateMachine
             states = tuple(State(text, entry.location) for text in texts)
             held = f"{entry.name}.{path}"
             found.append((len(steps), StateMachine(path, OBSERVED, states, (), entry.location, "", held)))
-    yield from (machine for _, machine in sorted(found, key=lambda each: -each[0]))
+    yield from (machine for _, machine in sorted(found, key=lambda rated: -rated[0]))
 
 
 def _with_values(message: Message, seen: Observations, entry: Entry) -> Message:
@@ -185,8 +185,8 @@ def with_ports(model: CodeModel, seen: Observations) -> CodeModel:
 
     def with_results(ports: tuple[Port, ...]) -> tuple[Port, ...]:
         every = (with_methods(port, entry, seen) for port in ports)
-        return tuple(replace(port, operations=tuple(_operation(port, each, seen, entry.name)
-                                                    for each in port.operations))
+        return tuple(replace(port, operations=tuple(_operation(port, operation, seen, entry.name)
+                                                    for operation in port.operations))
                      if port.role == "device" else port for port in every)  # fmt: skip
 
     known = replace(entry, ports=with_results(entry.ports), method_ports=with_results(entry.method_ports))

@@ -21,7 +21,7 @@ class CodeLine:
     line: int
 
     def __str__(self) -> str:
-        file = "".join(each if each.isprintable() else "?" for each in self.file)  # it stands in comments
+        file = "".join(char if char.isprintable() else "?" for char in self.file)  # it stands in comments
         return f"{file}:{self.line}" if self.line else file
 
 

@@ -158,7 +158,7 @@ class Settlement:
         root = Path(self.draft.code.root)
         names = re.findall(r"['\"]([^'\"/\s][^'\"\n]*)['\"]", trial.error)
         files = [name for name in names if "/" in name or "." in name]
-        folder = next((each for each in (root, root.parent) for name in files if (each / name).is_file()), None)
+        folder = next((parent for parent in (root, root.parent) for name in files if (parent / name).is_file()), None)
         if self.draft.working_folder or folder is None:
             return False
         self.draft = replace(self.draft, working_folder=str(folder))
@@ -321,10 +321,10 @@ def class_at(root: Path, location: CodeLine | None) -> str:
 
 def _shares(trial: FirstRuns) -> dict[str, tuple[float, float]]:
     """Each command of tests that raise -> the share of these that have it, and of the others; alike without any."""
-    commands = sorted({command for each in trial.raising for command in each if not command.startswith(NO_COMMANDS)})
+    commands = sorted({command for names in trial.raising for command in names if not command.startswith(NO_COMMANDS)})
 
     def share(command: str, tests: Sequence[frozenset[str]]) -> float:
-        return sum(command in each for each in tests) / len(tests)
+        return sum(command in test for test in tests) / len(tests)
 
     return {command: (share(command, trial.raising), share(command, trial.calm or trial.raising))
             for command in commands}  # fmt: skip

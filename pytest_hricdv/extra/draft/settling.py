@@ -97,7 +97,7 @@ def _run_suites(work: Settlement, limit_s: float, progress: Callable[[str], None
         if trial.is_ended and trial.tests:
             work.draft = replace(work.draft, sizes={**work.draft.sizes, suite: max(trial.tests, MIN_TESTS)})
         work.draft = without(work.draft, trial.failed)
-        is_known = trial.error == TOO_LONG and work.budget_s <= 0.0 and any(each.passed for each in trials.values())
+        is_known = trial.error == TOO_LONG and work.budget_s <= 0.0 and any(other.passed for other in trials.values())
         if not is_known and _go_on(work, trial, f"first runs, {suite}", progress):
             continue  # where the budget is over, a suite that is too slow says nothing against the draft
         if suite == "rl":  # what it has shown of states are targets of the other one

@@ -98,9 +98,9 @@ def _read(
     """Read the log once, for all judges of its runs."""
     readers: list[dict[str, list[Callable[[float, str, Any], None]]]] = [{} for _ in judged]
     for by_name, mine in zip(readers, judges, strict=True):
-        for each in mine:
-            for name in each.reads:
-                by_name.setdefault(name, []).append(each.add)
+        for judge in mine:
+            for name in judge.reads:
+                by_name.setdefault(name, []).append(judge.add)
     for part, time_s, event, value in reader.events([made.run for made in judged]):
         made = judged[part]
         if event.is_judged:
@@ -246,7 +246,7 @@ class StretchJudge:
 
 def _add_verdicts(made: JudgedRun, requirements: Iterable[Requirement], judges: Sequence[StretchJudge]) -> None:
     stretches: dict[str, list[Verdict]] = {}
-    for verdict in (verdict for each in judges for verdict in each.finish()):
+    for verdict in (verdict for judge in judges for verdict in judge.finish()):
         stretches.setdefault(verdict.requirement, []).append(verdict)
     for requirement in requirements:
         name, parts = requirement.id, stretches.get(requirement.id, [])

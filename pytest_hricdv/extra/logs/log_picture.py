@@ -37,7 +37,9 @@ class LogPicture:
         """Add a value of a signal, or a message."""
         if isinstance(value, Mapping):
             if len(self._messages) < MAX_MESSAGES:
-                fields = {key: cut(each, MAX_LINE) if isinstance(each, str) else each for key, each in value.items()}
+                fields = {
+                    key: cut(entry, MAX_LINE) if isinstance(entry, str) else entry for key, entry in value.items()
+                }
                 self._messages.append(f"{time_s:.3f}\tlog\t{name}\t{json.dumps(fields, separators=(',', ':'))}")
         elif isinstance(value, float | bool):
             spans, span, point = self._signals.setdefault(name, {}), int(time_s / self._width_s), (time_s, float(value))

@@ -18,7 +18,7 @@ from pytest_hricdv.extra.ros2.wait_set import WaitSet
 
 
 class GoalEvent(IntEnum):
-    """As `rcl_action_goal_event_t`."""
+    """Like `rcl_action_goal_event_t`."""
 
     EXECUTE = 0
     CANCEL_GOAL = 1
@@ -28,7 +28,7 @@ class GoalEvent(IntEnum):
 
 
 class GoalState(IntEnum):
-    """As `action_msgs/msg/GoalStatus` numbers them."""
+    """Numbered as in `action_msgs/msg/GoalStatus`."""
 
     ACCEPTED = 1
     EXECUTING = 2
@@ -58,7 +58,7 @@ def part_names(action: str) -> dict[str, str]:
 
 
 class ActionClient(Destroyable):
-    """As `rcl_action_client_t`. Raises ValueError for a wrong name."""
+    """Like `rcl_action_client_t`. Raises ValueError for a wrong name."""
 
     def __init__(
         self,
@@ -169,7 +169,7 @@ class _Goal:
 
 
 class ActionServer(Destroyable):
-    """As `rcl_action_server_t`.
+    """Like `rcl_action_server_t`.
 
     Args:
         result_timeout: how long the result of a goal that is over is kept (s; negative: for ever).
@@ -322,7 +322,7 @@ class ActionServer(Destroyable):
 
 
 class ActionGoalHandle(Destroyable):
-    """As `rcl_action_goal_handle_t`. Raises RCLError for a goal that the server has already."""
+    """Like `rcl_action_goal_handle_t`. Raises RCLError for a goal that the server has already."""
 
     def __init__(self, server: ActionServer, goal_info: Any) -> None:
         super().__init__(server.kernel)

@@ -20,11 +20,11 @@ _SWITCHES = ("stdout-logs", "external-lib-logs")
 
 
 class InvalidROSArgsError(RCLError):
-    """As `RCLInvalidROSArgsError` of the extension."""
+    """Like `RCLInvalidROSArgsError` of the extension."""
 
 
 class UnknownROSArgsError(RuntimeError):
-    """As of the extension."""
+    """Like that of the extension."""
 
 
 _TRUE = frozenset(["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"])

@@ -43,11 +43,11 @@ def need_no_clock_topic(kernel: Kernel) -> None:
 
 
 class TimerCancelledError(RCLError):
-    """As of the extension: a timer that is cancelled was called."""
+    """Like that of the extension: a timer that is cancelled was called."""
 
 
 class ClockType(IntEnum):
-    """As `rcl_clock_type_t`."""
+    """Like `rcl_clock_type_t`."""
 
     UNINITIALIZED = 0
     ROS_TIME = 1
@@ -56,7 +56,7 @@ class ClockType(IntEnum):
 
 
 class ClockChange(IntEnum):
-    """As `rcl_clock_change_t`."""
+    """Like `rcl_clock_change_t`."""
 
     ROS_TIME_NO_CHANGE = 1
     ROS_TIME_ACTIVATED = 2
@@ -66,7 +66,7 @@ class ClockChange(IntEnum):
 
 @dataclass
 class TimePoint:
-    """As `rcl_time_point_t`: a moment of a clock."""
+    """Like `rcl_time_point_t`: a moment of a clock."""
 
     nanoseconds: int
     clock_type: Any
@@ -74,7 +74,7 @@ class TimePoint:
 
 @dataclass
 class Duration:
-    """As `rcl_duration_t`."""
+    """Like `rcl_duration_t`."""
 
     nanoseconds: int
 
@@ -96,7 +96,7 @@ class _Jump:
 
 
 class Clock(Destroyable):
-    """As `rcl_clock_t`. A ROS clock that is overridden stands still between two settings (design of ROS time)."""
+    """Like `rcl_clock_t`. A ROS clock that is overridden stands still between two settings (design of ROS time)."""
 
     def __init__(self, clock_type: int, kernel: Kernel | None = None) -> None:
         node = current_node()
@@ -197,7 +197,7 @@ class Clock(Destroyable):
 
 
 class ClockEvent(Waitable):
-    """As of the extension: the event that a sleep until a clock's time waits for; setting it ends the sleep at once."""
+    """Like that of the extension: the event that a sleep of a clock waits for; setting it ends the sleep at once."""
 
     def __init__(self) -> None:
         super().__init__(current_kernel("ClockEvent"))
@@ -235,7 +235,7 @@ class ClockEvent(Waitable):
 
 
 class RosTimer(Waitable):
-    """As `rcl_timer_t`: due each period of its clock; what was missed is skipped, and the phase is kept.
+    """Like `rcl_timer_t`: due each period of its clock; what was missed is skipped, and the phase is kept.
 
     Args:
         clock: whose time counts.

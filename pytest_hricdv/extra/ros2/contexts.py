@@ -17,11 +17,11 @@ from pytest_hricdv.runtime.kernel import Kernel, current_node
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 DEFAULT_DOMAIN = 2**64 - 1
-"""As `RCL_DEFAULT_DOMAIN_ID`: an unspecified domain, which is 0; the environment is ignored."""
+"""Like `RCL_DEFAULT_DOMAIN_ID`: an unspecified domain, which is 0; the environment is ignored."""
 
 
 class Context(Destroyable):
-    """As `rcl_context_t`: what one process of a ROS 2 system shares.
+    """Like `rcl_context_t`: what one process of a ROS 2 system shares.
 
     Raises:
         KernelError: made outside of a node of a simulated run.
@@ -88,7 +88,7 @@ class Context(Destroyable):
 
 
 class GraphNode(Destroyable):
-    """As `rcl_node_t`. Its own arguments come before those of its context.
+    """Like `rcl_node_t`. Its own arguments come before those of its context.
 
     Raises:
         ValueError: a wrong name or namespace.

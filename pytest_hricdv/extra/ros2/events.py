@@ -18,11 +18,11 @@ from pytest_hricdv.runtime.kernel import Kernel
 
 
 class UnsupportedEventTypeError(RCLError):
-    """As of the extension, whose users catch it: this middleware has all events."""
+    """Like that of the extension, so that code can catch it; this middleware has all events."""
 
 
 class SubscriptionEventType(IntEnum):
-    """As `rcl_subscription_event_type_t`."""
+    """Like `rcl_subscription_event_type_t`."""
 
     RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED = 0
     RCL_SUBSCRIPTION_LIVELINESS_CHANGED = 1
@@ -33,7 +33,7 @@ class SubscriptionEventType(IntEnum):
 
 
 class PublisherEventType(IntEnum):
-    """As `rcl_publisher_event_type_t`."""
+    """Like `rcl_publisher_event_type_t`."""
 
     RCL_PUBLISHER_OFFERED_DEADLINE_MISSED = 0
     RCL_PUBLISHER_LIVELINESS_LOST = 1
@@ -235,7 +235,7 @@ _PREFIX = re.compile("RCL_(SUBSCRIPTION|PUBLISHER)_(REQUESTED_|OFFERED_)?")
 
 
 class EventHandle(Waitable):
-    """As `rcl_event_t`."""
+    """Like `rcl_event_t`."""
 
     def __init__(self, endpoint: EventSource, event_type: SubscriptionEventType | PublisherEventType) -> None:
         super().__init__(endpoint.kernel)

@@ -233,7 +233,7 @@ def require_virtual_package(what: str, entry: str, packages: Collection[str]) ->
     """
     module = entry.partition(":")[0]
     package = module.partition(".")[0]
-    if not any(f"{module}.".startswith(f"{each}.") for each in packages):
+    if not any(f"{module}.".startswith(f"{other}.") for other in packages):
         raise Ros2Error(
             f"{what}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
             "there, so that it sees virtual time"

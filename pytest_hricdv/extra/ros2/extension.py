@@ -36,7 +36,7 @@ _EVENTS_EXECUTOR = "EventsExecutor"
 
 
 class SignalHandlerOptions(IntEnum):
-    """As of the extension."""
+    """Like that of the extension."""
 
     NO = 0
     SIGINT = 1

@@ -16,7 +16,7 @@ _Entities = dict[str, list[Any]]
 
 
 class NodeNameNonExistentError(RCLError):
-    """As of the extension."""
+    """Like that of the extension."""
 
 
 class Carrier(Protocol):

@@ -17,11 +17,11 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class RCLError(RuntimeError):
-    """As of the extension: the client library refuses."""
+    """Like that of the extension: the client library refuses."""
 
 
 class InvalidHandle(RuntimeError):  # noqa: N818 (the name is the extension's)
-    """As of the extension: the handle was destroyed."""
+    """Like that of the extension: the handle was destroyed."""
 
 
 def node_that_runs() -> Node | None:

@@ -174,7 +174,7 @@ def _text_of(value: Any) -> str:
 
 
 class Transport:
-    """As of a subprocess of asyncio: the launch system reads and signals it."""
+    """Like that of a subprocess of asyncio: the launch system reads and signals it."""
 
     def __init__(self, kernel: Kernel, pid: int) -> None:
         self._kernel = kernel

@@ -51,7 +51,7 @@ _OUTCOMES = (
 
 
 class CallbackReturn(IntEnum):
-    """As `TransitionCallbackReturnType`: the numbers of `lifecycle_msgs/msg/Transition`."""
+    """Like `TransitionCallbackReturnType`: the numbers of `lifecycle_msgs/msg/Transition`."""
 
     SUCCESS = 97
     FAILURE = 98
@@ -68,9 +68,9 @@ def _graph() -> tuple[Transition, ...]:
 
     # In the order of rcl: the transitions to a state, then those from it.
     return tuple(
-        each
+        row
         for first, state, goals in _OUTCOMES
-        for each in (
+        for row in (
             *(transition(*command) for command in _COMMANDS if command[3] == state),
             *(
                 transition(first + offset, outcome.to_label(), state, goals[offset])
@@ -92,7 +92,7 @@ _SERVICES = {
 
 
 class LifecycleStateMachine(Destroyable):
-    """As `rcl_lifecycle_state_machine_t`, with its services if it is to have them. It begins as "unconfigured".
+    """Like `rcl_lifecycle_state_machine_t`, with its services if it is to have them. It begins as "unconfigured".
 
     Raises:
         TypeError: `enable_com_interface` is no bool.

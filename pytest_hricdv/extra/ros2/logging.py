@@ -15,7 +15,7 @@ SEPARATOR = "."
 
 
 class Severity(IntEnum):
-    """As `RCUTILS_LOG_SEVERITY`."""
+    """Like `RCUTILS_LOG_SEVERITY`."""
 
     RCUTILS_LOG_SEVERITY_UNSET = 0
     RCUTILS_LOG_SEVERITY_DEBUG = 10

@@ -124,7 +124,7 @@ def fields_of(message: Any, above: str = "") -> dict[str, Value]:
             fields.update(fields_of(value, f"{name}."))
         else:
             fields[f"{name}.length"] = len(value)
-            # 32 bits are enough: it tells runs of one suite apart, and nobody forges messages here.
+            # 32 bits are enough: it distinguishes the runs of a suite, and nobody forges messages here.
             fields[f"{name}.crc"] = zlib.crc32(_bytes(value))
     return fields
 

@@ -136,7 +136,7 @@ _IN_NS = "timeout_sec_to_nsec"
 
 
 def _in_ns(timeout_sec: float | None) -> int:
-    """As `rclpy`'s function of this name, which truncates; -1: for ever."""
+    """Like `rclpy`'s function of this name, which truncates; -1: for ever."""
     return -1 if timeout_sec is None or timeout_sec < 0 else whole_ns(float(timeout_sec))
 
 

@@ -16,7 +16,7 @@ BEST_AVAILABLE_NS = INFINITE_NS - 1
 
 
 class QosPolicyKind(IntEnum):
-    """As `rmw_qos_policy_kind_t`."""
+    """Like `rmw_qos_policy_kind_t`."""
 
     RMW_QOS_POLICY_INVALID = 1
     RMW_QOS_POLICY_DURABILITY = 2
@@ -40,7 +40,7 @@ _SYSTEM_DEFAULT, _UNKNOWN, _BEST_AVAILABLE = 0, 3, 4
 
 
 class QoSCompatibility(IntEnum):
-    """As `rmw_qos_compatibility_type_t`."""
+    """Like `rmw_qos_compatibility_type_t`."""
 
     OK = 0
     WARNING = 1
@@ -49,7 +49,7 @@ class QoSCompatibility(IntEnum):
 
 @dataclass(frozen=True)
 class CompatibilityResult:
-    """As `QoSCheckCompatibleResult`."""
+    """Like `QoSCheckCompatibleResult`."""
 
     compatibility: QoSCompatibility = QoSCompatibility.OK
     reason: str = ""
@@ -146,7 +146,7 @@ def _profile_named(name: str) -> Profile:
 
 
 class RmwProfile(Profile):
-    """As `rmw_qos_profile_t`: `rclpy` makes it of numbers and durations."""
+    """Like `rmw_qos_profile_t`: `rclpy` makes it of numbers and durations."""
 
     def __init__(
         self,
@@ -279,7 +279,7 @@ def _doubts(offered: Profile, requested: Profile) -> list[str]:
 
 
 def check_compatible(offered: Profile, requested: Profile) -> CompatibilityResult:
-    """As `rmw_qos_profile_check_compatible`."""
+    """Like `rmw_qos_profile_check_compatible`."""
     errors = mismatches(offered, requested)
     if errors:
         return CompatibilityResult(QoSCompatibility.ERROR, "".join(f"ERROR: {why};" for _, why in errors))

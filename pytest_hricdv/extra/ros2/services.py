@@ -23,7 +23,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class IntrospectionState(IntEnum):
-    """As `ServiceIntrospectionState`."""
+    """Like `ServiceIntrospectionState`."""
 
     OFF = 0
     METADATA = 1
@@ -31,7 +31,7 @@ class IntrospectionState(IntEnum):
 
 
 class ServiceEvent(IntEnum):
-    """As `service_msgs/msg/ServiceEventInfo` numbers them."""
+    """Numbered as in `service_msgs/msg/ServiceEventInfo`."""
 
     REQUEST_SENT = 0
     REQUEST_RECEIVED = 1
@@ -75,7 +75,7 @@ class Introspection:
 
 @dataclass(frozen=True)
 class RequestId:
-    """As `rmw_request_id_t`: the number of a request and its client."""
+    """Like `rmw_request_id_t`: the number of a request and its client."""
 
     sequence_number: int
     client: Client
@@ -83,7 +83,7 @@ class RequestId:
 
 @dataclass(frozen=True)
 class ServiceInfo:
-    """As `rmw_service_info_t`, times in ns."""
+    """Like `rmw_service_info_t`, times in ns."""
 
     request_id: RequestId
     source_timestamp: int
@@ -127,7 +127,7 @@ class _ServiceEndpoint(GraphEntity, QueueHandle):
 
 
 class ServiceServer(_ServiceEndpoint):
-    """As `rcl_service_t`. Raises ValueError for a wrong name."""
+    """Like `rcl_service_t`. Raises ValueError for a wrong name."""
 
     def __init__(self, node: GraphNode, kind: type[Any], name: str, profile: Profile) -> None:
         super().__init__(node, kind, name)
@@ -172,7 +172,7 @@ class UnservedRequest:
 
 
 class Client(_ServiceEndpoint):
-    """As `rcl_client_t`. Raises ValueError for a wrong name."""
+    """Like `rcl_client_t`. Raises ValueError for a wrong name."""
 
     def __init__(self, node: GraphNode, kind: type[Any], name: str, profile: Profile) -> None:
         super().__init__(node, kind, name)

@@ -27,7 +27,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 NAME = "tf2_py"
 _CACHE_NS = 10 * 10**9
-"""As `tf2::BUFFER_CORE_DEFAULT_CACHE_TIME`."""
+"""Like `tf2::BUFFER_CORE_DEFAULT_CACHE_TIME`."""
 _TOLERANCE = 10e-3
 """Tolerance of the squared length of a quaternion, as `QUATERNION_NORMALIZATION_TOLERANCE` of tf2."""
 
@@ -42,7 +42,7 @@ def _ns(time: Any) -> int:
 
 
 class BufferCore:
-    """As `tf2_py.BufferCore`: the tree of frames, each with its transforms over time.
+    """Like `tf2_py.BufferCore`: the tree of frames, each with its transforms over time.
 
     Args:
         cache_time: how long transforms are kept, as a duration; 10 s by default.
@@ -129,7 +129,7 @@ class BufferCore:
         return _message(target_frame, source_frame, second.after(first), time_ns)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
-        """The latest time at which there is a transform, as a `rclpy.time.Time`. Raises as `lookup_transform_core`."""
+        """The latest time with a transform, as `rclpy.time.Time`. Raises the same errors as `lookup_transform_core`."""
         from rclpy.time import Time
 
         self._tree.require(target_frame, "get_latest_common_time")

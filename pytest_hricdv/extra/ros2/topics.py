@@ -76,7 +76,7 @@ def _mismatch(publisher: Publisher, subscription: TopicSubscription) -> str:
 
 
 class Publisher(_TopicEndpoint):
-    """As `rcl_publisher_t`. Raises ValueError for a wrong topic."""
+    """Like `rcl_publisher_t`. Raises ValueError for a wrong topic."""
 
     def __init__(self, node: GraphNode, kind: type[Any], topic: str, profile: Profile) -> None:
         super().__init__(node.kernel)
@@ -174,7 +174,7 @@ class Publisher(_TopicEndpoint):
 
 
 class TopicSubscription(_TopicEndpoint, QueueHandle):
-    """As `rcl_subscription_t`.
+    """Like `rcl_subscription_t`.
 
     Args:
         filtered: a filter expression and its parameters; None: all messages.

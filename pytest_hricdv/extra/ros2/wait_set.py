@@ -16,7 +16,7 @@ _KINDS = ("subscription", "guard_condition", "timer", "client", "service", "even
 
 
 class GuardCondition(Waitable):
-    """As `rcl_guard_condition_t`: triggered until a wait set takes it. Raises RCLError in a context that is over."""
+    """Like `rcl_guard_condition_t`: triggered until a wait set takes it. Raises RCLError in a context that is over."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.kernel)
@@ -39,7 +39,7 @@ class GuardCondition(Waitable):
 
 
 class WaitSet(Destroyable):
-    """As `rcl_wait_set_t`. The numbers of handles of each kind, which the extension wants, are not needed."""
+    """Like `rcl_wait_set_t`. The numbers of handles of each kind, which the extension wants, are not needed."""
 
     def __init__(self, *numbers_and_context: object) -> None:
         super().__init__(current_kernel("a wait set of rclpy"))

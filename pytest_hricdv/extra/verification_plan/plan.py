@@ -154,7 +154,7 @@ class _PlanReader:
     def _check(self, goal: PlanItem) -> None:
         """See that a goal asks for something, and that it exists."""
         percents = (goal.statements, goal.branches)
-        if not (goal.requirements or goal.cross or goal.plans or any(each is not None for each in percents)):
+        if not (goal.requirements or goal.cross or goal.plans or any(percent is not None for percent in percents)):
             raise self._error(goal.name, "a goal without criteria; expected requirements, statements, cross ...")
         for key, names, allowed in (
             ("requirements", goal.requirements, self.subjects.requirements),

@@ -26,7 +26,7 @@ _LOOP = "event loop"
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
-    """As of asyncio."""
+    """Like that of asyncio."""
     if current_node() is None:
         return _NEW_EVENT_LOOP()
     node_to_wait(ASYNCIO, WHAT)
@@ -34,7 +34,7 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
 
 
 def set_event_loop(loop: asyncio.AbstractEventLoop | None) -> None:
-    """As of asyncio, for the running node."""
+    """Like that of asyncio, for the running node."""
     node = current_node()
     if node is None:
         asyncio.set_event_loop(loop)
@@ -43,7 +43,7 @@ def set_event_loop(loop: asyncio.AbstractEventLoop | None) -> None:
 
 
 def get_event_loop() -> asyncio.AbstractEventLoop:
-    """As of asyncio: the running loop, else that of the node, which has a new one if there is none."""
+    """Like that of asyncio: the running loop, else that of the node, which has a new one if there is none."""
     node, running = current_node(), asyncio._get_running_loop()
     if node is None or running is not None:
         return asyncio.get_event_loop()
@@ -54,13 +54,13 @@ def get_event_loop() -> asyncio.AbstractEventLoop:
 
 
 class VirtualRunner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one that there is to reuse
-    """As of asyncio. Ctrl+C ends the session, as ever, instead of the coroutine."""
+    """Like that of asyncio. Ctrl+C ends the session, as ever, instead of the coroutine."""
 
     def __init__(self, *, debug: bool | None = None, loop_factory: Callable[[], Any] | None = None) -> None:
         super().__init__(debug=debug, loop_factory=loop_factory or new_event_loop)
 
     def run(self, coro: Coroutine[Any, Any, Any], *, context: Any = None) -> Any:
-        """As of asyncio."""
+        """Like that of asyncio."""
         if current_node() is None:
             return super().run(coro, context=context)
         with _close_if_refused(coro):
@@ -69,7 +69,7 @@ class VirtualRunner(asyncio.Runner):  # type: ignore[misc]  # final, and still t
 
 
 def run(main: Coroutine[Any, Any, Any], *, debug: bool | None = None, loop_factory: Any = None) -> Any:
-    """As of asyncio."""
+    """Like that of asyncio."""
     if asyncio._get_running_loop() is not None:
         raise RuntimeError("asyncio.run() cannot be called from a running event loop")
     with _close_if_refused(main), VirtualRunner(debug=debug, loop_factory=loop_factory) as runner:
@@ -87,7 +87,7 @@ def _close_if_refused(coro: Coroutine[Any, Any, Any]) -> Iterator[None]:
 
 
 def run_coroutine_threadsafe(coro: Any, loop: Any) -> concurrent.futures.Future[Any]:
-    """As of asyncio, with a future that waits in virtual time."""
+    """Like that of asyncio, with a future that waits in virtual time."""
     if not isinstance(loop, VirtualEventLoop):
         return asyncio.run_coroutine_threadsafe(coro, loop)
     future = Future()

@@ -47,7 +47,7 @@ def seconds(duration_s: Any) -> float:
 
 
 def sleep(duration_s: float) -> None:
-    """As `time.sleep`."""
+    """Like `time.sleep`."""
     node = current_node()
     if node is None:
         real_time.sleep(duration_s)  # outside of a run, time is real
@@ -129,23 +129,23 @@ class VirtualDatetime(real_datetime.datetime, metaclass=_LikeOriginal):
     original = real_datetime.datetime
 
     def __new__(cls, *args: Any, **keywords: Any) -> Any:
-        """As of `datetime.datetime`."""
+        """Like that of `datetime.datetime`."""
         kind = cls.original if cls is VirtualDatetime else cls
         return real_datetime.datetime.__new__(kind, *args, **keywords)
 
     @classmethod
     def now(cls, tz: real_datetime.tzinfo | None = None) -> Any:
-        """As of `datetime.datetime`."""
+        """Like that of `datetime.datetime`."""
         return _in_class(cls, _moment("datetime.now", tz))
 
     @classmethod
     def utcnow(cls) -> Any:
-        """As of `datetime.datetime`."""
+        """Like that of `datetime.datetime`."""
         return _in_class(cls, _moment("datetime.utcnow", None))
 
     @classmethod
     def today(cls) -> Any:
-        """As of `datetime.datetime`."""
+        """Like that of `datetime.datetime`."""
         return _in_class(cls, _moment("datetime.today", None))
 
 
@@ -155,13 +155,13 @@ class VirtualDate(real_datetime.date, metaclass=_LikeOriginal):
     original = real_datetime.date
 
     def __new__(cls, *args: Any, **keywords: Any) -> Any:
-        """As of `datetime.date`."""
+        """Like that of `datetime.date`."""
         kind = cls.original if cls is VirtualDate else cls
         return real_datetime.date.__new__(kind, *args, **keywords)
 
     @classmethod
     def today(cls) -> Any:
-        """As of `datetime.date`."""
+        """Like that of `datetime.date`."""
         day = _moment("date.today", None).date()
         return day if cls is VirtualDate else cls(day.year, day.month, day.day)
 
@@ -172,7 +172,7 @@ def _with_name(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def uuid4() -> uuid.UUID:
-    """As of `uuid`, but in a run it is made of how many there were before."""
+    """Like that of `uuid`, but in a run it is made of how many there were before."""
     node = current_node()
     if node is None:
         return uuid.uuid4()
@@ -182,17 +182,17 @@ def uuid4() -> uuid.UUID:
 
 
 def uuid1(node: int | None = None, clock_seq: int | None = None) -> uuid.UUID:
-    """As of `uuid`; in a run it names no machine and no time, but is one of `uuid4`."""
+    """Like that of `uuid`; in a run it names no machine and no time, but is one of `uuid4`."""
     return uuid.uuid1(node, clock_seq) if current_node() is None else uuid4()
 
 
 def uuid6(node: int | None = None, clock_seq: int | None = None) -> uuid.UUID:
-    """As of `uuid` from Python 3.14 on; see `uuid1`."""
+    """Like that of `uuid` from Python 3.14 on; see `uuid1`."""
     return _real("uuid6")(node, clock_seq) if current_node() is None else uuid4()
 
 
 def uuid7() -> uuid.UUID:
-    """As of `uuid` from Python 3.14 on; in a run it has the time of the run, and later ones are larger."""
+    """Like that of `uuid` from Python 3.14 on; in a run it has the time of the run, and later ones are larger."""
     node = current_node()
     if node is None:
         return _real("uuid7")()

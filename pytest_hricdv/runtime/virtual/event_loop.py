@@ -102,7 +102,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         *args: *Ts,
         context: Context | None = None,
     ) -> asyncio.TimerHandle:
-        """As of asyncio's loops, which call at once what is due in less than the resolution of their clock."""
+        """Like that of asyncio's loops, which call at once what is due in less than the resolution of their clock."""
         now_s = self.time()
         # Later than now is a microsecond later at least, or whoever asks for a time-out again would do so for ever.
         due_s = max(when, now_s + 1 / US_PER_S) if when > now_s else when
@@ -119,7 +119,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         return super().call_later(max(delay, 1 / US_PER_S) if delay > 0 else delay, callback, *args, context=context)
 
     def run_forever(self) -> None:
-        """As of asyncio's loops."""
+        """Like that of asyncio's loops."""
         node = node_to_wait(ASYNCIO, WHAT)
         node.leaving.append(leave_loop)
         try:
@@ -146,7 +146,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         self._ready.clear()
 
     def _process_events(self, event_list: Any) -> None:
-        """As of asyncio's loops. Another one than the first of timers that are due together may go first."""
+        """Like that of asyncio's loops. Another one than the first of timers that are due together may go first."""
         super()._process_events(event_list)  # type: ignore[misc]
         node = current_node()
         if node is None or node.kernel.pick is None or len(self._scheduled) < 2:
@@ -177,7 +177,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         return was_heeded
 
     def create_task(self, *arguments: Any, **options: Any) -> asyncio.Task[Any]:
-        """As of asyncio's loops."""
+        """Like that of asyncio's loops."""
         task: asyncio.Task[Any] = super().create_task(*arguments, **options)
         task.add_done_callback(self._keep_failed)
         if (node := current_node()) is not None and self.is_running():
@@ -185,7 +185,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         return task
 
     def default_exception_handler(self, context: dict[str, Any]) -> None:
-        """As of asyncio's loops; what a callback raised, which goes on without it, is lost in a run."""
+        """Like that of asyncio's loops; what a callback raised, which goes on without it, is lost in a run."""
         error, node = context.get("exception"), current_node()
         if node is not None and isinstance(error, Exception) and "handle" in context:
             node.kernel.lost_errors.append(
@@ -199,7 +199,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             self._failed.append(task)
 
     def close(self) -> None:
-        """As of asyncio's loops; unclaimed errors of tasks are reported now as lost."""
+        """Like that of asyncio's loops; unclaimed errors of tasks are reported now as lost."""
         if not self.is_closed():
             self._tell_lost([])
         super().close()
@@ -225,7 +225,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
     def call_soon_threadsafe(
         self, callback: Callable[[*Ts], object], *args: *Ts, context: Context | None = None
     ) -> asyncio.Handle:
-        """As of asyncio's loops: other nodes may call it."""
+        """Like that of asyncio's loops: other nodes may call it."""
         handle = super().call_soon(callback, *args, context=context)
         self._virtual_selector.wake()
         return handle
@@ -233,7 +233,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
     def run_in_executor(
         self, executor: concurrent.futures.Executor | None, func: Callable[[*Ts], T], *args: *Ts
     ) -> asyncio.Future[T]:
-        """As of asyncio's loops, with threads that are nodes."""
+        """Like that of asyncio's loops, with threads that are nodes."""
         if executor is None:
             self._pool = self._pool or ThreadPoolExecutor(thread_name_prefix="asyncio")
             executor = self._pool

@@ -67,7 +67,7 @@ def _count_poll() -> None:
 
 
 class Lock:
-    """As `threading.Lock`. A released lock belongs to the waiter that is woken."""
+    """Like `threading.Lock`. A released lock belongs to the waiter that is woken."""
 
     def __init__(self) -> None:
         self._locked = False
@@ -117,7 +117,7 @@ class Lock:
 
 
 class RLock:
-    """As `threading.RLock`."""
+    """Like `threading.RLock`."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -125,7 +125,7 @@ class RLock:
         self._depth = 0
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
-        """As `Lock.acquire`; its owner takes it once more."""
+        """Like `Lock.acquire`; its owner takes it once more."""
         if self._owner is not getcurrent():
             if not self._lock.acquire(blocking, timeout):
                 return False
@@ -164,7 +164,7 @@ class RLock:
 
 
 class Condition:
-    """As `threading.Condition`."""
+    """Like `threading.Condition`."""
 
     def __init__(self, lock: Lock | RLock | None = None) -> None:
         self._lock = RLock() if lock is None else lock
@@ -212,7 +212,7 @@ class Condition:
 
 
 class Event:
-    """As `threading.Event`."""
+    """Like `threading.Event`."""
 
     def __init__(self) -> None:
         self._is_set = False
@@ -243,7 +243,7 @@ class Event:
 
 
 class Semaphore:
-    """As `threading.Semaphore`."""
+    """Like `threading.Semaphore`."""
 
     def __init__(self, value: int = 1) -> None:
         if value < 0:
@@ -277,21 +277,21 @@ class Semaphore:
 
 
 class BoundedSemaphore(Semaphore):
-    """As `threading.BoundedSemaphore`."""
+    """Like `threading.BoundedSemaphore`."""
 
     def __init__(self, value: int = 1) -> None:
         super().__init__(value)
         self._first_value = value
 
     def release(self, n: int = 1) -> None:
-        """As of `Semaphore`; raises ValueError for more than were taken."""
+        """Like that of `Semaphore`; raises ValueError for more than were taken."""
         if self._value + n > self._first_value:
             raise ValueError("Semaphore released too many times")
         super().release(n)
 
 
 class Barrier(threading.Barrier):
-    """As `threading.Barrier`, which waits in its condition only."""
+    """Like `threading.Barrier`, which waits in its condition only."""
 
     def __init__(self, parties: int, action: Callable[[], None] | None = None, timeout: float | None = None) -> None:
         super().__init__(parties, action, timeout)

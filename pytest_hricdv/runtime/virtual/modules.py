@@ -146,7 +146,7 @@ class VirtualModules:
             is_reached = (globals or {}).get("__name__") in self._reach
             is_new = len(sys.modules) != loaded and (is_reached or name in self._reach)
             if is_new or (is_reached and self._reach.lacks(name)):  # an earlier run may have loaded it
-                self._replace(sys.modules.keys() & {name, *(f"{name}.{each}" for each in fromlist or ())})
+                self._replace(sys.modules.keys() & {name, *(f"{name}.{member}" for member in fromlist or ())})
                 loaded = len(sys.modules)
                 for notify in self.imported:
                     notify()

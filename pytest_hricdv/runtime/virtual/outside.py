@@ -112,7 +112,7 @@ class _Guard:
         self.is_over = False
 
     def sleep(self, duration_s: float) -> None:
-        """As `time.sleep`: in nodes virtual, or refused."""
+        """Like `time.sleep`: in nodes virtual, or refused."""
         if self._is_node() and not self._reaps:
             if TIME not in self._kernel.virtual:
                 self._refuse("time.sleep")
@@ -148,7 +148,7 @@ class _Guard:
         return real(*args, **keywords)
 
     def start(self, thread: threading.Thread) -> None:
-        """As `Thread.start`; those that nodes start are remembered."""
+        """Like `Thread.start`; those that nodes start are remembered."""
         node = current_node()
         if node is not None:
             place = place_of(sys._getframe(1))
@@ -156,7 +156,7 @@ class _Guard:
         _START(thread)
 
     def wait(self, process: subprocess.Popen[Any], timeout: float | None = None) -> int:
-        """As `Popen.wait`, outside of nodes, and for processes that have ended."""
+        """Like `Popen.wait`, outside of nodes, and for processes that have ended."""
         is_waiting = self._is_node() and process.poll() is None
         if is_waiting and process not in self._refused:
             self._refused.add(process)
@@ -170,7 +170,7 @@ class _Guard:
             self._reaps = False
 
     def select(self, real: Callable[..., list[Any]], selector: Any, timeout: float | None = None) -> list[Any]:
-        """As `select` of a selector, if something is ready, or outside of nodes."""
+        """Like `select` of a selector, if something is ready, or outside of nodes."""
         if (timeout is not None and timeout <= 0) or threading.current_thread() is not self._thread:
             return real(selector, timeout)
         loops = sys._getframe(2).f_globals.get("__name__") == "asyncio.base_events"
@@ -197,14 +197,14 @@ class _Guard:
         return True
 
     def register(self, kind: abc.ABCMeta, subclass: type) -> type:
-        """As `ABCMeta.register`: libraries of Python do so when they are imported."""
+        """Like `ABCMeta.register`: libraries of Python do so when they are imported."""
         if is_library_of_python(str(sys._getframe(2).f_globals.get("__name__"))):
             return _REGISTER(kind, subclass)
         registered: type = self.call_or_refuse("abc.ABCMeta.register", _REGISTER, kind, subclass)
         return registered
 
     def exit(self, status: int) -> NoReturn:
-        """As `os._exit`, in a process that the run has forked, and in other threads, such as those of time limits."""
+        """Like `os._exit`, in a process that the run has forked, and in other threads, such as those of time limits."""
         if self.is_over:
             os._exit(status)
         caller = sys._getframe(2)

@@ -165,7 +165,7 @@ def _of_instance(value: object) -> Iterator[Reference]:
         for name, item in [*own.items()]:
             yield item, partial(own.__setitem__, name)
     for kind in type(value).__mro__:
-        for slot in [each for each in vars(kind).values() if type(each) is MemberDescriptorType]:
+        for slot in [member for member in vars(kind).values() if type(member) is MemberDescriptorType]:
             try:
                 item = slot.__get__(value)
             except AttributeError:
@@ -176,7 +176,7 @@ def _of_instance(value: object) -> Iterator[Reference]:
 def _of_factories(kind: Any) -> Iterator[Reference]:
     """Functions that make the defaults of fields, where libraries keep them in code of their own."""
     if type(kind).__module__ == "msgspec._core":
-        for default in (each for each in kind.__struct_defaults__ if hasattr(each, "factory")):
+        for default in (default for default in kind.__struct_defaults__ if hasattr(default, "factory")):
             yield default.factory, partial(_refuse_factory, kind, default.factory)
     fields = vars(kind).get("__pydantic_fields__")
     for field in [*fields.values()] if type(fields) is dict and hasattr(kind, "model_rebuild") else ():
@@ -196,12 +196,12 @@ def _refuse_factory(kind: type, factory: Any, value: object) -> None:
 def _put_factory(kind: Any, field: Any, value: object) -> None:
     """Replace the factory of a field of pydantic. Validators of its model, and of its users, have it, too."""
     field.default_factory = value
-    base = next(each for each in kind.__mro__ if each.__module__ == "pydantic.main")
+    base = next(parent for parent in kind.__mro__ if parent.__module__ == "pydantic.main")
     pending, rebuilt = [kind], {kind}
     while pending:
         model = pending.pop(0)
         model.model_rebuild(force=True)
-        users = [each for each in _models(base) if each not in rebuilt and _has_field_of(each, model)]
+        users = [user for user in _models(base) if user not in rebuilt and _has_field_of(user, model)]
         rebuilt.update(users)
         pending += users
 

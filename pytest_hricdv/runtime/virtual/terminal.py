@@ -211,7 +211,7 @@ class Terminal:
         return True
 
     def read(self, size: int) -> bytes | None:
-        """As `read(2)`: some bytes, none at the end of the input; None if it would have to wait, and may not."""
+        """Like `read(2)`: some bytes, none at the end of the input; None if it would have to wait, and may not."""
         minimum, ticks = (self.attributes[_CC][index] for index in (termios.VMIN, termios.VTIME))
         is_polling = not self._is_canonical and not _number(minimum)
         if not self.is_blocking:
@@ -238,7 +238,7 @@ class Terminal:
         return taken
 
     def set_attributes(self, when: int, attributes: list[Any]) -> None:
-        """As `tcsetattr`: with `TCSAFLUSH`, what was typed and not yet read is lost."""
+        """Like `tcsetattr`: with `TCSAFLUSH`, what was typed and not yet read is lost."""
         was_canonical = self._is_canonical
         self.attributes = [*attributes[:_CC], [*attributes[_CC]]]
         if when == termios.TCSAFLUSH:

@@ -216,7 +216,7 @@ def _select(read: Iterable[Any], write: Iterable[Any], other: Iterable[Any], tim
 
 
 class _Poll:
-    """As `select.poll()` in a node that has a terminal."""
+    """Like `select.poll()` in a node that has a terminal."""
 
     def __init__(self, real: Any) -> None:
         self._real = real

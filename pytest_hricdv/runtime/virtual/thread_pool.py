@@ -21,7 +21,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class Future(real_futures.Future[Any]):
-    """As `concurrent.futures.Future`, which waits in its condition only."""
+    """Like `concurrent.futures.Future`, which waits in its condition only."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -29,17 +29,17 @@ class Future(real_futures.Future[Any]):
         self._is_taken = False
 
     def result(self, timeout: float | None = None) -> Any:
-        """As of `concurrent.futures.Future`."""
+        """Like that of `concurrent.futures.Future`."""
         self._is_taken = True
         return super().result(timeout)
 
     def exception(self, timeout: float | None = None) -> BaseException | None:
-        """As of `concurrent.futures.Future`."""
+        """Like that of `concurrent.futures.Future`."""
         self._is_taken = True
         return super().exception(timeout)
 
     def add_done_callback(self, fn: Callable[[Any], object]) -> None:
-        """As of `concurrent.futures.Future`, which logs what a callback raises and goes on; a run counts it as lost."""
+        """Like that of `concurrent.futures.Future`, which logs what a callback raises; a run counts it as lost."""
 
         def call(future: real_futures.Future[Any]) -> object:
             try:
@@ -70,7 +70,7 @@ WORK = "work"
 
 
 class ThreadPoolExecutor(real_futures.Executor):
-    """As `concurrent.futures.ThreadPoolExecutor`."""
+    """Like `concurrent.futures.ThreadPoolExecutor`."""
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class ThreadPoolExecutor(real_futures.Executor):
         self._is_shut_down = False
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
-        """As of `concurrent.futures.Executor`."""
+        """Like that of `concurrent.futures.Executor`."""
         if self._is_shut_down:
             raise RuntimeError("cannot schedule new futures after shutdown")
         future = Future()
@@ -129,7 +129,7 @@ class ThreadPoolExecutor(real_futures.Executor):
                     future.set_result(result)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """As of `concurrent.futures.Executor`."""
+        """Like that of `concurrent.futures.Executor`."""
         self._is_shut_down = True
         while cancel_futures and self._work:
             future, _ = self._work.pop()
@@ -142,7 +142,7 @@ class ThreadPoolExecutor(real_futures.Executor):
 
 
 def as_completed(fs: Iterable[Any], timeout: float | None = None) -> Iterator[Any]:
-    """As `concurrent.futures.as_completed`; futures that are done at the same instant come in the order of `fs`."""
+    """Like `concurrent.futures.as_completed`; futures that are done at the same instant come in the order of `fs`."""
     end_s = None if timeout is None else monotonic() + timeout
     left = list(dict.fromkeys(fs))
     while left:
@@ -154,7 +154,7 @@ def as_completed(fs: Iterable[Any], timeout: float | None = None) -> Iterator[An
 
 
 def wait(fs: Iterable[Any], timeout: float | None = None, return_when: str = real_futures.ALL_COMPLETED) -> Any:
-    """As `concurrent.futures.wait`."""
+    """Like `concurrent.futures.wait`."""
     every = list(dict.fromkeys(fs))
     end_s = None if timeout is None else monotonic() + timeout
     while left := [future for future in every if not future.done()]:
@@ -194,7 +194,7 @@ def _wait_for_one(futures: list[Any], timeout_s: float | None) -> bool:
 
 
 class ProcessPoolExecutor:
-    """As `concurrent.futures.ProcessPoolExecutor`, outside of nodes."""
+    """Like `concurrent.futures.ProcessPoolExecutor`, outside of nodes."""
 
     def __new__(cls, *arguments: Any, **named: Any) -> Any:
         """The real one. Raises ProhibitedError in a node: what another process does takes no simulated time."""

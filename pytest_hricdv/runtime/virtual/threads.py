@@ -69,7 +69,7 @@ def _threads() -> _Threads | None:
 
 
 class Thread:
-    """As `threading.Thread`."""
+    """Like `threading.Thread`."""
 
     def __init__(
         self,
@@ -124,7 +124,7 @@ class Thread:
         try:
             self.run()
         except SystemExit:
-            pass  # ends a thread without a word
+            pass  # ends a thread silently
         finally:
             self._over.set()
 
@@ -152,7 +152,7 @@ class Thread:
 
 
 class Timer(Thread):
-    """As `threading.Timer`."""
+    """Like `threading.Timer`."""
 
     def __init__(
         self,
@@ -213,7 +213,7 @@ def get_ident() -> int:
 def start_new_thread(
     function: Callable[..., object], args: tuple[Any, ...], kwargs: Mapping[str, Any] | None = None
 ) -> int:
-    """As of `_thread`."""
+    """Like that of `_thread`."""
     if current_node() is None:
         return _thread.start_new_thread(function, args, dict(kwargs or {}))
     thread = Thread(target=function, args=args, kwargs=kwargs, daemon=True)

@@ -25,7 +25,7 @@ class AttributeStates:
         """The machines of a class: its own first; within these, enumerations, then those with most states."""
         for own in (scope, *(part for _, part in self._parts(scope))):
             found = self._machines_of(own)
-            ordered = sorted(found, key=lambda each: (each[1], len(each[0].states)), reverse=True)
+            ordered = sorted(found, key=lambda pair: (pair[1], len(pair[0].states)), reverse=True)
             yield from (machine for machine, _ in ordered)
 
     def _machines_of(self, own: Scope) -> Iterator[tuple[StateMachine, bool]]:
@@ -67,7 +67,9 @@ class AttributeStates:
         return next((f"{name}.{attribute}" for name, part in self._parts(scope) if part.node.name == owner), "")
 
     def _values_of(self, scope: Scope) -> Iterator[tuple[str, list[tuple[Scope, ast.expr]]]]:
-        yield from ((name, each) for (owner, name), each in self._flow.attributes.items() if owner == id(scope.node))
+        yield from (
+            (name, values) for (owner, name), values in self._flow.attributes.items() if owner == id(scope.node)
+        )
 
     def _parts(self, scope: Scope) -> Iterator[tuple[str, Scope]]:
         """Attributes that hold an object of the code, which the class makes, and its class."""
@@ -81,7 +83,8 @@ class AttributeStates:
         """Whether an expression makes something of `py_trees`, or calls a function that is annotated so."""
         called = getattr(value, "func", None)
         own = self._flow.methods.get(last_name(called), []) if called is not None else []
-        made = [resolve_import(where.module, called), *(resolve_import(each.module, each.node.returns) for each in own)]  # type: ignore[union-attr]
+        returned = (resolve_import(function.module, function.node.returns) for function in own)  # type: ignore[union-attr]
+        made = [resolve_import(where.module, called), *returned]
         return any(name.startswith("py_trees.") for name in made)
 
     def _of_constants(self, assigned: list[tuple[Scope, ast.expr]]) -> tuple[dict[str, CodeLine], bool]:

@@ -57,18 +57,18 @@ def form_of(sources: Sources, scope: Scope) -> str:
 
 
 def _is_dataclass(scope: Scope) -> bool:
-    return any(name_with_dots(each.func if isinstance(each, ast.Call) else each).rpartition(".")[2] == "dataclass"
-               for each in scope.node.decorator_list)  # fmt: skip
+    decorators = (node.func if isinstance(node, ast.Call) else node for node in scope.node.decorator_list)
+    return any(name_with_dots(decorator).rpartition(".")[2] == "dataclass" for decorator in decorators)
 
 
 def methods_of(sources: Sources, scope: Scope) -> dict[str, Scope]:
     """The methods of a class by their names, with those of its bases in the code."""
     methods: dict[str, Scope] = {}
-    for each in (*reversed(sources.base_classes(scope)), scope):
-        assert isinstance(each.node, ast.ClassDef)
-        for statement in each.node.body:
+    for base in (*reversed(sources.base_classes(scope)), scope):
+        assert isinstance(base.node, ast.ClassDef)
+        for statement in base.node.body:
             if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef):
-                methods[statement.name] = Scope(each.module, statement, each.node)
+                methods[statement.name] = Scope(base.module, statement, base.node)
     return methods
 
 
@@ -115,9 +115,11 @@ def find_parameter_classes(sources: Sources, function: Scope, part: ast.arg) -> 
             listed = named.elts if isinstance(named, ast.Tuple) else [named]
             tested = listed if name_with_dots(node.args[0]) == part.arg else []
         elif isinstance(node, ast.Match) and name_with_dots(node.subject) == part.arg:
-            parts = (each for case in node.cases for each in ast.walk(case.pattern))
-            tested = [each.cls for each in parts if isinstance(each, ast.MatchClass)]
-        found += [own for each in tested for own in find_message_classes(sources, each, function.module)]
+            parts = (pattern for case in node.cases for pattern in ast.walk(case.pattern))
+            tested = [pattern.cls for pattern in parts if isinstance(pattern, ast.MatchClass)]
+        found += [
+            own for tested_class in tested for own in find_message_classes(sources, tested_class, function.module)
+        ]
     return list({id(own.node): own for own in found if form_of(sources, own) in FORMS
                  and own.module.scope.get(own.node.name) is own.node}.values())  # fmt: skip
 

@@ -26,8 +26,8 @@ def find_scripts(sources: Sources) -> Iterator[tuple[Entry, float]]:
     """The programs among the modules, each with how likely it is the entry."""
     endless = {scope.node.name for scope in sources.functions if _find_loop(scope.node.body) is not None}
     for module in sources.modules:
-        free = [each for each in module.tree.body if not _is_guard(each)]
-        guarded = [each for each in module.tree.body if _is_guard(each)]
+        free = [statement for statement in module.tree.body if not _is_guard(statement)]
+        guarded = [statement for statement in module.tree.body if _is_guard(statement)]
         loop = _find_loop(free) or _find_call(free, endless)
         if loop is not None:
             yield _entry(module, loop), IMPORTED
@@ -53,7 +53,7 @@ def _statements(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
 
 
 def _find_loop(body: Sequence[ast.stmt]) -> ast.stmt | None:
-    return next((each for each in _statements(body) if isinstance(each, ast.While)), None)
+    return next((statement for statement in _statements(body) if isinstance(statement, ast.While)), None)
 
 
 def _find_call(body: Sequence[ast.stmt], endless: set[str]) -> ast.stmt | None:
@@ -61,7 +61,7 @@ def _find_call(body: Sequence[ast.stmt], endless: set[str]) -> ast.stmt | None:
     for statement in _statements(body):
         called = statement.value if isinstance(statement, ast.Expr) else None
         if any(
-            isinstance(each, ast.Call) and last_name(each.func) in endless for each in ast.walk(called or ast.Pass())
+            isinstance(node, ast.Call) and last_name(node.func) in endless for node in ast.walk(called or ast.Pass())
         ):
             return statement
     return None
@@ -112,7 +112,7 @@ class EntryFinder:
             (score, partial(replace, entry)) for entry, score in self._scripts
         ]
         made += [(candidate.score, partial(self._read, candidate)) for candidate in self._candidates()]
-        made.sort(key=lambda each: -each[0])
+        made.sort(key=lambda rated: -rated[0])
         for score, make in made:
             yield replace(make(), is_certain=len(made) == 1 or score >= made[1][0] + 2), score
 
@@ -138,7 +138,9 @@ class EntryFinder:
             if is_top and not scope.node.name.startswith("_"):
                 named = 2 if scope.node.name in _RUNS else -2
                 yield _Candidate(self._outside_score(scope) + self._port_score(scope) + named, scope, None)
-        derived = Counter(id(base.node) for each in self._sources.classes for base in self._sources.base_classes(each))
+        derived = Counter(
+            id(base.node) for class_ in self._sources.classes for base in self._sources.base_classes(class_)
+        )
         for scope in self._sources.classes:
             bases = {base.rpartition(".")[2] for base in self._sources.bases(scope)}
             methods = methods_of(self._sources, scope)
@@ -198,7 +200,7 @@ def _needs_more(method: Scope) -> bool:
 def _is_loop(method: Scope) -> bool:
     for node in ast.walk(method.node):
         if isinstance(node, ast.While):
-            calls = {last_name(each.func) for each in ast.walk(node) if isinstance(each, ast.Call)}
+            calls = {last_name(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
             if calls & {"sleep", "wait", "get", "recv", "poll"}:
                 return True
     return False
@@ -248,7 +250,7 @@ def _files(root: Path, code: Path) -> Iterator[Path]:
 def _calls(node: ast.AST) -> Counter[str]:
     """The last part of what is called, but for functions of modules, such as `time.sleep`."""
     modules = {alias.asname or alias.name.partition(".")[0]
-               for each in ast.walk(node) if isinstance(each, ast.Import) for alias in each.names}  # fmt: skip
+               for part in ast.walk(node) if isinstance(part, ast.Import) for alias in part.names}  # fmt: skip
     calls: Counter[str] = Counter()
     waiting: list[tuple[ast.AST, int]] = [(node, 0)]
     while waiting:

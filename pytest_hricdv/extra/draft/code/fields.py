@@ -35,13 +35,13 @@ class FieldReader:
             values = tuple(FieldValue(m.text, scope.module.location(s)) for m, s in members(self._sources, scope))
             return (MessageField("name", node.name, "str", scope.location, values, by_type=True),)
         fields: dict[str, MessageField] = {}
-        for each in (*reversed(self._sources.base_classes(scope)), scope):
-            assert isinstance(each.node, ast.ClassDef)
-            for statement in each.node.body:
+        for base in (*reversed(self._sources.base_classes(scope)), scope):
+            assert isinstance(base.node, ast.ClassDef)
+            for statement in base.node.body:
                 if not isinstance(statement, ast.AnnAssign) or not isinstance(statement.target, ast.Name):
                     continue
                 if "ClassVar" not in ast.unparse(statement.annotation):
-                    part = self._field(each.module, statement.target.id, statement)
+                    part = self._field(base.module, statement.target.id, statement)
                     fields[part.name] = part
         return tuple(self._with_values(scope, part) for part in fields.values())
 

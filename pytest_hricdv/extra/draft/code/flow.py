@@ -128,8 +128,8 @@ class Flow:
         if owner is None:
             return []
         bases = [base.node for base in self.sources.base_classes(Scope(module, owner))]
-        return next((self.attributes[id(each), name] for each in (owner, *bases)
-                     if (id(each), name) in self.attributes), [])  # fmt: skip
+        return next((self.attributes[id(class_), name] for class_ in (owner, *bases)
+                     if (id(class_), name) in self.attributes), [])  # fmt: skip
 
     def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[tuple[Any, CodeLine]]:
         """The constants that an expression can be, as far as they are known, each with its location."""
@@ -225,10 +225,10 @@ class Flow:
     def _constructions(self) -> dict[int, list[CallSite]]:
         """The calls that run the constructor of a class: of those that derive from it and have none, or call it."""
         found: dict[int, list[CallSite]] = defaultdict(list)
-        for each in self.sources.classes:
-            above = (each, *self.sources.base_classes(each))
+        for scope in self.sources.classes:
+            above = (scope, *self.sources.base_classes(scope))
             begins = [base.node for base in above for part in base.node.body if getattr(part, "name", "") == "__init__"]
-            found[id(begins[0] if begins else each.node)] += self.calls[each.node.name]
+            found[id(begins[0] if begins else scope.node)] += self.calls[scope.node.name]
             if len(begins) > 1:
                 found[id(begins[1])] += [call for call in self.calls["__init__"]
                                          if call.scope is not None and call.scope.owner is begins[0]]  # fmt: skip

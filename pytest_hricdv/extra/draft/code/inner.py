@@ -68,7 +68,9 @@ class InnerObjects:
             for name, dotted in module.imports.items():
                 if dotted.partition(".")[0] in faulty:
                     port = ports.variable(module, name, module.tree)
-                    functions = tuple(each for each in port.operations if each.is_method and each.name.islower())
+                    functions = tuple(
+                        operation for operation in port.operations if operation.is_method and operation.name.islower()
+                    )
                     if functions:
                         made_from = f"{module.name}:{name}"
                         yield replace(port, role="device", operations=functions, made_from=made_from,
@@ -80,7 +82,7 @@ class InnerObjects:
         owners = [own.node] if own is not None else []
         for (owner, _), assigned in self._flow.attributes.items() if own is not None else ():
             made = [self._sources.class_of(where.module, getattr(value, "func", None)) for where, value in assigned]
-            owners += [each.node for each in made if each is not None and owner == id(owners[0])]
+            owners += [scope.node for scope in made if scope is not None and owner == id(owners[0])]
         for module, scope, node in self._flow.nodes:
             if entry.is_class and (scope is None or scope.owner not in owners):
                 continue

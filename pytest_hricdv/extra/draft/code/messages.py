@@ -118,7 +118,7 @@ class MessageFinder:
     def _sides(self, queue: str) -> tuple[list[CodeLine], list[CodeLine]]:
         """The places where the code puts into a queue of this name, and where it takes from it."""
         puts, gets = self._sides_by_owner(queue)
-        return [each for lines in puts.values() for each in lines], [each for lines in gets.values() for each in lines]
+        return [line for lines in puts.values() for line in lines], [line for lines in gets.values() for line in lines]
 
     def _sides_by_owner(self, queue: str) -> tuple[dict[int, list[CodeLine]], dict[int, list[CodeLine]]]:
         """These places for each class, and for each module outside of classes."""

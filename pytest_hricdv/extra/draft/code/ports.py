@@ -61,10 +61,10 @@ class PortReader:
 
     def variable(self, module: Module, name: str, node: ast.AST) -> Port:
         """A variable of a module or of its functions, or an attribute, that the code makes itself."""
-        operations = [operation for at, scope, each in self._flow.nodes
-                      if isinstance(each, ast.Attribute) and scope is not None and at is module
-                      and name_with_dots(each.value) == name
-                      for operation in self._operations(each, at, scope)]  # fmt: skip
+        operations = [operation for at, scope, use in self._flow.nodes
+                      if isinstance(use, ast.Attribute) and scope is not None and at is module
+                      and name_with_dots(use.value) == name
+                      for operation in self._operations(use, at, scope)]  # fmt: skip
         return self._port(module, name.rpartition(".")[2], None, "", operations, node)
 
     def port(self, scope: Scope, name: str) -> Port:
@@ -95,9 +95,11 @@ class PortReader:
             by_name[operation.name] = _merge(by_name.get(operation.name), operation)
         known = {name: self._declaration(operation, own) for name, operation in by_name.items()}
         typed = {name for name, operation in known.items() if operation.returns}  # their answers have their parts
-        declared = tuple(each for name, each in known.items() if "." not in name or name.partition(".")[0] not in typed)
+        declared = tuple(
+            operation for name, operation in known.items() if "." not in name or name.partition(".")[0] not in typed
+        )
         used = set(by_name)
-        role = self._role(name, written, default, {each for each in used if "." not in each}, own)
+        role = self._role(name, written, default, {name for name in used if "." not in name}, own)
         received, published = used & {"get", "get_nowait"}, used & {"put", "put_nowait"}
         side = "received" if received and not published else "published" if published and not received else ""
         neutral, imports = neutral_value(self._sources, module, annotation) or ("", ())

@@ -131,9 +131,9 @@ class Sources:
     def bases(self, scope: Scope) -> tuple[str, ...]:
         """Dotted names of the bases of a class, as imported, those of its bases in the code as well."""
         return tuple(
-            resolve_import(each.module, _generic(base))
-            for each in (scope, *self.base_classes(scope))
-            for base in _class_of_scope(each).bases
+            resolve_import(class_.module, _generic(base))
+            for class_ in (scope, *self.base_classes(scope))
+            for base in _class_of_scope(class_).bases
         )
 
     def base_classes(self, scope: Scope) -> tuple[Scope, ...]:
@@ -141,9 +141,9 @@ class Sources:
         found: dict[int, Scope] = {id(scope.node): scope}
         waiting = [scope]
         while waiting:
-            each = waiting.pop(0)
-            for base in _class_of_scope(each).bases:
-                own = self.class_of(each.module, _generic(base))
+            class_ = waiting.pop(0)
+            for base in _class_of_scope(class_).bases:
+                own = self.class_of(class_.module, _generic(base))
                 if own is not None and id(own.node) not in found:
                     found[id(own.node)] = own
                     waiting.append(own)

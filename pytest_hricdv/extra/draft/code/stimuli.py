@@ -35,13 +35,13 @@ WORKERS = {"threading", "asyncio", "concurrent", "multiprocessing", "sched", "fu
 
 
 class Handovers:
-    """Finds where methods are handed over."""
+    """Finds where methods are passed to other objects."""
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow
 
     def title(self, methods: Mapping[str, Scope], name: str) -> str:
-        """The name of an object's method where it is handed over; empty if it never is.
+        """The name of an object's method where it is passed to another object; empty if it never is.
 
         Args:
             methods: of the object.
@@ -89,7 +89,7 @@ class Handovers:
         called = last_name(call.func)
         if not takes and called in self._flow.methods:
             return  # such as a function that tries another one again
-        parts = [*call.args, *(each.value for each in call.keywords)]
+        parts = [*call.args, *(keyword.value for keyword in call.keywords)]
         texts = [text for part in parts for text in self._texts(module, scope, part)]
         if not texts and any(self._sources.class_of(module, part) is not None for part in parts):
             return  # it subscribes to a class
@@ -158,7 +158,7 @@ class StimulusReader:
                     yield from self._messages(title, method, name)
 
     def handlers(self, entry: Entry) -> Iterator[Message]:
-        """Methods with which the object itself handles what it gets: they tell its kinds apart."""
+        """Methods with which the object itself handles its input: they distinguish its kinds."""
         scope = self._scope_of(entry)
         for name, method in methods_of(self._sources, scope).items() if scope is not None else ():
             assert not isinstance(method.node, ast.ClassDef)
@@ -167,15 +167,15 @@ class StimulusReader:
             given = parameters_of(method.node)[1:]
             if len(given) == 1 and self._is_used(name, scope):
                 made = list(self._messages(name, method, name))
-                yield from (each for each in made
-                            if each.module != OWN_MODULE or len(made) > 1 or _tells_apart(each))  # fmt: skip
+                yield from (message for message in made
+                            if message.module != OWN_MODULE or len(made) > 1 or _tells_apart(message))  # fmt: skip
 
     def functions(self) -> Iterator[Message]:
         """Functions that the code registers by a decorator with a text."""
         for module in self._sources.modules:
             for node in module.tree.body:
-                texts = [part.value for each in getattr(node, "decorator_list", ()) if isinstance(each, ast.Call)
-                         for part in each.args[:1] if isinstance(part, ast.Constant)]  # fmt: skip
+                texts = [part.value for call in getattr(node, "decorator_list", ()) if isinstance(call, ast.Call)
+                         for part in call.args[:1] if isinstance(part, ast.Constant)]  # fmt: skip
                 if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and texts and isinstance(texts[0], str):
                     yield from self._messages(last_part(texts[0]) or node.name, Scope(module, node),
                                               f"{module.name}:{node.name}")  # fmt: skip
@@ -213,15 +213,16 @@ class StimulusReader:
 
     def messages_in_list(self, port: Port) -> Iterator[Message]:
         """Messages in a list that a port has, as of what a control loop is given: `inputs.commands: list[Command]`."""
-        for each in port.operations:
-            module = next((module for module in self._sources.modules if module.file == each.location.file), None)
-            written = ast.parse(each.returns or "None", mode="eval").body
-            if module is None or each.is_method or not isinstance(written, ast.Subscript):
+        for operation in port.operations:
+            module = next((module for module in self._sources.modules if module.file == operation.location.file), None)
+            written = ast.parse(operation.returns or "None", mode="eval").body
+            if module is None or operation.is_method or not isinstance(written, ast.Subscript):
                 continue
             for own in find_message_classes(self._sources, written.slice, module):
                 name = own.node.name
                 yield Message(name, snake(name), own.module.name, "received", self._fields.fields(own), own.location,
-                              (each.location,), "item", f"{port.name}.{each.name}", "lambda m: m")  # fmt: skip
+                              (operation.location,), "item", f"{port.name}.{operation.name}",
+                              "lambda m: m")  # fmt: skip
 
     def convert(self, message: Message) -> Message:
         """A message whose class the bus of a test cannot carry, an enumeration or a typed dict, as one that it can."""
@@ -251,10 +252,10 @@ class StimulusReader:
         made = [self._sources.class_of(module, node.func) for module, scope, node in self._flow.nodes
                 if isinstance(node, ast.Call) and scope is not None and scope.owner is own.node
                 and any(name_with_dots(argument) == "self" for argument in node.args)]  # fmt: skip
-        bases = {id(base.node) for each in made if each is not None
-                 for base in (each, *self._sources.base_classes(each))}  # fmt: skip
-        return frozenset(id(each.node) for each in self._sources.classes
-                         if bases & {id(base.node) for base in (each, *self._sources.base_classes(each))})  # fmt: skip
+        bases = {id(base.node) for class_ in made if class_ is not None
+                 for base in (class_, *self._sources.base_classes(class_))}  # fmt: skip
+        return frozenset(id(own.node) for own in self._sources.classes
+                         if bases & {id(base.node) for base in (own, *self._sources.base_classes(own))})  # fmt: skip
 
     # --- functions and their parameters
 
@@ -317,7 +318,7 @@ class StimulusReader:
 
 def _decorators(method: Scope) -> bool:
     """Whether a method is a property, or belongs to the class."""
-    names = {last_name(each) for each in method.node.decorator_list}
+    names = {last_name(decorator) for decorator in method.node.decorator_list}
     return bool(names & {"property", "setter", "staticmethod", "classmethod", "abstractmethod", "cached_property"})
 
 

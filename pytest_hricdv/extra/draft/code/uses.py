@@ -29,9 +29,9 @@ class UseReader:
             target = node.targets[0] if isinstance(node, ast.Assign) else None
             if isinstance(node, ast.Assign) and name_with_dots(node.value) == name and scope.owner is not None:
                 kept = name_with_dots(target)
-                kinds |= {self._use(each) for _, at, each in self._flow.nodes if isinstance(each, ast.Attribute)
-                          and at is not None and at.owner is scope.owner and isinstance(each.ctx, ast.Load)
-                          and name_with_dots(each) == kept}  # fmt: skip
+                kinds |= {self._use(use) for _, at, use in self._flow.nodes if isinstance(use, ast.Attribute)
+                          and at is not None and at.owner is scope.owner and isinstance(use.ctx, ast.Load)
+                          and name_with_dots(use) == kept}  # fmt: skip
         if not kinds or "object" in kinds:
             return ""  # nothing is done with it, or it has parts
         return "float" if "float" in kinds else "bool" if "bool" in kinds else "str"
@@ -50,8 +50,8 @@ class UseReader:
             return "float"
         if isinstance(above, ast.BinOp):
             others = (above.left, above.right)
-            is_text = any(isinstance(each, ast.JoinedStr) or isinstance(getattr(each, "value", None), str)
-                          for each in others)  # fmt: skip
+            is_text = any(isinstance(other, ast.JoinedStr) or isinstance(getattr(other, "value", None), str)
+                          for other in others)  # fmt: skip
             return "text" if is_text else "float"
         if isinstance(above, ast.Call):
             is_object = above.func is node or last_name(above.func) in ("put", "put_nowait")
@@ -76,9 +76,9 @@ def walk_what_runs(node: ast.AST, skipped: frozenset[int]) -> Iterator[ast.AST]:
     """All nodes below one, without the skipped statements."""
     waiting = [node]
     while waiting:
-        each = waiting.pop(0)
-        yield each
-        waiting += [child for child in ast.iter_child_nodes(each) if id(child) not in skipped]
+        node = waiting.pop(0)
+        yield node
+        waiting += [child for child in ast.iter_child_nodes(node) if id(child) not in skipped]
 
 
 class Branches:
@@ -123,7 +123,7 @@ class Branches:
                         yield known, node.body, [] if isinstance(node.test, ast.BoolOp) else node.orelse
             elif isinstance(node, ast.Match) and ast.unparse(node.subject) in names:
                 for case in node.cases:
-                    parts = [each.value for each in ast.walk(case.pattern) if isinstance(each, ast.MatchValue)]
+                    parts = [part.value for part in ast.walk(case.pattern) if isinstance(part, ast.MatchValue)]
                     known = {text for part in parts for text in self._texts(part, scope)}
                     if known:
                         yield known, case.body, []

@@ -172,7 +172,7 @@ def _fields_of(value: Any) -> Mapping[str, Any]:
     """The fields of a dataclass, named tuple, or object of attrs, msgspec or pydantic; none of other objects."""
     kind = type(value)
     names: Any = getattr(kind, "__dataclass_fields__", None) or getattr(kind, "_fields", None)
-    names = names or [each.name for each in getattr(kind, "__attrs_attrs__", ())]
+    names = names or [attribute.name for attribute in getattr(kind, "__attrs_attrs__", ())]
     names = names or getattr(kind, "__struct_fields__", None) or getattr(kind, "__pydantic_fields__", None) or ()
     fields = {}
     for name in list(names):

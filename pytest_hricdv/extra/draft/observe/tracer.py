@@ -1,7 +1,7 @@
 """The tracer: records what crosses the border of a package while a program runs.
 
 It is installed in each process of the recorded program by `sitecustomize` (see `extra.draft.record`), and sees calls of
-Python functions through `sys.setprofile`. Functions in C have no arguments there: what is handed to them is not seen.
+Python functions through `sys.setprofile`. The arguments of functions in C are not visible there.
 """
 
 from __future__ import annotations
@@ -207,7 +207,7 @@ def state_text(value: Any) -> str | None:
 
 def _is_tree(value: Any) -> bool:
     """Whether it is of py_trees; a class of a module that is not installed has whatever it is asked for."""
-    return any("tip" in vars(each) for each in type(value).__mro__)
+    return any("tip" in vars(base) for base in type(value).__mro__)
 
 
 def texts_of(owner: Any) -> Mapping[str, str]:

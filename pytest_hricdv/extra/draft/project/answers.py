@@ -46,7 +46,7 @@ def merge(drafted: str, now: str, new: str) -> str:
     """
     old, own, others = (text.splitlines(keepends=True) for text in (drafted, now, new))
     kept, there = list(_changes(old, own)), _places(old, others)
-    changes = kept + [change for change in _changes(old, others) if not any(_overlap(change, each) for each in kept)]
+    changes = kept + [change for change in _changes(old, others) if not any(_overlap(change, other) for other in kept)]
     merged: list[str] = []
     line = 0
     for begin, end, lines in sorted(changes, key=lambda change: change[:2]):

@@ -60,7 +60,7 @@ class Sensor:
     @property
     def levels(self) -> tuple[tuple[str, str], ...]:
         """Word for what a person can set -> the source text of its range, or the text itself."""
-        return tuple(each for each in self._levels() if f"set_{word(self.name)} {each[0]}" not in self.left_out)
+        return tuple(level for level in self._levels() if f"set_{word(self.name)} {level[0]}" not in self.left_out)
 
     def _levels(self) -> tuple[tuple[str, str], ...]:
         if self.field.kind == "bool":
@@ -136,10 +136,10 @@ class Draft:
             return replace(
                 code, entry=None, messages=(), machines=(), inner=(), virtual=() if "import" in out else code.virtual
             )
-        messages = [each for each in code.messages if each.name not in out]
-        messages = [each for each in messages if each.form != "call" or "calls" not in out]
+        messages = [message for message in code.messages if message.name not in out]
+        messages = [message for message in messages if message.form != "call" or "calls" not in out]
         if "state" in out:
-            messages = [each for each in messages if each.form != "state"]
+            messages = [message for message in messages if message.form != "state"]
             code = replace(code, machines=tuple(replace(machine, field="") for machine in code.machines))
         return replace(code, messages=tuple(messages))
 
@@ -200,7 +200,7 @@ class Draft:
     def messages(self) -> tuple[Message, ...]:
         """All messages of the bus: what the code publishes, and what a person says."""
         said = [thing.message for thing in self.inputs]
-        return tuple(each for each in self.code.messages if each.direction != "received" or each in said)
+        return tuple(message for message in self.code.messages if message.direction != "received" or message in said)
 
     @cached_property
     def answers(self) -> tuple[Message, ...]:

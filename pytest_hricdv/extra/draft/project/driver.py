@@ -189,11 +189,11 @@ def _connection(draft: Draft, port: Port, table: ImportTable) -> str:
 
 def _device(draft: Draft, port: Port, table: ImportTable) -> str:
     sensors = [sensor.operation.name for sensor in draft.sensors if sensor.port == port.name]
-    answers = {each.name: table.text(each.neutral, each.imports) for each in port.operations
-               if each.neutral and each.name not in sensors and not each.is_set}  # fmt: skip
-    attributes = [each.name for each in port.operations if not each.is_method and not each.is_set
-                  and (each.name in sensors or each.name in answers)]  # fmt: skip
-    coroutines = [each.name for each in port.operations if each.is_async and each.is_method]
+    answers = {operation.name: table.text(operation.neutral, operation.imports) for operation in port.operations
+               if operation.neutral and operation.name not in sensors and not operation.is_set}  # fmt: skip
+    attributes = [operation.name for operation in port.operations if not operation.is_method and not operation.is_set
+                  and (operation.name in sensors or operation.name in answers)]  # fmt: skip
+    coroutines = [operation.name for operation in port.operations if operation.is_async and operation.is_method]
     parts = [f"senses={tuple_text(sensors)}"] if sensors else []
     if answers:
         made = ", ".join(f"{json.dumps(name)}: lambda: {text}" for name, text in answers.items())

@@ -39,7 +39,7 @@ def command_lines(draft: Draft, thing: Input) -> Iterator[str]:
 def number_range(draft: Draft, thing: Input, part: MessageField, of_code: str | None) -> tuple[str, str]:
     """The range of a number of a message, and a note on its source or on what is unknown; empty without one."""
     topic = topic_of(draft, thing)
-    if topic is None or not any(each.name in topic.numbers for each in thing.numbers):
+    if topic is None or not any(number.name in topic.numbers for number in thing.numbers):
         return (of_code, "") if of_code is not None else (_unknown(part), "TODO: between which numbers?")
     return _range(part, topic.numbers.get(part.name), of_code)
 

@@ -161,9 +161,9 @@ class _NodeReader:
                 types["/".join(parts)] = None
         return list(types)
 
-    def _owner(self, call: CallSite, handed: ast.expr | None) -> _NodeName:
+    def _owner(self, call: CallSite, passed: ast.expr | None) -> _NodeName:
         """The node on which something is created: `self`, or a variable that holds one."""
-        receiver = handed
+        receiver = passed
         if receiver is None and isinstance(call.node.func, ast.Attribute):
             receiver = call.node.func.value
         own = call.scope.owner if call.scope is not None else None

@@ -1,6 +1,6 @@
 """Stand-ins for modules that are not installed, as the libraries of a robot's hardware on a developer's machine.
 
-All that the code does with them crosses its border: they note what it calls, hands over, tests and compares, and
+All that the code does with them crosses its border: they record what it calls, passes, tests and compares, and
 return what a person sets. A *path* names it, as `Motor.sensor(2).distance()`: the class, or else the module, that the
 code has imported, what it reads of it, and what it calls, with the only argument if that is a whole number or a name.
 Outside of a run they are neutral.
@@ -99,7 +99,7 @@ class AbsentPart(UnknownValue):
 
 @dataclass(frozen=True)
 class ProgramPort:
-    """Another program that the code starts, which no run does: what it hands over and gets crosses the border.
+    """Another program that the code starts, but no run does: its arguments and results cross the border.
 
     Args:
         path: of the function that starts it, as "subprocess.run".
@@ -129,7 +129,7 @@ class AbsentObject(Neutral):
     """An object of a class that is not installed, or of one that the code derives from it."""
 
     def __getattr__(self, name: str) -> Any:
-        kind = next(each for each in type(self).__mro__ if "_is_absent" in vars(each))
+        kind = next(base for base in type(self).__mro__ if "_is_absent" in vars(base))
         return _read(kind.__name__, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -174,7 +174,7 @@ def _part(path: str) -> Any:
 
 def _sense(border: RunBorder, path: str) -> str:
     """The sensor at a path, or the one for all arguments; empty if there is none."""
-    return next((each for each in (path, without_arguments(path)) if each in border.senses), "")
+    return next((name for name in (path, without_arguments(path)) if name in border.senses), "")
 
 
 def without_arguments(path: str) -> str:

@@ -1,6 +1,6 @@
 """The border of the code in one run: all data in and out through the stand-ins.
 
-What code tells a port has a topic, and the names and values in what it hands over.
+A call of a port has a topic, and the names and values in its arguments.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class RunBorder:
     takes_s: float = 0.0
     is_async: bool = False
     callbacks: dict[str, list[Callable[..., Any]]] = field(default_factory=lambda: defaultdict(list))
-    """Functions that the code has handed to a port, by "port.method" or "port.method text"."""
+    """Callbacks that the code has passed to a port, by "port.method" or "port.method text"."""
     instance: Any = None
     """The object of the code, once it is made."""
     on_crossing: Callable[[], None] = lambda: None
@@ -182,7 +182,7 @@ class RunBorder:
         every = (*arguments, *named.values())
         for value in every:
             if callable(value) and not isinstance(value, type):
-                self.register(f"{port}.{name}", value, first_text(each for each in every if each is not value))
+                self.register(f"{port}.{name}", value, first_text(other for other in every if other is not value))
         if self._seen is None:
             return
         told = read_content(arguments, named, self._is_broker(port))
@@ -258,7 +258,7 @@ class RunBorder:
             self.tell_call(ANSWER, name, (value,), {})
 
     def say(self, port: str, name: str, contents: tuple[Any, ...]) -> None:
-        """Publish what the code hands over: the message among it, or that it has called the port."""
+        """Publish a call of the code: the message among its arguments, or the call itself."""
         for message in contents:
             if type(message) in self.kinds:
                 self.run.bus.publish("robot", message)

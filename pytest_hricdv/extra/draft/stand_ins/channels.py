@@ -213,9 +213,9 @@ class CodeBus:
     def subscribe(self, *arguments: Any, **named: Any) -> Any:
         """An inbox for messages of these classes; a function among the arguments is called for each."""
         every = (*arguments, *named.values())
-        listed = [part for each in every for part in (each if isinstance(each, list | tuple) else [each])]
+        listed = [part for value in every for part in (value if isinstance(value, list | tuple) else [value])]
         kinds = {kind: _same for kind in listed if isinstance(kind, type) and kind in self._border.kinds}
-        callback = next((each for each in listed if callable(each) and not isinstance(each, type)), None)
+        callback = next((value for value in listed if callable(value) and not isinstance(value, type)), None)
         if self._border.is_async:
             inbox: Any = AsyncInbox(self._border, kinds)
             if callback is not None:
@@ -263,7 +263,7 @@ class InboxPort:
     kinds: tuple[tuple[type[Any], Convert], ...]
 
     def __init__(self, *kinds: type[Any] | dict[type[Any], Convert]) -> None:
-        pairs = [pair for each in kinds for pair in (each.items() if isinstance(each, dict) else [(each, _same)])]
+        pairs = [pair for kind in kinds for pair in (kind.items() if isinstance(kind, dict) else [(kind, _same)])]
         object.__setattr__(self, "kinds", tuple(pairs))
 
     def make(self, border: RunBorder, name: str) -> Any:

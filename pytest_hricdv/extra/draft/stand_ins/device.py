@@ -82,7 +82,7 @@ class DeviceStandIn(Neutral):
         message = inbox.poll() if inbox is not None else None
         if message is not None:
             return message
-        is_registration = any(callable(each) and not isinstance(each, type | Neutral) for each in arguments)
+        is_registration = any(callable(argument) and not isinstance(argument, type | Neutral) for argument in arguments)
         if name not in device.senses and inbox is None and not is_registration:
             border.tell_call(port, name, arguments, named)
         value = self._value(name, read=False, text=first_text(arguments))

@@ -283,7 +283,7 @@ class ActiveRobot:
             look()
 
         # A class that registers its subclasses would register the one made here.
-        hears = any("__init_subclass__" in vars(each) for each in kind.__mro__[:-1])
+        hears = any("__init_subclass__" in vars(base) for base in kind.__mro__[:-1])
         if self._driver.state and not hears:
             try:
                 named = {name: getattr(kind, name) for name in ("__module__", "__qualname__")}

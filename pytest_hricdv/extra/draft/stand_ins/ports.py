@@ -94,12 +94,12 @@ class Replace:
         made = self.port.make(border, name)
         if owners and getattr(owner, owners[0], None) is None:
             return lambda: None  # the code does without it
-        for number, each in enumerate(owners):
-            inner = getattr(owner, each)
+        for number, name_of_inner in enumerate(owners):
+            inner = getattr(owner, name_of_inner)
             if isinstance(inner, ModuleType) and number == len(owners) - 1:  # others use the module, too
                 maker = made if _is_itself(made) else _Maker(getattr(inner, last), made)
-                setattr(owner, each, _ModuleWith(inner, last, maker))
-                return partial(setattr, owner, each, inner)
+                setattr(owner, name_of_inner, _ModuleWith(inner, last, maker))
+                return partial(setattr, owner, name_of_inner, inner)
             owner = inner
         before = getattr(owner, last)
         setattr(owner, last, _Maker(before, made) if callable(before) and not _is_itself(made) else made)

@@ -71,9 +71,9 @@ def _whole_numbers(kind: type[Any]) -> frozenset[str]:
 
 def member(kind: Any, text: str) -> Any:
     """The member of an enumeration that a record calls so. Raises ValueError if there is none."""
-    for each in kind:
-        if text_of(each) == text:
-            return each
+    for value in kind:
+        if text_of(value) == text:
+            return value
     raise ValueError(f"{kind.__name__} has no member {text!r}")
 
 
@@ -92,7 +92,7 @@ class MethodCall:
 
 @dataclass(frozen=True)
 class CallbackCall:
-    """A message gets to the robot as the call of a function that it has handed to a port.
+    """A message that the robot gets as the call of a callback that it has passed to a port.
 
     Args:
         port: the port and its method or attribute, as "driver.on_button"; with a text among the arguments of the
@@ -189,6 +189,6 @@ class Visit:
         kernel = self.border.run.kernel
         ends_s, quiet_s = kernel.now_s + self.manners.stays_s, kernel.now_s
         while kernel.now_s < min(ends_s, quiet_s + self.manners.answer_s):
-            if [message for each in hears for message in iter(each.poll, None)]:
+            if [message for inbox in hears for message in iter(inbox.poll, None)]:
                 quiet_s = kernel.now_s
             kernel.sleep(LOOKS_EACH_S)
