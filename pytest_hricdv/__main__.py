@@ -48,16 +48,16 @@ GROUPS = MappingProxyType(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Do what the command line says; returns the exit status."""
-    given = sys.argv[1:] if arguments is None else [*arguments]
-    group = GROUPS.get(given[0]) if given else None
+    argv = sys.argv[1:] if arguments is None else [*arguments]
+    group = GROUPS.get(argv[0]) if argv else None
     if group is not None:
-        called = "hricdv" if group.first else f"hricdv {given[0]}"
-        return int(import_module(group.module).main([*group.first, *given[1:]], called))
+        called = "hricdv" if group.first else f"hricdv {argv[0]}"
+        return int(import_module(group.module).main([*group.first, *argv[1:]], called))
     parser = _parser()
-    if not given:
+    if not argv:
         parser.print_help()
         return 0
-    options = parser.parse_args(given)
+    options = parser.parse_args(argv)
     return int(options.do(options))
 
 

@@ -137,9 +137,9 @@ def execute(
         TestbenchError: the testbench's `run` returned no Outcome, or ended the test by `pytest.skip` or the like.
         NodeError: a node failed, and after that the testbench or the monitors could not finish the run.
     """
-    testbench, measurement, given = settings.testbench, settings.measurement, test
-    parameters = ParameterLog(given.run)
-    test = dataclasses.replace(given, run=parameters)
+    testbench, measurement, original = settings.testbench, settings.measurement, test
+    parameters = ParameterLog(original.run)
+    test = dataclasses.replace(original, run=parameters)
     recorder = Recorder()
     monitors = MonitorSet(formulas(settings.requirements))
     followers = tuple(
@@ -223,7 +223,7 @@ def execute(
     ended += faults.of_actors(name for name in run.idle_actors() if _acts(name, testbench))
     ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(
-        test=dataclasses.replace(run.enacted, run=given.run),
+        test=dataclasses.replace(run.enacted, run=original.run),
         outcome=outcome,
         record=record,
         sim_s=kernel.now_s,

@@ -47,12 +47,14 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Itera
 def requirement_table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     """A line of figures for each requirement, with its title where there is room; those that passed without colour."""
     margins = any(row.margin is not None for row in rows)
-    known = 7 if any(row.is_tolerated for row in rows) else 0
+    known_width = 7 if any(row.is_tolerated for row in rows) else 0
     triggers = 10 if columns >= _WIDE else 0
     units = max((width(row.unit) + 1 for row in rows if row.unit and row.margin is not None), default=0)
-    numbers = 7 + 7 + known + 6 + triggers + (10 + units if margins else 0)
+    numbers = 7 + 7 + known_width + 6 + triggers + (10 + units if margins else 0)
     room = max(columns - numbers - 2, 4)
-    head = f"{'Passed':>7}{'Failed':>7}{'known'[:known]:>{known}}{'NC':>6}{'triggers'[:triggers]:>{triggers}}"
+    head = (
+        f"{'Passed':>7}{'Failed':>7}{'known'[:known_width]:>{known_width}}{'NC':>6}{'triggers'[:triggers]:>{triggers}}"
+    )
     head += "margin".rjust(10) if margins else ""
     yield Line(f"  {pad('requirement' if room > width('requirement') else '', room)}{head}".rstrip(), "dim")
     for group, members in totals.by_group(rows):
@@ -61,7 +63,7 @@ def requirement_table(rows: Sequence[totals.RequirementRow], columns: int) -> It
         for row in members:
             failed, tolerated = (0, row.failed) if row.is_tolerated else (row.failed, 0)
             margin = "" if row.margin is None else f"{row.margin:.3g}"
-            figures = f"{row.passed:>7}{failed:>7}{tolerated or '':>{known}}{row.nc:>6}"
+            figures = f"{row.passed:>7}{failed:>7}{tolerated or '':>{known_width}}{row.nc:>6}"
             figures += f"{str(row.triggers)[:triggers]:>{triggers}}{margin:>10}"
             unit = visible(f" {row.unit}" if margin else "")
             is_titled = room - width(visible(row.name)) > 16  # with less room, a title says nothing
@@ -177,14 +179,15 @@ def _requirements(report: Report, columns: int) -> Part:
     if not rows:
         return [Line(f"{'requirements':{_LABEL}}none", "warn")]
     failed = [row for row in rows if row.failed and not row.is_tolerated]
-    known = [row for row in rows if row.is_tolerated]
+    tolerated = [row for row in rows if row.is_tolerated]
     unchecked = [row for row in rows if not row.passed + row.failed]
-    passed = len(rows) - len(failed) - len(known) - len(unchecked)
+    passed = len(rows) - len(failed) - len(tolerated) - len(unchecked)
     head = f"{'requirements':{_LABEL}}{passed} of {len(rows)} passed"
     head += f", {len(unchecked)} never checked" if unchecked else ""
     lines = [*requirement_table(failed, columns)] if failed else []
     lines += [
-        Line(f"  {row.name} known to fail in {plural(row.failed, 'test')}: {row.xfail_note}", "warn") for row in known
+        Line(f"  {row.name} known to fail in {plural(row.failed, 'test')}: {row.xfail_note}", "warn")
+        for row in tolerated
     ]
     lines += [
         Line(f"  {row.name} undecided when a run ended, after {plural(row.pending, 'trigger')}", "warn")

@@ -220,10 +220,15 @@ def _init(options: argparse.Namespace) -> int:
 
 def _draft(options: argparse.Namespace) -> int:
     asked = {"launch": options.launch, "ros2": options.ros2, "from": options.source}
-    given = {"folder": options.folder, "robot": options.robot or "", "person": options.person,
-             "runs": not options.no_run, "recordings": tuple(options.recording),
-             "budget_s": options.budget}  # fmt: skip
-    for line in _drafts().draft(asked, given):
+    settings = {
+        "folder": options.folder,
+        "robot": options.robot or "",
+        "person": options.person,
+        "runs": not options.no_run,
+        "recordings": tuple(options.recording),
+        "budget_s": options.budget,
+    }
+    for line in _drafts().draft(asked, settings):
         print(visible(line), flush=True)
     where = "" if options.folder == Path() else f"cd {options.folder}; "
     print()

@@ -155,8 +155,8 @@ class InterventionEffects:
         if deviations is None:
             best: dict[Effect, Deviation] = {}
             for deviation in self._all_deviations(nominal):
-                known = best.setdefault(deviation.effect, deviation)
-                if deviation.chance > known.chance:
+                likeliest = best.setdefault(deviation.effect, deviation)
+                if deviation.chance > likeliest.chance:
                     best[deviation.effect] = deviation
             deviations = self._deviations[nominal] = [*best.values()]
         return deviations

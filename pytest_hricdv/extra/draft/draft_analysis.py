@@ -119,14 +119,14 @@ class CodeReader:
         every = dict.fromkeys((model.entry, *(entry for entry, _ in islice(self._entries.entries(), MAX_ENTRIES))))
         candidates = [entry for entry in every if entry is not None and _key(entry) not in faulty]
         made = (replace(model, entry=entry, parameters=()) for entry in candidates)
-        known = next((model.entry for model in made if _has_inputs(self._with_entry(model, None, frozenset()))), None)
+        chosen = next((model.entry for model in made if _has_inputs(self._with_entry(model, None, frozenset()))), None)
         if self._chosen is not None:
-            return known
-        known = known or next(iter(candidates), None)
+            return chosen
+        chosen = chosen or next(iter(candidates), None)
         best = best_entry(seen, self._sources) if seen is not None else ""
-        if seen is not None and best and (known is None or _key(known) not in (*seen.made, *seen.methods)):
+        if seen is not None and best and (chosen is None or _key(chosen) not in (*seen.made, *seen.methods)):
             return self._entries.entry(best)
-        return known
+        return chosen
 
     def _with_entry(self, model: CodeModel, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
         """The model with what gets to its entry and comes from it."""
@@ -137,9 +137,9 @@ class CodeReader:
         entry = self._period(entry, seen) or entry
         if seen is not None:
             model = with_ports(replace(model, entry=entry), seen)
-            known = {port.name for port in model.inner}
+            inner_names = {port.name for port in model.inner}
             absent = absent_ports(seen, Path(model.root), find_identity_tests(self._flow))
-            more = (port for port in absent if port.name not in known)
+            more = (port for port in absent if port.name not in inner_names)
             model, entry = replace(model, inner=(*model.inner, *more)), model.entry or entry
         messages = list(_carry_by_ports(self._carry(model), (*entry.ports, *entry.method_ports, *model.inner)))
         items = list(self._items((*entry.ports, *entry.method_ports, *model.inner), messages))
@@ -247,13 +247,13 @@ class CodeReader:
             return None
         parts = tuple(PortReader(self._sources, self._flow).ports(methods_of(self._sources, scope)[best[2]], skip=1))
         period_s = (period_of(seen, entry, best[2])[1] if seen is not None else 0.0) or PERIOD_S
-        given = tuple(replace(part, role="device") if part.operations  # what comes in is read off it
+        ports = tuple(replace(part, role="device") if part.operations  # what comes in is read off it
                       else replace(part, role="parameter", neutral=f"{period_s:g}", annotation="fixed")
                       for part in parts if not part.default)  # fmt: skip
         is_async = isinstance(methods_of(self._sources, scope)[best[2]].node, ast.AsyncFunctionDef)
         if is_async:
             return None
-        return replace(entry, method=best[2], method_ports=given, period_s=period_s)
+        return replace(entry, method=best[2], method_ports=ports, period_s=period_s)
 
     # --- states
 
@@ -263,9 +263,9 @@ class CodeReader:
         scope = self._scope(entry) if entry is not None and not model.state else None
         if scope is None:
             return model
-        known = [*model.machines, *self._states.machines(scope)]
-        found = find_machines(seen, model) if seen is not None else ()
-        machines = [*known, *(machine for machine in found if self._states.decides(scope, machine))]
+        declared = [*model.machines, *self._states.machines(scope)]
+        observed = find_machines(seen, model) if seen is not None else ()
+        machines = [*declared, *(machine for machine in observed if self._states.decides(scope, machine))]
         for number, machine in enumerate(machines):
             path = self._states.path(scope, machine)
             if path:

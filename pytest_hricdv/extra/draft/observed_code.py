@@ -99,10 +99,10 @@ def with_observations(model: CodeModel, seen: Observations) -> CodeModel:
 def keep_declared(declared: CodeModel, now: CodeModel) -> CodeModel:
     """A model that was made of observations, with all that the code declares."""
     there = {message.topic: message for message in now.messages}
-    known = [
+    messages = [
         other for other in declared.messages if other.form != "called" or other.topic in there
     ]  # now it may be an answer
-    kept = [_keep_message(message, there.pop(message.topic, message)) for message in known]
+    kept = [_keep_message(message, there.pop(message.topic, message)) for message in messages]
     machines = now.machines
     if declared.machine is not None:
         others = [machine for machine in now.machines if machine.name != declared.machine.name]
@@ -189,8 +189,8 @@ def with_ports(model: CodeModel, seen: Observations) -> CodeModel:
                                                     for operation in port.operations))
                      if port.role == "device" else port for port in every)  # fmt: skip
 
-    known = replace(entry, ports=with_results(entry.ports), method_ports=with_results(entry.method_ports))
-    return replace(model, entry=known, inner=with_results(model.inner))
+    updated = replace(entry, ports=with_results(entry.ports), method_ports=with_results(entry.method_ports))
+    return replace(model, entry=updated, inner=with_results(model.inner))
 
 
 def _operation(port: Port, operation: Operation, seen: Observations, owner: str) -> Operation:

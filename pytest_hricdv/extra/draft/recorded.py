@@ -139,9 +139,9 @@ def _differences(messages: Sequence[Message], seen: Observation) -> Iterator[tup
             yield text, message.location
             continue
         yield from _field_differences(message, topic, seen.source)
-    known = {key_of(message.topic) for message in messages}
+    topics_of_code = {key_of(message.topic) for message in messages}
     for key, topic in seen.topics.items():
-        if key not in known and not is_infrastructure(topic.name):
+        if key not in topics_of_code and not is_infrastructure(topic.name):
             count = "1 message" if topic.count == 1 else f"{topic.count} messages"
             yield f"{seen.source}: has {count} of {topic.name}, which the code neither publishes nor receives", None
 

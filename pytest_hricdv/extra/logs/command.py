@@ -120,10 +120,10 @@ def _write_tests(options: argparse.Namespace, context: RunContext) -> int:
 
     testbench = context.collection.testbench
     vocabulary = testbench.vocabulary()
-    given = log_map.read_map(options.map, vocabulary) if options.map else None
-    if given is None or not given.actions:
+    declared = log_map.read_map(options.map, vocabulary) if options.map else None
+    if declared is None or not declared.actions:
         raise InputError("--to-tests: expected --map with [actions.NAME]: a topic and the command that it stands for")
-    made = log_map.LogMap(time=given.time, actions=given.actions)
+    made = log_map.LogMap(time=declared.time, actions=declared.actions)
     logged, is_read = logged_actions.LoggedActions(testbench.concretization, made), True
     for recording in _readers(options):
         logged.add(logged_run.LogReader(recording, made, vocabulary))
@@ -152,10 +152,10 @@ class _LogCheck:
         testbench = context.collection.testbench
         self._testbench, self._vocabulary = testbench, testbench.vocabulary()
         self._requirements = formulas(context.requirements)
-        given = log_map.read_map(options.map, self._vocabulary, testbench.cross) if options.map else None
-        self._map = given
+        declared = log_map.read_map(options.map, self._vocabulary, testbench.cross) if options.map else None
+        self._map = declared
         self._actions = (
-            logged_actions.LoggedActions(testbench.concretization, given) if given and given.actions else None
+            logged_actions.LoggedActions(testbench.concretization, declared) if declared and declared.actions else None
         )
         self._report = log_report.LogReport(context, self._requirements)
 

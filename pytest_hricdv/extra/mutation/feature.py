@@ -75,7 +75,7 @@ class MutationFeature(Feature[MutationOptions]):
 
     def follow_up(self, context: RunContext) -> str:
         """The name of this work, if `--hri-mutate` is given."""
-        return "the trial of faults (--hri-mutate)" if self.settings(context.options).asked else ""
+        return "mutation testing (--hri-mutate)" if self.settings(context.options).asked else ""
 
     def extend_report(self, session: FeatureSession, report: Report) -> Report:
         """Try the mutants, if `--hri-mutate` is given."""

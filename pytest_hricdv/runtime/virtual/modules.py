@@ -191,13 +191,13 @@ class VirtualModules:
     def _references(self, name: str, module: ModuleType) -> Sequence[Reference]:
         """The references to replace in a module. Libraries are searched once; the state of the code under test
         changes."""
-        known = None if self._reach.is_code(name) else _IN_LIBRARIES.get(module)
-        if known is None:
+        references = None if self._reach.is_code(name) else _IN_LIBRARIES.get(module)
+        if references is None:
             search = ReferenceSearch(lambda value: is_keyboard(value) or value in _REPLACEMENTS, self._reach)
-            known = tuple(search.find(vars(module)))
+            references = tuple(search.find(vars(module)))
             if not is_initializing(module):
-                _IN_LIBRARIES[module] = known
-        return known
+                _IN_LIBRARIES[module] = references
+        return references
 
 
 _IN_LIBRARIES: weakref.WeakKeyDictionary[ModuleType, tuple[Reference, ...]] = weakref.WeakKeyDictionary()

@@ -120,8 +120,8 @@ class FieldReader:
             for text, location in texts(self._flow.constants(*other)).items():
                 values.setdefault(text, location)
         kind = part.kind or ("str" if values else "float" if numbers or part.unit else "")
-        known = tuple(FieldValue(*value) for value in values.items()) if kind == "str" else ()
-        return replace(part, kind=kind, compared=numbers if kind == "float" else (), values=known)
+        field_values = tuple(FieldValue(*value) for value in values.items()) if kind == "str" else ()
+        return replace(part, kind=kind, compared=numbers if kind == "float" else (), values=field_values)
 
     def values_in(self, functions: Iterable[Scope], name: str) -> tuple[FieldValue, ...]:
         """The texts that functions compare the field of this name of a message with, whatever its class."""

@@ -118,8 +118,8 @@ class Flow:
             own = self.sources.class_of(module, annotation) if annotation is not None else None
             if own is not None and isinstance(own.node, ast.ClassDef):
                 return own.node
-            given = self._arguments(scope, scope.node, expression.id) if steps < MAX_STEPS else ()
-            owners = (self.owner_of(value, where, at, steps + 1) for value, where, at in given)
+            arguments = self._arguments(scope, scope.node, expression.id) if steps < MAX_STEPS else ()
+            owners = (self.owner_of(value, where, at, steps + 1) for value, where, at in arguments)
             return next((owner for owner in owners if owner is not None), None)
         return None
 
@@ -133,16 +133,16 @@ class Flow:
 
     def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[tuple[Any, CodeLine]]:
         """The constants that an expression can be, as far as they are known, each with its location."""
-        known: list[tuple[Any, CodeLine]] = []
+        constants: list[tuple[Any, CodeLine]] = []
         for node, where, at in self.expressions(expression, module, scope):
             if not self._is_local(node, at):
                 try:
                     value = evaluate(self.sources, where, node)
                 except UnknownConstantError:
                     continue
-                if all(value != other or type(value) is not type(other) for other, _ in known):
-                    known.append((value, where.location(node)))
-        return known
+                if all(value != other or type(value) is not type(other) for other, _ in constants):
+                    constants.append((value, where.location(node)))
+        return constants
 
     def values(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[Any]:
         """The values without locations."""

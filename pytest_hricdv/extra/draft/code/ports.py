@@ -93,10 +93,13 @@ class PortReader:
         by_name: dict[str, Operation] = {}
         for operation in operations:
             by_name[operation.name] = _merge(by_name.get(operation.name), operation)
-        known = {name: self._declaration(operation, own) for name, operation in by_name.items()}
-        typed = {name for name, operation in known.items() if operation.returns}  # their answers have their parts
+        declarations = {name: self._declaration(operation, own) for name, operation in by_name.items()}
+        # Parts of a result are declared with its type.
+        typed = {name for name, operation in declarations.items() if operation.returns}
         declared = tuple(
-            operation for name, operation in known.items() if "." not in name or name.partition(".")[0] not in typed
+            operation
+            for name, operation in declarations.items()
+            if "." not in name or name.partition(".")[0] not in typed
         )
         used = set(by_name)
         role = self._role(name, written, default, {name for name in used if "." not in name}, own)

@@ -164,8 +164,8 @@ class StimulusReader:
             assert not isinstance(method.node, ast.ClassDef)
             if name == entry.method or name.startswith("__") or _decorators(method):
                 continue
-            given = parameters_of(method.node)[1:]
-            if len(given) == 1 and self._is_used(name, scope):
+            parameters = parameters_of(method.node)[1:]
+            if len(parameters) == 1 and self._is_used(name, scope):
                 made = list(self._messages(name, method, name))
                 yield from (message for message in made
                             if message.module != OWN_MODULE or len(made) > 1 or _tells_apart(message))  # fmt: skip

@@ -116,25 +116,25 @@ class Branches:
             if isinstance(node, ast.If):
                 parts = node.test.values if isinstance(node.test, ast.BoolOp) else [node.test]
                 for part in parts:
-                    known, is_not = self._read_test(part, scope, names)
-                    if known and is_not:
-                        yield known, node.orelse, node.body
-                    elif known:
-                        yield known, node.body, [] if isinstance(node.test, ast.BoolOp) else node.orelse
+                    tested, is_not = self._read_test(part, scope, names)
+                    if tested and is_not:
+                        yield tested, node.orelse, node.body
+                    elif tested:
+                        yield tested, node.body, [] if isinstance(node.test, ast.BoolOp) else node.orelse
             elif isinstance(node, ast.Match) and ast.unparse(node.subject) in names:
                 for case in node.cases:
                     parts = [part.value for part in ast.walk(case.pattern) if isinstance(part, ast.MatchValue)]
-                    known = {text for part in parts for text in self._texts(part, scope)}
-                    if known:
-                        yield known, case.body, []
+                    tested = {text for part in parts for text in self._texts(part, scope)}
+                    if tested:
+                        yield tested, case.body, []
 
     def _read_test(self, test: ast.expr, scope: Scope, names: set[str]) -> tuple[set[str], bool]:
         if not isinstance(test, ast.Compare) or len(test.ops) != 1:
             return set(), False
         sides = [test.left, test.comparators[0]]
         others = [side for side in sides if ast.unparse(side) not in names]
-        known = {text for side in others for text in self._texts(side, scope)} if len(others) == 1 else set()
-        return known, isinstance(test.ops[0], ast.NotEq | ast.IsNot | ast.NotIn)
+        tested = {text for side in others for text in self._texts(side, scope)} if len(others) == 1 else set()
+        return tested, isinstance(test.ops[0], ast.NotEq | ast.IsNot | ast.NotIn)
 
     def _texts(self, node: ast.expr, scope: Scope) -> set[str]:
         return set(texts(self._flow.constants(node, scope.module, scope)))

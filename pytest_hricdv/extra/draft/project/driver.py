@@ -128,8 +128,8 @@ def _kinds(messages: tuple[Message, ...] | list[Message], table: ImportTable) ->
 
 
 def _ports(draft: Draft, keyword: str, ports: tuple[Port, ...], table: ImportTable) -> list[str]:
-    given = [port for port in ports if not port.default]
-    lines = [f'            "{port.name}": {_port(draft, port, table)},  # {port.location}' for port in given]
+    required = [port for port in ports if not port.default]
+    lines = [f'            "{port.name}": {_port(draft, port, table)},  # {port.location}' for port in required]
     return [f"        {keyword}={{", *lines, "        },"] if lines else []
 
 

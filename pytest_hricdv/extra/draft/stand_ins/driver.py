@@ -187,10 +187,10 @@ class ActiveRobot:
         if not inspect.isclass(driver.robot):
             self._exhaust(made)
         elif driver.period_s:
-            given = self._arguments(driver.method_ports)  # what comes in between two steps is for the next one
+            arguments = self._arguments(driver.method_ports)  # what comes in between two steps is for the next one
             while True:
                 self._call_waiting()
-                getattr(made, driver.method)(**given)
+                getattr(made, driver.method)(**arguments)
                 self.look()
                 self._kernel.sleep(driver.period_s)
         elif driver.method:
