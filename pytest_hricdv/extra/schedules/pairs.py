@@ -102,7 +102,7 @@ class ExecutedSteps:
 
     def _pairs(self) -> Iterator[tuple[int, int]]:
         """Indices of steps; of each thread, what it executed last with the same data, at one instant."""
-        steps, shared = self.steps, self._shared()
+        steps, shared = self.steps, self._common_data()
         data: dict[int, list[tuple[dict[int, list[int]], frozenset[int], bool]]] = {}
         """Point -> of what it accesses, the last steps of each thread, who writes it, and whether the point does."""
         for points, writing in shared:
@@ -127,7 +127,7 @@ class ExecutedSteps:
             for before in sorted(earlier):
                 yield before, index
 
-    def _shared(self) -> set[tuple[frozenset[int], frozenset[int]]]:
+    def _common_data(self) -> set[tuple[frozenset[int], frozenset[int]]]:
         """Of data that several threads access and one writes: the points that do, and those that write it."""
         threads: dict[str, set[int]] = {}
         points: dict[str, set[int]] = {}
@@ -156,13 +156,13 @@ class ExecutedSteps:
             previous=self._execution(own[place - 1]) if place else None,
             next=self._execution(own[place + 1]) if place + 1 < len(own) else None,
             is_in_one_node=is_in_one_node,
-            awaited=self._awaited(first) if is_in_one_node else None,
+            awaited=self._wake_up(first) if is_in_one_node else None,
         )
 
     def _execution(self, index: int) -> tuple[str, int]:
         return self.places[self.steps[index][0]], self._numbers[index]
 
-    def _awaited(self, first: int) -> tuple[str, int] | None:
+    def _wake_up(self, first: int) -> tuple[str, int] | None:
         """What another node executes before a task goes on; None where it is not the next one to execute anything."""
         thread = self.steps[first][1]
         for index in range(first + 1, len(self.steps)):
