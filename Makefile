@@ -34,7 +34,7 @@ test: $(VENV)/.installed
 	$(BIN)/pytest -n 2 --dist worksteal $(PATIENCE)=300 $(OPTIONS)
 
 slow: $(VENV)/.installed
-	$(BIN)/pytest -n 2 --dist worksteal -m "slow or hypothesis" --hypothesis-profile=thorough $(PATIENCE)=1200 $(OPTIONS)
+	$(BIN)/pytest -n 3 --dist worksteal -m "slow or hypothesis" --hypothesis-profile=thorough $(PATIENCE)=1200 $(OPTIONS)
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .
