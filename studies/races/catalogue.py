@@ -168,6 +168,7 @@ RACES = (
         _GO_STOP,
         is_held_out=True,
     ),
+    Race("listed_goals", "Each goal is met", _EACH_SERVED.format(""), (1.0, 1.5)),
 )
 
 _NOTHING_LOST = "always(on(go) -> eventually[0.1:0.4](lost == 0))"

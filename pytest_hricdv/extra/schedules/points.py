@@ -1,7 +1,7 @@
 """Code points: where nodes of the code under test can be held, and which data each statement reads and writes.
 
-A statement has a point before it. One that reads and then writes the same data, as `self.count += 1` does, has a second
-one in between: another thread may come there, too.
+A statement has a point before it, and at each element of its comprehensions. One that reads and then writes the same
+data, as `self.count += 1` does, has a second one in between: another thread may come there, too.
 """
 
 from __future__ import annotations
@@ -157,8 +157,11 @@ class _PointInserter(ast.NodeTransformer):
                 continue
             access, place = access_of(statement, self._shared[-1]), f"{self._file}:{statement.lineno}"
             if self._points.matters(statement, place, access):
-                call = ast.Call(ast.Name(HOOK, ast.Load()), [ast.Constant(self._points.add(place, access))], [])
+                number = ast.Constant(self._points.add(place, access))
+                call = ast.Call(ast.Name(HOOK, ast.Load()), [number], [])
                 made.append(ast.copy_location(ast.Expr(ast.copy_location(call, statement)), statement))
+                for part in _header(statement):
+                    _ElementPoints(number).visit(part)
             made.append(self._inside(self._split(statement, f"{place}{WRITES}", access)))
         return made
 
@@ -192,6 +195,32 @@ class _PointInserter(ast.NodeTransformer):
         call = ast.copy_location(ast.Call(ast.Name(BETWEEN, ast.Load()), arguments, []), statement)
         targets: list[ast.expr] = [statement.target] if isinstance(statement, ast.AugAssign) else statement.targets
         return ast.copy_location(ast.Assign(targets, call), statement)
+
+
+@dataclass
+class _ElementPoints(ast.NodeTransformer):
+    """Passes each element of a comprehension, or its first condition, through the hook, as the statement's point."""
+
+    number: ast.Constant
+
+    def _comprehension(self, node: ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp) -> ast.AST:
+        self.generic_visit(node)
+        if conditions := node.generators[-1].ifs:
+            conditions[0] = self._call_hook(conditions[0])
+        elif isinstance(node, ast.DictComp):
+            node.value = self._call_hook(node.value)
+        else:
+            node.elt = self._call_hook(node.elt)
+        return node
+
+    visit_ListComp = visit_SetComp = visit_GeneratorExp = visit_DictComp = _comprehension  # noqa: N815
+
+    def visit_Lambda(self, node: ast.Lambda) -> ast.AST:
+        """Not executed with the statement."""
+        return node
+
+    def _call_hook(self, value: ast.expr) -> ast.expr:
+        return ast.copy_location(ast.Call(ast.Name(BETWEEN, ast.Load()), [self.number, value], []), value)
 
 
 def _is_text(statement: ast.stmt) -> bool:
