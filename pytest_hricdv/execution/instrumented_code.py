@@ -77,14 +77,24 @@ def find_functions(paths: Iterable[Path] | None = None) -> list[FunctionType]:
 
 
 def _replace(made: CodeType, functions: Iterable[FunctionType]) -> Iterator[tuple[FunctionType, CodeType]]:
-    codes = {(code.co_qualname, code.co_firstlineno): code for code in _codes(made)}
+    codes = {_position(code): code for code in _codes(made)}
     for function in functions:
         old = function.__code__
         if old.co_filename == made.co_filename:
-            new = codes.get((old.co_qualname, old.co_firstlineno))
+            new = codes.get(_position(old))
             if new is not None and new.co_freevars == old.co_freevars:
                 function.__code__ = new
                 yield function, old
+
+
+def _position(code: CodeType) -> tuple[str, int, int]:
+    """What tells the functions of a file apart: of lambdas in one line, the column of the first expression, too."""
+    first = 0
+    if code.co_name == "<lambda>":
+        first = min(
+            (column for line, _, column, _ in code.co_positions() if line == code.co_firstlineno and column), default=0
+        )
+    return code.co_qualname, code.co_firstlineno, first
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
