@@ -41,7 +41,8 @@ def test_functions_of_one_line_stay_apart(tmp_path: Path) -> None:
     path = tmp_path / "lambdas.py"
     path.write_text(LAMBDAS, encoding="utf-8")
     spec = spec_from_file_location("lambdas", path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     codes = [function.__code__ for function in module.OPERATIONS.values()]

@@ -183,18 +183,31 @@ class _PointInserter(ast.NodeTransformer):
         """A statement that reads what it writes, with its value passed through the hook once all is read."""
         if not access.reads & access.writes or not isinstance(statement, ast.Assign | ast.AugAssign):
             return statement
-        if isinstance(statement, ast.AugAssign) and not _is_plain(statement.target):
+        if isinstance(statement, ast.Assign):
+            targets, read = statement.targets, []
+        elif any(isinstance(part, ast.Slice) for part in ast.walk(statement.target)):
             return statement
+        else:
+            # The hook does the operation: what is read is read before the value, as in the statement.
+            loaded, stored = _read_first(statement.target)
+            operation = ast.Constant(type(statement.op).__name__)
+            targets, read = [stored], [ast.keyword("read", loaded), ast.keyword("operation", operation)]
         number = self._points.add(place, DataAccess(writes=access.writes))
-        arguments: list[ast.expr] = [ast.Constant(number), statement.value]
-        if isinstance(statement, ast.AugAssign):
-            # The hook does the operation: what is read is read before, and what is written is written after it.
-            read = copy(statement.target)
-            read.ctx = ast.Load()
-            arguments += [read, ast.Constant(type(statement.op).__name__)]
-        call = ast.copy_location(ast.Call(ast.Name(BETWEEN, ast.Load()), arguments, []), statement)
-        targets: list[ast.expr] = [statement.target] if isinstance(statement, ast.AugAssign) else statement.targets
-        return ast.copy_location(ast.Assign(targets, call), statement)
+        keywords = [*read, ast.keyword("value", statement.value)]
+        call = ast.Call(ast.Name(BETWEEN, ast.Load()), [ast.Constant(number)], keywords)
+        return ast.copy_location(ast.Assign(targets, ast.copy_location(call, statement)), statement)
+
+
+def _read_first(target: ast.Name | ast.Attribute | ast.Subscript) -> tuple[ast.expr, ast.expr]:
+    """What reads the target of `+=`, and what writes it then: its object and its key are evaluated once."""
+    loaded, stored = copy(target), copy(target)
+    loaded.ctx, stored.ctx = ast.Load(), ast.Store()
+    for name in ("value", "slice"):
+        if hasattr(target, name):
+            kept = f"__hricdv_{name}__"
+            setattr(loaded, name, ast.NamedExpr(ast.Name(kept, ast.Store()), getattr(target, name)))
+            setattr(stored, name, ast.Name(kept, ast.Load()))
+    return loaded, stored
 
 
 @dataclass
@@ -225,10 +238,6 @@ class _ElementPoints(ast.NodeTransformer):
 
 def _is_text(statement: ast.stmt) -> bool:
     return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
-
-
-def _is_plain(target: ast.expr) -> bool:
-    return isinstance(target, ast.Name) or (isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name))
 
 
 def _constant_names(module: ast.Module) -> frozenset[str]:

@@ -151,10 +151,9 @@ class Scheduler:
                 add((point, number, kernel.now_us))
 
         def write(point: int, value: object, read: object = None, operation: str = "") -> object:
-            if operation:
-                value = _OPERATIONS[operation](read, value)
+            written = _calculate(point, value, read, operation)
             reach(point)
-            return value
+            return written
 
         return {HOOK: reach, BETWEEN: write}
 
@@ -254,12 +253,13 @@ _OPERATIONS: Mapping[str, Callable[..., object]] = {
 def instrument_points(packages: Sequence[str]) -> Iterator[CodePoints]:
     """Instrument code for a while, for any number of runs."""
     points, files = points_of(packages)
-    with instrument(files, {HOOK: _ignore, BETWEEN: _ignore}):
+    with instrument(files, {HOOK: lambda _: None, BETWEEN: _calculate}):
         yield points
 
 
-def _ignore(_: int, value: object = None, *others: object) -> object:
-    return value
+def _calculate(_: int, value: object, read: object = None, operation: str = "") -> object:
+    """What a statement writes that has read something."""
+    return _OPERATIONS[operation](read, value) if operation else value
 
 
 @contextmanager

@@ -56,6 +56,7 @@ class Counter:
                 self.items += [number]
                 continue
             try:
+                self.count += self.add(number)
                 self.items[0] += 1
                 with self:
                     self.count |= 1
@@ -67,6 +68,22 @@ class Counter:
         if any(number in self.items for number in numbers):
             self.count = 0
         return {number: [item for item in self.items if item > number] for number in numbers}, lambda: [*self.items]
+
+    def add(self, number):
+        self.count += number  # lost: the caller has read it before
+        self.items[self.key()] -= self.key()
+        self.itself.count ^= 2
+        self.items[:1] += [number]
+        return 1
+
+    @property
+    def itself(self):
+        self.items[0] += 7  # once for each statement that asks for it
+        return self
+
+    def key(self):
+        self.count += 1
+        return self.count % len(self.items)
 
     def __enter__(self):
         return self
@@ -100,7 +117,8 @@ def test_code_that_stops_at_points_does_the_same(numbers: list[int]) -> None:
     assert (results, rest) == (expected, expected_rest)
     assert reached.count("counter.py:9") == len(numbers)
     visited = len(numbers) * (1 + len(results[1]))  # elements of the outer comprehension, and of the inner ones
-    assert reached.count("counter.py:27") == 1 + visited
+    (line,) = (number for number, text in enumerate(FUNCTIONS.splitlines(), 1) if "return {" in text)
+    assert reached.count(f"counter.py:{line}") == 1 + visited
     assert reached.count("counter.py:10=") == sum(number > 3 for number in numbers)
 
 
