@@ -1,7 +1,7 @@
 """Code points: where nodes of the code under test can be held, and which data each statement reads and writes.
 
-A statement has a point before it, and at each element of its comprehensions. One that reads and then writes the same
-data, as `self.count += 1` does, has a second one in between: another thread may come there, too.
+A statement or lambda has a point before it, and at each element of its comprehensions. One that reads and then writes
+the same data, as `self.count += 1` does, has a second one in between: another thread may come there, too.
 """
 
 from __future__ import annotations
@@ -133,6 +133,20 @@ class _PointInserter(ast.NodeTransformer):
         self._shared.pop()
         return node
 
+    def visit_Lambda(self, node: ast.Lambda) -> ast.AST:
+        """Puts a call before its expression."""
+        self.generic_visit(node)
+        body = node.body
+        statement, place = ast.copy_location(ast.Expr(body), body), f"{self._file}:{body.lineno}"
+        access = access_of(statement, _own_names(node) | self._fixed)
+        if self._points.matters(statement, place, access):
+            number = ast.Constant(self._points.add(place, access))
+            _ElementPoints(number).visit(body)
+            call = ast.Call(ast.Name(HOOK, ast.Load()), [number], [])
+            both = ast.copy_location(ast.Tuple([ast.copy_location(call, body), body], ast.Load()), body)
+            node.body = ast.copy_location(ast.Subscript(both, ast.Constant(1), ast.Load()), body)
+        return node
+
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
         """Names its functions after it."""
         self._names.append(node.name)
@@ -167,13 +181,15 @@ class _PointInserter(ast.NodeTransformer):
 
     def _inside(self, statement: ast.stmt) -> ast.stmt:
         if isinstance(statement, _COMPOUND):
+            for part in _header(statement):
+                self.visit(part)
             if isinstance(statement, ast.For | ast.AsyncFor | ast.While):
                 self._begin(statement.body, f"the loop of line {statement.lineno} in ")
             for name in ("body", "orelse", "finalbody"):
                 if getattr(statement, name, None):
                     setattr(statement, name, self._block(getattr(statement, name)))
-            for part in (*getattr(statement, "handlers", ()), *getattr(statement, "cases", ())):
-                part.body = self._block(part.body)
+            for block in (*getattr(statement, "handlers", ()), *getattr(statement, "cases", ())):
+                block.body = self._block(block.body)
             return statement
         visited = self.visit(statement)
         assert isinstance(visited, ast.stmt)
@@ -192,9 +208,8 @@ class _PointInserter(ast.NodeTransformer):
             loaded, stored = _read_first(statement.target)
             operation = ast.Constant(type(statement.op).__name__)
             targets, read = [stored], [ast.keyword("read", loaded), ast.keyword("operation", operation)]
-        number = self._points.add(place, DataAccess(writes=access.writes))
-        keywords = [*read, ast.keyword("value", statement.value)]
-        call = ast.Call(ast.Name(BETWEEN, ast.Load()), [ast.Constant(number)], keywords)
+        number = ast.Constant(self._points.add(place, DataAccess(writes=access.writes)))
+        call = ast.Call(ast.Name(BETWEEN, ast.Load()), [number], [*read, ast.keyword("value", statement.value)])
         return ast.copy_location(ast.Assign(targets, ast.copy_location(call, statement)), statement)
 
 
@@ -229,7 +244,7 @@ class _ElementPoints(ast.NodeTransformer):
     visit_ListComp = visit_SetComp = visit_GeneratorExp = visit_DictComp = _comprehension  # noqa: N815
 
     def visit_Lambda(self, node: ast.Lambda) -> ast.AST:
-        """Not executed with the statement."""
+        """Executed at another time, so it has a point of its own."""
         return node
 
     def _call_hook(self, value: ast.expr) -> ast.expr:
@@ -256,7 +271,7 @@ def _constant_names(module: ast.Module) -> frozenset[str]:
     return frozenset((imported | defined) - assigned)
 
 
-def _own_names(function: ast.FunctionDef | ast.AsyncFunctionDef) -> frozenset[str]:
+def _own_names(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) -> frozenset[str]:
     """Names of local variables: what a function assigns, and does not declare global or nonlocal; its parameters."""
     names = {part.arg for part in ast.walk(function.args) if isinstance(part, ast.arg)}
     declared: set[str] = set()

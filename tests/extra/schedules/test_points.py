@@ -67,6 +67,8 @@ class Counter:
     def rest(self, numbers):
         if any(number in self.items for number in numbers):
             self.count = 0
+        for item in sorted(self.items, key=lambda item: (self.count % 3, -item)):
+            self.count += (lambda: [item + (lambda: self.count)() for item in self.items[:3]])()[-1] % 5
         return {number: [item for item in self.items if item > number] for number in numbers}, lambda: [*self.items]
 
     def add(self, number):
