@@ -151,7 +151,7 @@ class Scheduler:
                 add((point, number, kernel.now_us))
 
         def write(point: int, value: object, read: object = None, operation: str = "") -> object:
-            written = _calculate(point, value, read, operation)
+            written = calculate_written(point, value, read, operation)
             reach(point)
             return written
 
@@ -253,11 +253,11 @@ _OPERATIONS: Mapping[str, Callable[..., object]] = {
 def instrument_points(packages: Sequence[str]) -> Iterator[CodePoints]:
     """Instrument code for a while, for any number of runs."""
     points, files = points_of(packages)
-    with instrument(files, {HOOK: lambda _: None, BETWEEN: _calculate}):
+    with instrument(files, {HOOK: lambda _: None, BETWEEN: calculate_written}):
         yield points
 
 
-def _calculate(_: int, value: object, read: object = None, operation: str = "") -> object:
+def calculate_written(_: int, value: object, read: object = None, operation: str = "") -> object:
     """What a statement writes that has read something."""
     return _OPERATIONS[operation](read, value) if operation else value
 

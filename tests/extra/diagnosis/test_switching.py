@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import importlib
 import sys
 from collections.abc import Callable, Iterator
@@ -22,6 +23,7 @@ from pytest_hricdv.extra.diagnosis.switching import (
     SwitchSearch,
 )
 from pytest_hricdv.generate.concrete import ConcreteTest
+from tests.execution.library_examples import LIBRARIES, failed_examples
 
 GUARD = '''"""A guard."""
 
@@ -134,3 +136,11 @@ def test_the_most_suspicious_are_tried_first_in_each_test_and_within_the_budget(
     assert tried == [("t", 0), ("t", 7), ("t", 3), ("u", 0), ("u", 7), ("u", 3)]
     assert SwitchSearch(run, 3).search(tests, scores) == [("guard.py", 7), ("guard.py", 3)]
     assert SwitchSearch(run, 0).search(tests, scores) == []
+
+
+@pytest.mark.parametrize("name", LIBRARIES)
+def test_examples_of_a_library_whose_decisions_are_recorded_hold(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    record = DecisionRecord(None)
+    monkeypatch.setattr(builtins, DECIDE, record.decide, raising=False)
+    assert failed_examples(name, record.change("library.py"), monkeypatch) == 0
+    assert record.times_s

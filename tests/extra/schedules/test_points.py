@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 from collections.abc import Callable
 from typing import Any
 
@@ -11,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, DataAccess, access_of
-from pytest_hricdv.extra.schedules.scheduler import _OPERATIONS
+from pytest_hricdv.extra.schedules.scheduler import calculate_written
+from tests.execution.library_examples import LIBRARIES, failed_examples
 
 
 @pytest.mark.parametrize(
@@ -102,9 +104,9 @@ def loaded(points: CodePoints | None, reached: list[str]) -> Callable[[list[int]
         tree = ast.fix_missing_locations(points.instrument("counter.py").visit(tree))
 
         def between(point: int, value: object, read: object = None, operation: str = "") -> object:
-            result = _OPERATIONS[operation](read, value) if operation else value
+            written = calculate_written(point, value, read, operation)
             reached.append(points.places[point])
-            return result
+            return written
 
         names = {HOOK: lambda point: reached.append(points.places[point]), BETWEEN: between}
     exec(compile(tree, "counter.py", "exec"), names)
@@ -146,3 +148,12 @@ def help(arm):
         [],
         ["free"],
     ]
+
+
+@pytest.mark.parametrize("name", LIBRARIES)
+def test_examples_of_a_library_with_points_hold(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    reached: set[int] = set()
+    for hook, does in ((HOOK, reached.add), (BETWEEN, calculate_written)):
+        monkeypatch.setattr(builtins, hook, does, raising=False)
+    assert failed_examples(name, CodePoints().instrument("library.py").visit, monkeypatch) == 0
+    assert len(reached) > 10
