@@ -113,13 +113,13 @@ def test_the_workflow_runs_in_fresh_environments(tmp_path: Path) -> None:
     installed = run("pip list", folder, programs, summary)
     assert "hypothesis" not in installed
     for shard in shards:
-        run(f"{shard} --hri-tests=9 --hri-audit=off", folder, programs, summary)
+        run(f"{shard} --hri-tests=24 --hri-audit=off", folder, programs, summary)
     programs = environment(tmp_path / "merge")
     install, merge, export = steps("merge")
     assert install == "pip install -e ."
     run(install, folder, programs, summary, INSTALL_S)
     assert "pybullet" not in run("pip list", folder, programs, summary)
-    assert "9/9 tests merged" in run(merge, folder, programs, summary)
+    assert "24/24 tests merged" in run(merge, folder, programs, summary)
     run(export, folder, programs, summary)
     assert (folder / "hri-report" / "cobertura.xml").is_file()
     shutil.rmtree(tmp_path)  # environments are large, and pytest keeps the folders of several sessions
