@@ -26,16 +26,8 @@ WRITES = "="
 """Ends the place of a point between reading and writing, `robot.py:31=`."""
 
 _COMPOUND = (ast.If, ast.While, ast.For, ast.AsyncFor, ast.With, ast.AsyncWith, ast.Try, ast.Match)
-_LEFT_OUT = (
-    ast.FunctionDef,
-    ast.AsyncFunctionDef,
-    ast.ClassDef,
-    ast.Import,
-    ast.ImportFrom,
-    ast.Global,
-    ast.Nonlocal,
-    ast.Pass,
-)
+_DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+_LEFT_OUT = (*_DEFINITIONS, ast.Import, ast.ImportFrom, ast.Global, ast.Nonlocal, ast.Pass)
 
 
 @dataclass(frozen=True)
@@ -176,7 +168,7 @@ class _PointInserter(ast.NodeTransformer):
                 made.append(ast.copy_location(ast.Expr(ast.copy_location(call, statement)), statement))
                 for part in _header(statement):
                     _ElementPoints(number).visit(part)
-            made.append(self._inside(self._split(statement, f"{place}{WRITES}", access)))
+            made.append(self._split(self._inside(statement), f"{place}{WRITES}", access))
         return made
 
     def _inside(self, statement: ast.stmt) -> ast.stmt:
@@ -210,7 +202,16 @@ class _PointInserter(ast.NodeTransformer):
             targets, read = [stored], [ast.keyword("read", loaded), ast.keyword("operation", operation)]
         number = ast.Constant(self._points.add(place, DataAccess(writes=access.writes)))
         call = ast.Call(ast.Name(BETWEEN, ast.Load()), [number], [*read, ast.keyword("value", statement.value)])
-        return ast.copy_location(ast.Assign(targets, ast.copy_location(call, statement)), statement)
+        made = ast.copy_location(ast.Assign(targets, ast.copy_location(call, statement)), statement)
+        return _keep_briefly(made) if read and not isinstance(targets[0], ast.Name) else made
+
+
+def _keep_briefly(statement: ast.Assign) -> ast.stmt:
+    """The statement, after which the variables of `_read_first` are gone, whether it raises an error or not."""
+    names = ("__hricdv_value__", "__hricdv_slice__")
+    begin = ast.Assign([ast.Name(name, ast.Store()) for name in names], ast.Constant(None))
+    end = ast.copy_location(ast.Delete([ast.Name(name, ast.Del()) for name in names]), statement)
+    return ast.copy_location(ast.Try([ast.copy_location(begin, statement), statement], [], [], [end]), statement)
 
 
 def _read_first(target: ast.Name | ast.Attribute | ast.Subscript) -> tuple[ast.expr, ast.expr]:
@@ -263,8 +264,7 @@ def _constant_names(module: ast.Module) -> frozenset[str]:
         if isinstance(node, ast.Import | ast.ImportFrom)
         for alias in node.names
     }
-    kinds = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
-    defined = {node.name for node in module.body if isinstance(node, kinds)}
+    defined = {node.name for node in module.body if isinstance(node, _DEFINITIONS)}
     assigned = {
         node.id for node in ast.walk(module) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store | ast.Del)
     }
@@ -286,7 +286,7 @@ def _own_names(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) ->
 def _of_function(function: ast.AST) -> Iterator[ast.AST]:
     for child in ast.iter_child_nodes(function):
         yield child
-        if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
+        if not isinstance(child, (*_DEFINITIONS, ast.Lambda)):
             yield from _of_function(child)
 
 

@@ -77,6 +77,10 @@ class Counter:
         self.count += number  # lost: the caller has read it before
         self.items[self.key()] -= self.key()
         self.itself.count ^= 2
+        try:
+            self.items[self.missing] += 1
+        except AttributeError:
+            self.count += len(locals())
         self.items[:1] += [number]
         return 1
 
