@@ -52,7 +52,7 @@ class Waiver:
 
 def list_waivers(report: Report) -> tuple[Waiver, ...]:
     """All waivers: known violations, allowed NC, unreachable lines."""
-    return (*_known_violations(report), *_nc_exemptions(report), *_unreachable_lines(report))
+    return (*_violation_waivers(report), *_nc_exemptions(report), *_unreachable_lines(report))
 
 
 def split_owner(reason: str) -> tuple[str, str]:
@@ -61,7 +61,7 @@ def split_owner(reason: str) -> tuple[str, str]:
     return (match["reason"], match["owner"]) if match else (reason, "")
 
 
-def _known_violations(report: Report) -> Iterator[Waiver]:
+def _violation_waivers(report: Report) -> Iterator[Waiver]:
     whole = bool(report.suites) and all(totals.is_whole(report, suite) for suite in report.suites)
     for name in sorted(report.known_violations.keys() | report.known_until.keys(), key=by_requirement):
         condition = report.known_when.get(name, "")

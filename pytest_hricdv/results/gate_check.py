@@ -186,13 +186,13 @@ def gates_of(
         (*named, *others),
         fail_on_nc or policy.fail_on_nc,
         allowed_untriggered,
-        _known_violations(report),
+        _violation_exemptions(report),
         fail_on_change or policy.fail_on_change,
         fail_on_pending or policy.fail_on_pending,
     )
 
 
-def _known_violations(report: Report) -> dict[str, Exemption]:
+def _violation_exemptions(report: Report) -> dict[str, Exemption]:
     names = {} if report.strict else dict.fromkeys([*report.known_violations, *report.known_until])
     return {
         name: Exemption(
@@ -242,10 +242,10 @@ def check_gates(
     if whole and (gates.fail_on_nc or has_complete_suites(report)):
         failed += _nc_failures(report, gates.allowed_untriggered, today)
     if gates.fail_on_pending:
-        failed += _pending_failures(report)
+        failed += _failures_before_the_end(report)
     if gates.fail_on_change and report.changes is not None:
         failed += _change_failures(report, report.changes)
-    improved = list(_unneeded_exemptions(report, gates)) if whole else []
+    improved = list(_exemptions_without_need(report, gates)) if whole else []
     differences = () if baseline is None else compare(report, baseline, whole=whole)
     failed += [difference.text for difference in differences if difference.worse]
     improved += [difference.text for difference in differences if not difference.worse]
@@ -296,7 +296,7 @@ def _nc_failures(report: Report, exemptions: Mapping[str, Exemption], today: dat
             yield f"{name} was not checked, which was accepted until {exemption.until} ({exemption.reason})"
 
 
-def _pending_failures(report: Report) -> Iterator[str]:
+def _failures_before_the_end(report: Report) -> Iterator[str]:
     for name in report.requirements:
         tests = [test for test in report.tests if name in test.requirements and test.requirements[name].pending]
         if tests:
@@ -319,7 +319,7 @@ def _nc_requirements(report: Report) -> list[str]:
     ]
 
 
-def _unneeded_exemptions(report: Report, gates: Gates) -> Iterator[str]:
+def _exemptions_without_need(report: Report, gates: Gates) -> Iterator[str]:
     """Exemptions that are no longer needed.
 
     Suites that were generated to trigger each requirement do not count: other suites may still need the exemption.

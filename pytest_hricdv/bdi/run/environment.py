@@ -26,7 +26,7 @@ class Percepts:
         self._unparsed: tuple[str | Structure, ...] | None = None
         """The unparsed percepts; None once they are parsed, which the memo does not need."""
 
-    def unparsed(self) -> Collection[str | Structure]:
+    def sources(self) -> Collection[str | Structure]:
         """The percepts, unparsed unless they had to be parsed."""
         return self._literals if self._unparsed is None else self._unparsed
 
@@ -125,7 +125,7 @@ class Environment:
 
     def clear_percepts(self, agent: str) -> None:
         """Let an agent perceive nothing."""
-        if self.percepts_of(agent).unparsed():
+        if self.percepts_of(agent).sources():
             self.show(agent, ())
 
     def percepts_of(self, agent: str) -> Percepts:
@@ -140,7 +140,7 @@ class Environment:
         """A snapshot of all percepts, for agents that have any."""
         flat: list[str | int | Structure] = []
         for agent, percepts in self._percepts.items():
-            literals = percepts.unparsed()
+            literals = percepts.sources()
             if literals:
                 flat += (agent, len(literals), *literals)
         return tuple(flat)

@@ -97,7 +97,7 @@ class Process:
 
     Args:
         kernel: of the run.
-        variables: the module variables of which it has its own values.
+        variables: the module variables that have values of their own in it.
         arguments: its `sys.argv`.
         name: of its terminal.
         environ: its `os.environ`; None for that of the session.

@@ -249,7 +249,7 @@ class ContentReader:
                 self._note(word(key), scope, node)
                 self._add_key(fields, key, self._read_key(scope, node, key, default))
             if isinstance(node, ast.Call) and depth < MAX_CALLS:
-                for target, parameter in self._passed_to(scope, node, name):
+                for target, parameter in self._parameters_for(scope, node, name):
                     for inner, field in self._keys(target, parameter, depth + 1):
                         self._add_key(fields, inner, field)
         return _with_unique_names(fields)
@@ -258,7 +258,7 @@ class ContentReader:
         if not self._skipped:
             self._places.setdefault(field, []).append((scope, node))
 
-    def _passed_to(self, scope: Scope, node: ast.Call, name: str) -> Iterator[tuple[Scope, str]]:
+    def _parameters_for(self, scope: Scope, node: ast.Call, name: str) -> Iterator[tuple[Scope, str]]:
         """The functions that a call passes the name to, each with its parameter."""
         targets = self._flow.methods.get(last_name(node.func), [])
         if not any(name_with_dots(argument) == name for argument in node.args) or len(targets) != 1:
