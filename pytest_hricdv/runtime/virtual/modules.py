@@ -15,7 +15,7 @@ import weakref
 from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from functools import partial, wraps
-from threading import local
+from threading import Condition, local
 from types import ModuleType
 from typing import Any
 
@@ -110,6 +110,8 @@ class VirtualModules:
         self._reach = Reach(packages)
         self._undo: list[Callable[[], object]] = []
         self._done: set[str] = set()
+        self._made: dict[int, tuple[object, object]] = {}
+        """Identity of an object that is renewed for each run, as a lock -> the object and what stands for it."""
         self.imported: list[Callable[[], None]] = []
         """Called when the code under test has imported modules, before it continues."""
 
@@ -134,6 +136,7 @@ class VirtualModules:
                 undo()
             self._undo.clear()
             self._done.clear()
+            self._made.clear()
 
     def _make_import(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
         loaded = len(sys.modules)
@@ -183,10 +186,19 @@ class VirtualModules:
             if name in self._done:
                 continue
             for value, put in self._references(name, module):
-                put(refuse_in_nodes(value) if is_keyboard(value) else _REPLACEMENTS.of(value))
+                put(self._replacement(value))
                 self._undo.append(partial(put, value))
             if module in _IN_LIBRARIES:
                 self._done.add(name)
+
+    def _replacement(self, value: object) -> object:
+        """What stands for a value: one for all of its users, as modules that share a queue meet in it."""
+        if id(value) not in self._made:
+            made: Any = refuse_in_nodes(value) if is_keyboard(value) else _REPLACEMENTS.of(value)
+            if type(value) is Condition:  # its lock may have a name of its own, or be that of another condition
+                made = type(made)(self._replacement(vars(value)["_lock"]))
+            self._made[id(value)] = value, made
+        return self._made[id(value)][1]
 
     def _references(self, name: str, module: ModuleType) -> Sequence[Reference]:
         """The references to replace in a module. Libraries are searched once; the state of the code under test

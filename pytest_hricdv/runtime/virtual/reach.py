@@ -78,9 +78,21 @@ class Reach:
                 if name not in found and module is not None and is_module(module):
                     found[name] = module
                     self.add(_modules_of(module))
+                    found = {**self._modules_of_files(name, module), **found}
             loaded = (name for name in [*sys.modules] if name.partition(".")[0] in self._installed)
             pending = [name for name in dict.fromkeys((*sorted(self._reached), *loaded)) if name not in found]
             pending = [name for name in pending if is_module(sys.modules.get(name))]
+        return found
+
+    def _modules_of_files(self, owner: str, module: ModuleType) -> dict[str, ModuleType]:
+        """Modules that one of the project has and `sys.modules` has not, as those that it loads from a file."""
+        found: dict[str, ModuleType] = {}
+        is_installed = owner.partition(".")[0] in self._installed
+        for other in () if is_installed else filter(is_module, [*vars(module).values()]):
+            name = ModuleType.__getattribute__(other, "__dict__").get("__name__")
+            if isinstance(name, str) and name not in sys.modules and _is_followed(name):
+                found[name] = other
+                self.add(_modules_of(other) | {name})
         return found
 
     def add(self, names: Set[str]) -> None:

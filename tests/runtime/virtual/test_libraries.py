@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import concurrent.futures
+import importlib.util
+import queue
+import sys
+import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
 
 import msgspec
 import pytest
@@ -42,12 +48,12 @@ SEEN: dict[str, list[object]] = {
 """What each program sees."""
 
 
-def run_in_virtual_time(body: Callable[[Callable[[object], None]], None]) -> list[object]:
+def run_in_virtual_time(body: Callable[[Callable[[object], None]], None], *further: str) -> list[object]:
     """Run a node as a session does; returns what it said."""
     said: list[object] = []
     kernel = Kernel()
     kernel.virtual = frozenset(("time", "threading", "asyncio"))
-    modules = VirtualModules([library_programs.__name__])
+    modules = VirtualModules([library_programs.__name__, *further])
     kernel.code = modules.packages
 
     def robot() -> None:
@@ -85,3 +91,53 @@ def test_a_pool_of_processes_is_refused_with_its_line(monkeypatch: pytest.Monkey
     with pytest.raises(NodeError, match=r"test_libraries\.py:\d+: ProcessPoolExecutor in node robot"):
         run_in_virtual_time(lambda say: say(vars(library_programs)["Pool"](1)))
     assert vars(library_programs)["Pool"] is concurrent.futures.ProcessPoolExecutor
+
+
+@pytest.mark.parametrize("shared", [queue.Queue(), threading.Lock(), threading.Event(), threading.local()])
+def test_modules_that_share_an_object_share_what_stands_for_it(monkeypatch: pytest.MonkeyPatch, shared: object) -> None:
+    other = ModuleType("tests.runtime.virtual.other")
+    monkeypatch.setitem(sys.modules, other.__name__, other)
+    modules = (other, library_programs)
+    for module in modules:
+        monkeypatch.setattr(module, "SHARED", shared, raising=False)
+    seen: list[object] = []
+    for _ in range(2):  # another one in each run
+        run_in_virtual_time(lambda _: seen.extend(vars(module)["SHARED"] for module in modules), other.__name__)
+    assert seen[0] is seen[1] is not shared
+    assert seen[2] is seen[3] is not seen[0]
+    assert vars(other)["SHARED"] is shared
+
+
+def test_conditions_of_one_lock_stay_conditions_of_one_lock(monkeypatch: pytest.MonkeyPatch) -> None:
+    lock = threading.Lock()
+    for name, value in (("LOCK", lock), ("FULL", threading.Condition(lock)), ("EMPTY", threading.Condition(lock))):
+        monkeypatch.setattr(library_programs, name, value, raising=False)
+
+    def body(say: Callable[[object], None]) -> None:
+        with vars(library_programs)["LOCK"]:
+            vars(library_programs)["FULL"].notify()
+        with vars(library_programs)["FULL"]:
+            vars(library_programs)["EMPTY"].notify_all()
+            say(vars(library_programs)["LOCK"].locked())
+
+    assert run_in_virtual_time(body) == [True]
+
+
+def test_a_module_that_is_loaded_from_a_file_waits_in_virtual_time(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    file = tmp_path / "by_path.py"
+    file.write_text("from time import sleep\n\n\ndef rest(nap=sleep):\n    nap(0.25)\n", encoding="utf-8")
+    spec = importlib.util.spec_from_file_location("by_path", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(library_programs, "by_path", module, raising=False)
+
+    def body(say: Callable[[object], None]) -> None:
+        began_s = vars(library_programs)["time"].monotonic()
+        module.rest()
+        say(round(vars(library_programs)["time"].monotonic() - began_s, 3))
+
+    assert run_in_virtual_time(body) == [0.25]
