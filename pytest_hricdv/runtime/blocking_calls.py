@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from itertools import islice
 from types import FrameType
 
-from pytest_hricdv.runtime.source_location import UNKNOWN, authors_frame
+from pytest_hricdv.runtime.source_location import authors_frame, place_of
 
 TIME, THREADING, ASYNCIO = "time", "threading", "asyncio"
 
@@ -70,11 +70,10 @@ def real_wait(
         library = waits_in = f"{inner.f_globals.get('__name__', '?')}.{inner.f_code.co_qualname}"
     elif not waits_in and own is not None:
         waits_in, library = _call_of(own)
-    place = UNKNOWN if own is None else f"{own.f_code.co_filename}:{own.f_lineno}"
     module = "" if own is None else str(own.f_globals.get("__name__", ""))
     advice = _remedy(module, who, library, code, virtual)
     where = f", in {waits_in}" if waits_in else ""
-    return f"{place}: {who} waits in real time{where}, of which a simulated run has none: {advice}"
+    return f"{place_of(frame)}: {who} waits in real time{where}, of which a simulated run has none: {advice}"
 
 
 def _is_substitute(frame: FrameType) -> bool:

@@ -14,10 +14,23 @@ def place_of(frame: FrameType | None) -> str:
     """Line of the innermost function that is its author's, `file:line` (see `authors_frame`).
 
     In an event loop between two tasks, it is that of a task that is ready to run, and not where the loop was started.
+    In a thread that runs a function of a library, it is that which started the thread, or gave the call to its pool.
     """
     found = authors_frame(frame)
+    if found is not None and _is_authors(found) and not _is_between_tasks(frame):
+        return _place(found)
     between = min(_places_of_ready_tasks(), default="") if _is_between_tasks(frame) else ""
-    return between or (UNKNOWN if found is None else _place(found))
+    return between or _begin_of(frame) or (UNKNOWN if found is None else _place(found))
+
+
+def _begin_of(frame: FrameType | None) -> str:
+    """Where what a thread of a run does was asked for: threads of this plugin know. Empty in other threads."""
+    while frame is not None:
+        place = getattr(frame.f_locals.get("self"), "begun_at", "") if _is_ours(frame) else ""
+        if place and isinstance(place, str):
+            return place
+        frame = frame.f_back
+    return ""
 
 
 def _is_between_tasks(frame: FrameType | None) -> bool:

@@ -33,14 +33,16 @@ def test_libraries_are_passed_over() -> None:
     assert [place.rpartition(":")[2] for place in places] == [str(line + 1), str(line + 1)]
 
 
-def test_a_thread_that_a_library_runs_has_the_line_of_the_library() -> None:
+def test_a_thread_that_runs_a_library_has_the_line_that_began_it_or_that_of_the_library() -> None:
     def frame(module: str, back: FrameType | None = None) -> Any:
         code = SimpleNamespace(co_filename=f"{module}.py", co_name="call")
-        return SimpleNamespace(f_globals={"__name__": module}, f_code=code, f_lineno=7, f_back=back)
+        return SimpleNamespace(f_globals={"__name__": module}, f_code=code, f_lineno=7, f_back=back, f_locals={})
 
     pool = frame("pytest_hricdv.runtime.virtual.thread_pool")
     assert place_of(frame("pytest_hricdv.runtime.virtual.real_time", frame("subprocess", pool))) == "subprocess.py:7"
     assert place_of(pool) == "an unknown place"
+    pool.f_locals["self"] = SimpleNamespace(begun_at="arm.py:3")
+    assert place_of(frame("pytest_hricdv.runtime.virtual.real_time", frame("subprocess", pool))) == "arm.py:3"
 
 
 def test_what_pytest_raises_is_at_the_line_that_called_it() -> None:

@@ -60,8 +60,8 @@ class VirtualRunner(asyncio.Runner):  # type: ignore[misc]  # final, and still t
         super().__init__(debug=debug, loop_factory=loop_factory or new_event_loop)
 
     def run(self, coro: Coroutine[Any, Any, Any], *, context: Any = None) -> Any:
-        """Like that of asyncio."""
-        if current_node() is None:
+        """Like that of asyncio, which also says what else is no coroutine."""
+        if current_node() is None or not asyncio.iscoroutine(coro):
             return super().run(coro, context=context)
         with _close_if_refused(coro):
             loop = self.get_loop()

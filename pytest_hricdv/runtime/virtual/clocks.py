@@ -8,6 +8,7 @@ from __future__ import annotations
 import datetime as real_datetime
 import operator
 import sys
+import threading
 import time as real_time
 import uuid
 from collections.abc import Callable, Collection
@@ -42,8 +43,12 @@ def seconds(duration_s: Any) -> float:
 
     Raises:
         TypeError: it is neither, as a `Decimal`.
+        OverflowError: it is longer than Python's own functions wait.
     """
-    return duration_s if isinstance(duration_s, float) else operator.index(duration_s)
+    duration_s = duration_s if isinstance(duration_s, float) else operator.index(duration_s)
+    if duration_s > threading.TIMEOUT_MAX:
+        raise OverflowError("timestamp out of range for platform time_t")
+    return cast(float, duration_s)
 
 
 def sleep(duration_s: float) -> None:

@@ -103,7 +103,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         context: Context | None = None,
     ) -> asyncio.TimerHandle:
         """Like that of asyncio's loops, which call at once what is due in less than the resolution of their clock."""
-        now_s = self.time()
+        now_s, when = self.time(), float(when + 0.0)  # the sum of a time and a float32 of numpy is a float32
         # Later than now is a microsecond later at least, or whoever asks for a time-out again would do so for ever.
         due_s = max(when, now_s + 1 / US_PER_S) if when > now_s else when
         return super().call_at(due_s, callback, *args, context=context)

@@ -66,6 +66,14 @@ def _count_poll() -> None:
         node.kernel.count_poll()
 
 
+def _check_timeout(blocking: bool, timeout_s: float) -> None:
+    """Refuse what Python's locks refuse."""
+    if not blocking:
+        raise ValueError("can't specify a timeout for a non-blocking call")
+    if timeout_s < 0:
+        raise ValueError("timeout value must be a non-negative number")
+
+
 class Lock:
     """Like `threading.Lock`. A released lock belongs to the waiter that is woken."""
 
@@ -77,6 +85,8 @@ class Lock:
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         """Take it, if need be after waiting for `timeout` (s; -1: as long as it takes); whether it was taken."""
+        if timeout != -1:
+            _check_timeout(blocking, seconds(timeout))
         if not self._locked:
             self._locked = True
             self.holder = current_node()
@@ -126,6 +136,8 @@ class RLock:
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         """Like `Lock.acquire`; its owner takes it once more."""
+        if timeout != -1:
+            _check_timeout(blocking, seconds(timeout))
         if self._owner is not getcurrent():
             if not self._lock.acquire(blocking, timeout):
                 return False

@@ -10,12 +10,12 @@ from typing import Any
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.kernel import current_node
-from pytest_hricdv.runtime.source_location import error_line, place_of
+from pytest_hricdv.runtime.source_location import UNKNOWN, error_line, place_of
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 from pytest_hricdv.runtime.virtual.references import stand_in
-from pytest_hricdv.runtime.virtual.threads import Thread
+from pytest_hricdv.runtime.virtual.threads import Thread, current_thread
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -27,6 +27,8 @@ class Future(real_futures.Future[Any]):
         super().__init__()
         self._condition: Any = locks.Condition()
         self._is_taken = False
+        self.begun_at = ""
+        """The line that gave the call to the pool."""
 
     def result(self, timeout: float | None = None) -> Any:
         """Like that of `concurrent.futures.Future`."""
@@ -59,8 +61,10 @@ class Future(real_futures.Future[Any]):
         error: BaseException | None = self._exception  # without waiting for it
         if self._is_taken or error is None:
             return ""
+        place = error_line(error)
         return (
-            f"a call in a ThreadPoolExecutor raised {error_text(error)} at {error_line(error)}, and nothing asked its "
+            f"a call in a ThreadPoolExecutor raised {error_text(error)} at "
+            f"{self.begun_at if place == UNKNOWN else place}, and nothing asked its "
             "future: call result() or exception()"
         )
 
@@ -96,6 +100,7 @@ class ThreadPoolExecutor(real_futures.Executor):
         if self._is_shut_down:
             raise RuntimeError("cannot schedule new futures after shutdown")
         future = Future()
+        future.begun_at = place_of(sys._getframe(1))
         self._work.append((future, lambda: fn(*args, **kwargs)))
         if self._idle < len(self._work) and len(self._threads) < self._max_workers:
             thread = Thread(target=self._serve, name=f"{self._prefix}_{len(self._threads)}", daemon=True)
@@ -115,6 +120,7 @@ class ThreadPoolExecutor(real_futures.Executor):
                 if not self._work:
                     return
                 future, call = self._work.pop(0)
+            current_thread().begun_at = future.begun_at
             if (node := current_node()) is not None:
                 node.own[WORK] = future  # a pool gives each call to a thread that is free: which one says nothing
             if future.set_running_or_notify_cancel():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import _thread
 import queue
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -16,6 +17,7 @@ from typing import Any
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
+from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.timeouts import PRUNE_AT
 from pytest_hricdv.runtime.virtual import clocks, locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
@@ -82,14 +84,15 @@ class Thread:
         daemon: bool | None = None,
         context: object = None,
     ) -> None:
-        if group is not None:
-            raise ValueError("group argument must be None for now")
+        assert group is None, "group argument must be None for now"
         self._target = target
         self._args = tuple(args)
         self._kwargs = dict(kwargs or {})
         self.name = str(name) if name is not None else self._make_name()
         self.daemon = bool(current_thread().daemon if daemon is None else daemon)
         self.ident: int | None = None
+        self.begun_at = ""
+        """The line that started it, or gave it what it does now."""
         self._node: Node | None = None
         self._over = locks.Event()
 
@@ -113,6 +116,7 @@ class Thread:
         if self.ident is not None:
             raise RuntimeError("threads can only be started once")
         parent = node_to_wait(THREADING, "Thread.start")
+        self.begun_at = place_of(sys._getframe(1))
         threads = _threads()
         assert threads is not None
         body = parent.wrap_thread(self._run, self.daemon)

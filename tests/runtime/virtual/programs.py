@@ -221,6 +221,33 @@ def odd_durations(lib: Library, say: Callable[[object], None]) -> None:
     say(lib.time.sleep(False))
 
 
+def wrong_use(lib: Library, say: Callable[[object], None]) -> None:
+    """What Python refuses is refused by the same kind of error."""
+    threading, lock = lib.threading, lib.threading.Lock()
+    begun = lib.start(lambda: None)
+    begun.join()
+    for wrong in (
+        lock.release,
+        lambda: lock.acquire(False, 1),
+        lambda: lock.acquire(timeout=-2),
+        lambda: lock.acquire(timeout=1e12),
+        lambda: threading.RLock().acquire(False, 0.5),
+        threading.RLock().release,
+        lambda: threading.Event().wait(1e12),
+        lambda: threading.Semaphore().acquire(blocking=False, timeout=1),
+        threading.BoundedSemaphore(1).release,
+        begun.start,
+        lambda: threading.Thread(group=1),
+        lambda: lib.time.sleep(1e12),
+        lambda: lib.queue.Queue().get(timeout=-1),
+    ):
+        try:
+            say(wrong())
+        except Exception as error:
+            say(type(error))
+    say((lock.acquire(timeout=-1), lock.locked()))
+
+
 PROGRAMS: tuple[Program, ...] = (
     producer_and_consumer,
     time_outs,
@@ -231,4 +258,5 @@ PROGRAMS: tuple[Program, ...] = (
     own_class,
     thread_pool,
     odd_durations,
+    wrong_use,
 )

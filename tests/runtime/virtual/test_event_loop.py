@@ -9,6 +9,7 @@ import re
 from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pytest_hricdv.runtime import Kernel, NodeError
@@ -341,3 +342,29 @@ class TestErrorsThatNobodyTakes:
             assert said[0].startswith(f"a call in a ThreadPoolExecutor raised ValueError: 1 at {__file__}:")
         else:
             assert not any(said)
+
+
+def test_a_delay_may_be_any_number_that_adds_to_a_time() -> None:
+    seen: list[float] = []
+
+    def body(kernel: Kernel) -> None:
+        delay_s: Any = np.float32(0.25)
+        VIRTUAL.run(asyncio.sleep(delay_s))
+        seen.append(round(kernel.now_s, 3))
+
+    run(body)
+    assert seen == [0.25]
+
+
+def test_what_is_no_coroutine_is_refused_as_by_asyncio() -> None:
+    refused: list[type] = []
+
+    def body(kernel: Kernel) -> None:
+        try:
+            VIRTUAL.run(3)
+        except Exception as error:
+            refused.append(type(error))
+
+    run(body)
+    with pytest.raises(refused[0]):
+        asyncio.run(3)  # type: ignore[arg-type]

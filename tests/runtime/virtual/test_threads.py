@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import concurrent.futures
+import os
 import queue
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -13,6 +16,7 @@ import pytest
 
 from pytest_hricdv.runtime import Kernel, NodeError
 from pytest_hricdv.runtime.virtual import clocks, thread_pool, threads
+from pytest_hricdv.runtime.virtual.outside import guard_run
 from tests.runtime.virtual.programs import PROGRAMS, Library, Program
 
 REAL = Library(threading, queue, concurrent.futures, time)
@@ -143,3 +147,39 @@ def test_what_a_callback_of_a_future_raises_is_lost() -> None:
         kernel.close()
     (said,) = kernel.lost_errors
     assert said.startswith(f"a callback of a future raised ValueError: not noted at {__file__}:")
+
+
+def test_a_wait_that_a_library_does_in_a_thread_is_refused_with_the_line_that_began_it() -> None:
+    """No line of the code under test is in the thread."""
+
+    def by_pool() -> None:
+        with VIRTUAL.futures.ThreadPoolExecutor(1) as pool:
+            pool.submit(subprocess.run, [sys.executable, "-c", "import time; time.sleep(9)"]).result()
+
+    def by_timer() -> None:
+        VIRTUAL.threading.Timer(0.5, os.system, ["sleep 1"]).start()
+        VIRTUAL.time.sleep(1.0)
+
+    for body in (by_pool, by_timer):
+        kernel = Kernel()
+        kernel.virtual = frozenset(("time", "threading"))
+        kernel.spawn("robot", body)
+        with guard_run(kernel), pytest.raises(NodeError, match=rf"{__file__}:\d+: node robot: .* waits in real time"):
+            kernel.run(10.0)
+
+
+def test_an_error_of_a_call_without_a_line_names_the_one_that_gave_it_to_the_pool() -> None:
+    kernel = Kernel()
+    kernel.virtual = frozenset(("time", "threading"))
+
+    def robot() -> None:
+        with VIRTUAL.futures.ThreadPoolExecutor(1) as pool:
+            pool.submit(int, "x")
+
+    kernel.spawn("robot", robot)
+    try:
+        kernel.run(10.0)
+    finally:
+        kernel.close()
+    (describe,) = kernel.unclaimed
+    assert f" at {__file__}:" in describe()
