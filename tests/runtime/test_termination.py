@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import unittest
+from collections.abc import Callable
 
 import pytest
 
@@ -86,3 +87,11 @@ def test_a_process_that_a_node_has_forked_ends_as_it_likes() -> None:
     with guard_run(kernel):
         kernel.run(1.0)
     assert os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1]) == 7
+
+
+@pytest.mark.parametrize("replace", [lambda: os.execv("/bin/true", ["true"]), lambda: os.execlp("true", "true")])
+def test_a_run_does_not_become_another_program(replace: Callable[[], None]) -> None:
+    kernel = Kernel()
+    kernel.spawn("robot", replace)
+    with guard_run(kernel), pytest.raises(NodeError, match=r"os\.execve?\(.* at .*test_termination\.py:\d+: it would"):
+        kernel.run(1.0)

@@ -48,7 +48,9 @@ if HAS_TERMINALS:
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 # As they are now: the code under test may replace them.
-_EXIT, _PID = os._exit, os.getpid
+_ENDS: dict[str, Callable[..., Any]] = {name: getattr(os, name) for name in ("_exit", "execv", "execve")}
+"""What ends the process at once, or makes another program of it; the other `os.exec...` call these."""
+_PID = os.getpid
 _REGISTER = abc.ABCMeta.register
 _SLEEP, _START = time.sleep, threading.Thread.start
 _WAIT = subprocess.Popen.wait
@@ -203,17 +205,15 @@ class _Guard:
         registered: type = self.call_or_refuse("abc.ABCMeta.register", _REGISTER, kind, subclass)
         return registered
 
-    def exit(self, status: int) -> NoReturn:
-        """Like `os._exit`, in a process that the run has forked, and in other threads, such as those of time limits."""
-        if self.is_over:
-            os._exit(status)
+    def end(self, name: str, *args: Any, **keywords: Any) -> Any:
+        """One of `_ENDS`, in a process that the run has forked, and in other threads, such as those of time limits."""
         caller = sys._getframe(2)
         is_ours = str(caller.f_globals.get("__name__")).partition(".")[0] == _OURS  # a signal handler of the session
         is_beside = threading.current_thread() is not self._thread and not self._is_node()
-        if is_ours or is_beside or _PID() != self._pid:
-            _EXIT(status)
-        place = place_of(caller)
-        raise KernelError(f"os._exit({status}) at {place}: it would end all tests at once, without results")
+        if self.is_over or is_ours or is_beside or _PID() != self._pid:
+            return _ENDS[name](*args, **keywords)
+        call = f"os.{name}({', '.join(map(repr, args[:1]))}{', ...' * (len(args) > 1)})"
+        raise KernelError(f"{call} at {place_of(caller)}: it would end all tests at once, without results")
 
     def _is_node(self) -> bool:
         """Whether the caller is a node: a process that one forks is a copy of it, and none; who waits for it is."""
@@ -251,15 +251,16 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
     def register(kind: abc.ABCMeta, subclass: type) -> type:
         return guard.register(kind, subclass)
 
-    def leave(status: int) -> NoReturn:
-        guard.exit(status)
+    def make_end(name: str) -> Callable[..., Any]:
+        return wraps(_ENDS[name])(lambda *args, **keywords: guard.end(name, *args, **keywords))
 
     others = {id(_SLEEP): sleep} | {id(real): _make_refusal(guard, name, real) for name, real in _REFUSED.items()}
     if HAS_TERMINALS and terminal_calls.is_of_session(sys.stdin):
         terminal_calls.STDIN.outside = sys.stdin
         put(sys, "stdin", terminal_calls.STDIN)
     try:
-        put(os, "_exit", leave)
+        for name in _ENDS:
+            put(os, name, make_end(name))
         for module in _modules_that_wait():
             for name, value in [*vars(module).items()]:
                 if id(value) in others:
