@@ -77,6 +77,7 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
 
 def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv._base.grammar import LarkError, require_lark
+    from pytest_hricdv._base.self_check import library_conflict
     from pytest_hricdv.session import pytest_options
     from pytest_hricdv.session.collection import ALONE, Collection, worker_input
     from pytest_hricdv.session.exports import attachers
@@ -92,6 +93,8 @@ def _register(config: pytest.Config, options: Options) -> None:
         require_lark()
     except LarkError as error:
         raise usage_error(str(error)) from None
+    if conflict := library_conflict():
+        raise usage_error(conflict)
     pytest_options.refuse_break(config, options)
     collection = Collection(config, options)
     collection.limit_paths()

@@ -12,33 +12,65 @@ import builtins
 import hashlib
 import json
 import math
+import os
+import re
 import struct
 import sys
 import time
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from itertools import takewhile
 from pathlib import Path
+
+
+def library_conflict() -> str:
+    """A sentence on a file that Python takes for a module of its own library which the plugin imports; empty if none.
+
+    Such a file lies in a folder of `sys.path` in front of the library, as those of `pythonpath` do.
+    """
+    library = os.path.dirname(os.__file__)
+    for folder in takewhile(lambda folder: os.path.realpath(folder) != os.path.realpath(library), sys.path):
+        with suppress(OSError):
+            for entry in sorted(os.listdir(folder or os.curdir)):
+                name, file = entry.removesuffix(".py"), os.path.join(folder or os.curdir, entry)
+                loaded = str(getattr(sys.modules.get(name), "__file__", None) or file)
+                is_hiding = entry.endswith(".py") and name in sys.stdlib_module_names and loaded == file
+                if is_hiding and _is_imported_by_plugin(name):
+                    return f"{file}: hides Python's own module {name}, which this plugin imports: rename it"
+    return ""
+
+
+def _is_imported_by_plugin(name: str) -> bool:
+    imports = re.compile(rf"^\s*(import|from) {name}\b", re.MULTILINE)
+    files = Path(__file__).parents[1].rglob("*.py")
+    return any(imports.search(file.read_text(encoding="utf-8")) is not None for file in files)
 
 
 def places_of_change(names: Iterable[str], packages: Iterable[str]) -> tuple[str, ...]:
     """The lines, `file:line`, where packages set or delete an attribute or item of such a name, or pass its text.
 
+    If there are none, those where they do so with computed names, as in `sys.modules[name] = None`.
+
     Args:
         names: the changed names, with their modules.
         packages: names of modules, and of packages with all of their loaded modules.
     """
-    # The key of an item: sys.modules['json.decoder'].
-    lasts = {name[:-2].rpartition("['")[2] if name.endswith("']") else name.rpartition(".")[2] for name in names}
+    # Of sys.modules['json.decoder'] the item is json.decoder, its owner modules.
+    parts = [name[:-2].rpartition("['") if name.endswith("']") else name.rpartition(".") for name in names]
+    lasts, owners = {last for _, _, last in parts}, {owner.rpartition(".")[2] for owner, _, _ in parts}
     roots = tuple(packages)
-    found: list[str] = []
+    exact: list[str] = []
+    computed: list[str] = []
     for name, module in [*sys.modules.items()]:
         file = getattr(module, "__file__", None)
         if not isinstance(file, str) or not any(name == root or name.startswith(f"{root}.") for root in roots):
             continue
         with suppress(OSError, SyntaxError, ValueError, RecursionError):
-            found += [f"{file}:{line}" for line in _lines(ast.parse(Path(file).read_bytes()), lasts)]
-    return tuple(found)
+            tree = ast.parse(Path(file).read_bytes())
+            exact += [f"{file}:{line}" for line in _lines(tree, lasts)]
+            computed += [f"{file}:{line}" for line in _lines_with_computed_names(tree, owners)]
+    return tuple(exact or computed)
 
 
 def _lines(tree: ast.AST, names: set[str]) -> Iterator[int]:
@@ -54,6 +86,32 @@ def _lines(tree: ast.AST, names: set[str]) -> Iterator[int]:
                 yield node.lineno
             case ast.Call(func=ast.Attribute(value=ast.Attribute(attr=name))) if name in names:
                 yield node.lineno  # a list or dict that is changed in place: sys.meta_path.insert(...)
+
+
+def _lines_with_computed_names(tree: ast.AST, owners: set[str]) -> Iterator[int]:
+    for node in ast.walk(tree):
+        match node:
+            case ast.Subscript(value=owner, slice=key, ctx=ast.Store() | ast.Del()) if not isinstance(
+                key, ast.Constant
+            ):
+                changed: ast.expr = owner
+            case ast.Call(func=ast.Name(id="setattr" | "delattr"), args=[owner, name, *_]) if not isinstance(
+                name, ast.Constant
+            ):
+                changed = owner
+            case ast.Call(func=ast.Attribute(value=owner, attr="update" | "pop" | "clear" | "setdefault")):
+                changed = owner
+            case _:
+                continue
+        if not owners.isdisjoint(_words(changed)):
+            yield node.lineno
+
+
+def _words(expression: ast.expr) -> Iterator[str]:
+    """The names in an expression, as of `vars(json)` and of `sys.modules`."""
+    for node in ast.walk(expression):
+        if isinstance(node, ast.Name | ast.Attribute):
+            yield node.id if isinstance(node, ast.Name) else node.attr
 
 
 _ABC_SHA256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # FIPS 180-4, its first example

@@ -17,6 +17,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
 from pytest_hricdv._base.process_state import Finders, complaint, hide_arguments
+from pytest_hricdv._base.self_check import library_conflict
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.results.report_builder import GeneratedSuite
@@ -95,6 +96,8 @@ class Collection:
                 made = hook(config=self.config)
             if lost := (*finders.put_back(),):
                 raise TestbenchError(complaint(lost, getattr(made, "code", ())))
+            if conflict := library_conflict():  # by a file that it has written
+                raise TestbenchError(conflict)
             testbench = check_testbench(made, f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
             testbench = testbench.choose(fidelity=self.options.fidelity) if self.options.fidelity else testbench
             testbench = on_installed_engine(testbench)
