@@ -16,11 +16,11 @@ from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
 from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.options import Options
 
-_RUNNING_NOTHING = ("collectonly", "setuponly", "setupplan")
+_RUNNING_NOTHING = ("collectonly", "setuponly", "setupplan", "cacheshow", "showfixtures", "show_fixtures_per_test")
 
 
 def runs_tests(config: pytest.Config) -> bool:
-    """Whether tests are called: not with --collect-only, --setup-only and --setup-plan, which only show something."""
+    """Whether tests are called: not with --collect-only, --cache-show and others, which only show something."""
     return not any(getattr(config.option, name, False) for name in _RUNNING_NOTHING)
 
 

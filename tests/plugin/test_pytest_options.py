@@ -57,8 +57,8 @@ def test_without_its_terminal_standard_error_says_why_a_session_failed(lamps: py
 
 
 @in_each_mode
-@pytest.mark.parametrize("shown", ["--setup-plan", "--setup-only"])
-def test_what_only_shows_fixtures_leaves_the_report_as_it_is(
+@pytest.mark.parametrize("shown", ["--setup-plan", "--setup-only", "--cache-show", "--fixtures"])
+def test_what_only_shows_something_leaves_the_report_as_it_is(
     lamps: pytest.Pytester, after: SessionRunner, options: tuple[str, ...], shown: str
 ) -> None:
     after(SUITE)
@@ -106,6 +106,17 @@ def test_an_old_lark_in_the_same_folder_is_one_line(lamps: pytest.Pytester) -> N
         assert result.ret == pytest.ExitCode.USAGE_ERROR
         result.stderr.fnmatch_lines(["ERROR: *__init__.py: lark of version 0.12.0; expected 1.2 or later. An old *"])
         assert "INTERNALERROR" not in result.stdout.str() + result.stderr.str()
+
+
+def test_a_module_of_the_project_that_hides_one_of_python_is_one_line(lamps: pytest.Pytester) -> None:
+    (lamps.path / "statistics.py").write_text("LEVELS = [1, 2]\n", encoding="utf-8")
+    for options in ([SUITE], [SUITE, *A_WORKER]):
+        result = lamps.runpytest_subprocess(*options)
+        assert result.ret == pytest.ExitCode.USAGE_ERROR
+        result.stderr.fnmatch_lines(["ERROR: *statistics.py: hides Python's own module statistics, which *: rename it"])
+        assert "INTERNALERROR" not in result.stdout.str() + result.stderr.str()
+    (lamps.path / "statistics.py").rename(lamps.path / "turtle.py")  # which nobody here imports
+    assert lamps.runpytest_subprocess(SUITE).ret == 0
 
 
 class TestATimeLimit:
