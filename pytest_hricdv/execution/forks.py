@@ -284,14 +284,25 @@ class ProcessPool(Generic[T]):
             if not data:
                 yield End(child.item, _wait(children.pop(descriptor), descriptor))
         for descriptor, child in [*children.items()]:
-            if descriptor not in ready and now_s - child.silent_since_s > self.silent_s:
+            if descriptor in ready:
+                continue
+            if now_s - child.silent_since_s > self.silent_s:
                 child.problem = f"no sign of life for {self.silent_s:g} s"
                 os.kill(child.pid, signal.SIGKILL)
-                yield End(child.item, _wait(children.pop(descriptor), descriptor))
+            elif not _has_ended(child.pid) or select.select([descriptor], [], [], 0.0)[0]:
+                continue
+            yield End(child.item, _wait(children.pop(descriptor), descriptor))
 
     def _patience_s(self, children: dict[int, _Child[T]]) -> float:
         first_s = min(child.silent_since_s for child in children.values())
         return min(max(0.0, first_s + self.silent_s - self._clock.look()) + 0.01, LOOKS_EACH_S)
+
+
+def _has_ended(pid: int) -> bool:
+    """Whether a child has ended, whose own children may hold its pipe open; False where nobody can look."""
+    if not hasattr(os, "waitid"):  # macOS before Python 3.13
+        return False
+    return os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
 
 def _write(descriptor: int, data: bytes) -> None:

@@ -73,3 +73,16 @@ def test_no_process_outlives_an_abandoned_pool() -> None:
     for pid in pids:
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
+
+
+def test_a_child_of_a_process_that_keeps_its_pipe_open_keeps_nobody_waiting() -> None:
+    def work(item: str, send: Send) -> None:
+        pid = os.fork()
+        if pid == 0:
+            signal.pause()
+        send(str(pid))
+
+    line, end = ProcessPool(work, processes=1, silent_s=LONG_S).run(deque(["leaves"]))
+    assert isinstance(line, OutputLine)
+    assert end == End("leaves", "")
+    os.kill(int(line.text), signal.SIGKILL)

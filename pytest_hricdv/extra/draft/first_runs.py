@@ -170,25 +170,33 @@ def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> F
 
 def _run_command(command: Sequence[str], folder: Path, observed: Path, limit_s: float) -> tuple[str, int | None, float]:
     """The output of a command; its status, None if it was ended, as a session that reports; its processor time."""
-    process = subprocess.Popen(
-        command, cwd=folder, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", OBSERVE: str(observed)}, text=True,
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",
-    )  # fmt: skip
+    with tempfile.TemporaryFile() as output:  # no pipe: processes that the code has left would keep it open
+        process = subprocess.Popen(
+            command, cwd=folder, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", OBSERVE: str(observed)},
+            stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        status, used_s = _wait(process, limit_s)
+        output.seek(0)
+        return output.read().decode(errors="replace"), status, used_s
+
+
+def _wait(process: subprocess.Popen[bytes], limit_s: float) -> tuple[int | None, float]:
+    """The status of a process, None if it was ended at its limit; its processor time (s)."""
     begin_s, used_s, before_s = time.monotonic(), 0.0, _children_s()
     factor = WALL_FACTOR * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
     while used_s < limit_s:
         try:
-            text = process.communicate(timeout=POLL_S)[0]
-            return text, process.returncode, max(used_s, _children_s() - before_s)
+            status = process.wait(POLL_S)
+            return status, max(used_s, _children_s() - before_s)
         except subprocess.TimeoutExpired:
             used_s = max(used_s, _processor_s(process.pid), (time.monotonic() - begin_s) / factor)
     process.terminate()
     try:
-        text = process.communicate(timeout=ENDING_S * factor)[0]
+        process.wait(ENDING_S * factor)
     except subprocess.TimeoutExpired:
         process.kill()
-        text = process.communicate()[0]
-    return text, None, max(used_s, _children_s() - before_s)
+        process.wait()
+    return None, max(used_s, _children_s() - before_s)
 
 
 def _children_s() -> float:

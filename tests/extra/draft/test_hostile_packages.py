@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 import tomllib
@@ -9,6 +11,7 @@ import pytest
 
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.bdi.__main__ import main as bdi
+from pytest_hricdv.extra.draft.first_runs import _run_command
 from tests.extra.draft.hostile_packages import write_package
 
 SEEDS = [*range(10), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(10, 50))]
@@ -40,3 +43,12 @@ def test_a_package_has_a_draft_that_can_be_read_or_one_sentence(
     check = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "F821,F811", str(tmp_path / "hri")]
     found = subprocess.run(check, capture_output=True, text=True, check=False)
     assert found.returncode == 0, found.stdout
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kills by a signal of POSIX")
+def test_a_process_that_the_code_leaves_behind_keeps_no_first_run_waiting(tmp_path: Path) -> None:
+    child = "[sys.executable, '-c', 'import signal; signal.pause()']"
+    command = [sys.executable, "-c", f"import subprocess, sys; print(subprocess.Popen({child}).pid)"]
+    text, status, _ = _run_command(command, tmp_path, tmp_path / "seen.json", 60.0)
+    os.kill(int(text), signal.SIGKILL)
+    assert status == 0
