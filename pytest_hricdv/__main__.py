@@ -15,7 +15,7 @@ from importlib.metadata import version
 from types import MappingProxyType
 from typing import NamedTuple
 
-from pytest_hricdv._base.command_line import CommandParser, work_on_unread
+from pytest_hricdv._base.command_line import CommandParser, end_with_reader, work_on_unread
 from pytest_hricdv.registry import offers
 from pytest_hricdv.skeleton.skeleton import add_commands
 
@@ -63,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run() -> None:
     """The console script."""
-    work_on_unread()
+    (end_with_reader if sys.argv[1:2] == ["model"] else work_on_unread)()
     sys.exit(main())
 
 

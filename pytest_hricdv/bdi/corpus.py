@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pytest_hricdv._base.input_file import MalformedError, read_bytes
 from pytest_hricdv.bdi.actions import describe_missing, foreign_calls, wrong_calls
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError
 from pytest_hricdv.bdi.language.parser import parse_alone
@@ -128,8 +129,8 @@ def _files(folder: Path) -> Iterator[Path]:
 def _is_new(path: Path, texts: set[bytes]) -> bool:
     """Whether no earlier file had this text; what cannot be read is new, so that its error is reported."""
     try:
-        text = path.read_bytes()
-    except OSError:
+        text = read_bytes(path)
+    except (FileNotFoundError, MalformedError):
         return True
     if text in texts:
         return False

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -47,3 +50,14 @@ def test_wrong_usage_is_exit_code_2(arguments: list[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         main(arguments)
     assert caught.value.code == 2
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="a signal of POSIX")
+def test_the_program_ends_with_its_reader(tmp_path: Path) -> None:
+    system_of(tmp_path, a="!go(0). +!go(N) : N < 9000 <- .print(line, N); !go(N + 1). +!go(_).")
+    program = [sys.executable, "-m", "pytest_hricdv", "model", "run", str(tmp_path / "mas.mas2j")]
+    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"[a] line0\n"
+        process.stdout.close()
+    assert process.returncode == -signal.SIGPIPE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -81,3 +82,9 @@ def test_folder_without_models_is_one_sentence_and_exit_code_2(
         read_corpus(folder)
     assert main(["corpus", str(folder)]) == 2
     assert capsys.readouterr().err.startswith(f"error: {folder}: no ")
+
+
+def test_a_pipe_among_the_files_is_refused(tmp_path: Path) -> None:
+    os.mkfifo(_folder(tmp_path, good_asl="!go.") / "pipe.asl")
+    (failure,) = read_corpus(tmp_path).failures
+    assert "pipe.asl: not a regular file" in failure.message
