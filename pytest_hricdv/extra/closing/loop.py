@@ -8,90 +8,54 @@ from __future__ import annotations
 
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.records import ClosingEnd
-from pytest_hricdv.extra.closing.strategy import Archive, ArchivedRun, Proposal, Strategy
+from pytest_hricdv.extra.closing.strategy import Archive, Proposal, Strategy
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
 from pytest_hricdv.generate.rng import make_rng, pick_weighted
 
-DISCOUNT = 0.9
-"""Weight of earlier tests after each generation that hit new points of a kind: what pays off at the beginning does not
-at the end (Garivier, Moulines: On Upper-Confidence Bound Policies for Non-Stationary Bandit Problems, arXiv
-0805.3415). While nothing pays off, nothing is forgotten."""
 
+def share_tests(archive: Archive, names: Sequence[str], count: int, rng: Random) -> dict[str, int]:
+    """The number of tests, out of `count`, that each strategy may propose: the bandit.
 
-class StrategyReward(NamedTuple):
-    """The reward of a test.
+    For each test a kind of points is drawn in proportion to the open ones, and for this kind a strategy: one whose last
+    test hit a new point twice as often as one whose last test was in vain, and so on.
 
     Args:
-        strategy: that proposed it.
-        hit: the kinds of its new points.
-        targeted: the kinds of its targets.
-    """
-
-    strategy: str
-    hit: frozenset[str] = frozenset()
-    targeted: frozenset[str] = frozenset()
-
-
-class Bandit:
-    """Chooses strategies, as a bandit with discounted rewards does.
-
-    Args:
+        archive: of all runs so far.
         names: of the strategies.
-        kinds: of points.
+        count: of tests.
+        rng: only its `random()` is used.
     """
+    kinds, shares = Counter(point[0] for point in archive.open), dict.fromkeys(names, 0)
+    weights = {kind: {name: 1.0 / (1 + count_in_vain(archive, name, kind)) for name in names} for kind in kinds}
+    for _ in range(count if names and kinds else 0):
+        shares[pick_weighted(rng, weights[pick_weighted(rng, kinds)])] += 1
+    return shares
 
-    def __init__(self, names: Iterable[str], kinds: Iterable[str]) -> None:
-        self._strategies = tuple(names)
-        self._tests = {kind: dict.fromkeys(self._strategies, 0.0) for kind in kinds}
-        self._hits = {kind: dict.fromkeys(self._strategies, 0.0) for kind in self._tests}
 
-    def weight(self, name: str, kind: str) -> float:
-        """The share of the strategy's tests that hit a new point of a kind, by Jeffreys' prior (half of one test)."""
-        return (self._hits[kind][name] + 0.5) / (self._tests[kind][name] + 1.0)
+def count_in_vain(archive: Archive, strategy: str, kind: str) -> int:
+    """The number of tests of a strategy since its last one that hit a new point of a kind.
 
-    def shares(self, names: Sequence[str], count: int, kinds: Mapping[str, int], rng: Random) -> dict[str, int]:
-        """The number of tests, out of `count`, that each of these strategies may propose.
-
-        For each test a kind is drawn in proportion to its open points, and for this kind a strategy.
-
-        Args:
-            names: of the strategies.
-            count: of tests.
-            kinds: kind -> number of open points.
-            rng: only its `random()` is used.
-        """
-        shares = dict.fromkeys(names, 0)
-        for _ in range(count if names and kinds else 0):
-            kind = pick_weighted(rng, kinds)
-            shares[pick_weighted(rng, {name: self.weight(name, kind) for name in names})] += 1
-        return shares
-
-    def learn(self, rewards: Iterable[StrategyReward]) -> None:
-        """Learn from a generation: a test says something of the kinds of its targets; without targets, of all. Tests of
-        other strategies do not count."""
-        own = [reward for reward in rewards if reward.strategy in self._strategies]
-        for kind, tests in self._tests.items():
-            hits = self._hits[kind]
-            telling = [reward for reward in own if not reward.targeted or kind in reward.targeted]
-            if any(kind in reward.hit for reward in telling):
-                for name in tests:
-                    tests[name] *= DISCOUNT
-                    hits[name] *= DISCOUNT
-            for reward in telling:
-                tests[reward.strategy] += 1.0
-                hits[reward.strategy] += kind in reward.hit
+    What pays off at the beginning does not at the end. Tests that were aimed at other kinds do not count.
+    """
+    count = 0
+    for entry in reversed(archive.entries):
+        if entry.strategy == strategy:
+            if kind in _kinds(entry.new):
+                break
+            count += not entry.targets or kind in _kinds(entry.targets)
+    return count
 
 
 NAME = "closure"
@@ -169,20 +133,14 @@ class Loop:
             LoopError: every run of the first generation errs.
             Exception: an error before any run has come to its end, from what runs the tests.
         """
-        bandit = Bandit(
-            (strategy.name for strategy in self.strategies), dict.fromkeys(point[0] for point in self.archive.targets)
-        )
         try:
             for number in range(self.budget.runs):
                 if ended := self._end_reason():
                     return ended
-                proposals = self._proposals(number, bandit)
+                proposals = self._proposals(number)
                 if not proposals:
                     return "nothing to try"
-                entries = self._run(proposals)
-                bandit.learn(
-                    StrategyReward(entry.strategy, _kinds(entry.new), _kinds(entry.targets)) for entry in entries
-                )
+                self._run(proposals)
                 self.progress(self.archive)
         except KeyboardInterrupt:
             return "interrupted"
@@ -205,10 +163,9 @@ class Loop:
             return "runs"
         return "seconds" if self.budget.seconds is not None and self.budget.age_s >= self.budget.seconds else None
 
-    def _proposals(self, number: int, bandit: Bandit) -> list[Proposal]:
+    def _proposals(self, number: int) -> list[Proposal]:
         """A generation. What one strategy cannot use of its share, the others share."""
         count = min(GENERATION, self.budget.runs - self.budget.used)
-        kinds = Counter(point[0] for point in self.archive.open)
         rng = make_rng(NAME, self.seed, number, "shares")
         proposals: list[Proposal] = []
         if self.searcher is not None and (self.search_only or self._stalls()):
@@ -216,7 +173,8 @@ class Loop:
             proposals += self._ask(self.searcher, share, self._rng(number, self.searcher, int(self.search_only)))
         strategies = [strategy for strategy in self.strategies if strategy.name not in self._left_out]
         for attempt in range(len(strategies)):
-            shares = bandit.shares([strategy.name for strategy in strategies], count - len(proposals), kinds, rng)
+            names = [strategy.name for strategy in strategies]
+            shares = share_tests(self.archive, names, count - len(proposals), rng)
             for strategy in [*strategies]:
                 if share := shares[strategy.name]:
                     proposed = self._ask(strategy, share, self._rng(number, strategy, attempt))
@@ -250,11 +208,10 @@ class Loop:
     def _rng(self, generation: int, strategy: Strategy, attempt: int) -> Random:
         return make_rng(NAME, self.seed, generation, strategy.name, attempt)
 
-    def _run(self, proposals: Sequence[Proposal]) -> list[ArchivedRun]:
+    def _run(self, proposals: Sequence[Proposal]) -> None:
         """Run a generation, and merge it in order: of an interrupted one, what has come to its end."""
         tests, observed = self._identify([proposal.draft for proposal in proposals]), dict[int, list[RunObservation]]()
         online = frozenset(place for place, proposal in enumerate(proposals) if proposal.is_online)
-        entries: list[ArchivedRun] = []
         try:
             for place, observation in self.runner(tests, online):
                 self.budget.used += 1
@@ -262,10 +219,10 @@ class Loop:
         finally:
             for place in sorted(observed):
                 proposal = proposals[place]
-                entries += [self.archive.add(run, proposal.strategy, proposal.targets) for run in observed[place]]
+                for run in observed[place]:
+                    self.archive.add(run, proposal.strategy, proposal.targets)
         if all(entry.observation.error for entry in self.archive.entries):
             raise LoopError(self.archive.entries[0].observation.error)
-        return entries
 
     def _identify(self, drafts: list[AbstractDraft]) -> list[AbstractTest]:
         """The tests of new drafts: equal ones are numbered among all so far, so each has its own seed."""

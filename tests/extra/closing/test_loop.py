@@ -9,12 +9,12 @@ import pytest
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, OnlineTests
+from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, OnlineTests, count_in_vain, share_tests
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.extra.closing.suite import smallest_suite
-from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
-from pytest_hricdv.generate.rng import pick
+from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
+from pytest_hricdv.generate.rng import make_rng, pick
 
 COMMANDS = ("ask", "take", "wait", "leave")
 WANTED = tuple(("said", one, two) for one in COMMANDS for two in COMMANDS)
@@ -79,6 +79,19 @@ def test_what_it_finds_depends_on_the_seed_and_not_on_the_order_in_which_runs_en
         closing.run()
         found.append([entry.test for entry in closing.archive.entries])
     assert found[0] == found[1] != found[2]
+
+
+def test_a_strategy_that_hits_gets_the_tests_of_one_that_does_so_no_more() -> None:
+    archive = Archive(WANTED)
+    early, late = AnyTwo("early"), AnyTwo("late")
+    pairs = [(early, ("ask", "ask"))] * 20 + [(late, ("ask", "take")), (late, ("ask", "wait"))]
+    drafts = [AbstractDraft("two", (), lines) for _, lines in pairs]
+    for (strategy, lines), test in zip(pairs, identify("closure", 0, drafts), strict=True):
+        archive.add(observed(test), strategy.name, (("said", *lines),))
+    assert count_in_vain(archive, "early", "said") == 19
+    assert count_in_vain(archive, "late", "said") == count_in_vain(archive, "early", "another kind") == 0
+    shares = share_tests(archive, ["early", "late"], 1000, make_rng("shares"))
+    assert shares["early"] == pytest.approx(1000 / 21, rel=0.5)
 
 
 def test_the_budget_of_runs_is_kept_to_the_run() -> None:
