@@ -14,11 +14,22 @@ from functools import partial
 from random import Random
 from typing import TypeVar
 
+from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.combination_synthesis import CombinationSynthesis
 from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
-from pytest_hricdv.extra.closing.pool import Combination, Intervention, Outcome, PlannedInteraction, Pool
+from pytest_hricdv.extra.closing.pool import (
+    Combination,
+    Intervention,
+    Outcome,
+    PlannedInteraction,
+    Pool,
+    combinations_of,
+    commands_of,
+)
 from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal, draw_good
+from pytest_hricdv.extra.closing.targets import closest_runs
+from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler
 
@@ -42,6 +53,9 @@ EXPLORING = 0.4
 MIN_UNTARGETED = 0.25
 """Smallest share of tests in which all interactions have a rarely tried disturbance; the share of open points that are
 no bins, if that is larger; see the package."""
+
+BESIDE = 0.5
+"""Share of the other tests of this kind that repeat the one nearest to an open point with one more disturbance."""
 
 MASKED = 0.75
 """Share of rarely tried combinations in which disturbances mask each other; see the package."""
@@ -79,7 +93,7 @@ class DisturbanceStrategy:
         for _ in range(count):
             selected = selection.select(rng) if rng.random() >= untargeted else None
             if selected is None:
-                proposals.append(self._rarely_tried(generation))
+                proposals.append(generation.beside(archive) or self._rarely_tried(generation))
             else:
                 draft = self._pool.draft(selected.test, selected.product, selected.combinations, selected.run_values)
                 proposals.append(Proposal(draft, self.name, selected.targets))
@@ -113,7 +127,8 @@ class _Generation:
         self._rng = rng
         self._tries = experience.tries.copy()
         self._tries_at = experience.tries_at.copy()
-        self._has_others = any(point[0] != "bin" for point in archive.open)
+        self._others = [point for point in archive.open if point[0] != "bin"]
+        self._tries_for: dict[Point, Counter[str]] = {}
         self._synthesis = {name: CombinationSynthesis(model) for name, model in experience.models.items()}
         self._open_counts = experience.count_open(archive)
         self._by_nominal: dict[Outcome | None, list[PlannedInteraction]] = {}
@@ -128,7 +143,7 @@ class _Generation:
         """See `selection.Options`."""
         outcomes, planned = tuple(wanted), interaction.planned
         if not wanted:
-            return [Option(0.0, (), partial(self.rare if self._has_others else self.single, interaction))]
+            return [Option(0.0, (), partial(self.rare if self._others else self.single, interaction))]
         new = partial(self._new, interaction, outcomes)
         if self._rng.random() < EXPLORING:
             return [Option(NEW_CHANCE * sum(wanted.values()), outcomes, new)]
@@ -169,6 +184,31 @@ class _Generation:
             candidates,
             key=lambda candidate: sum(interaction in wanted for interaction in self._pool.interactions(candidate[0])),
         )
+
+    def beside(self, archive: Archive) -> Proposal | None:
+        """The shortest test that came nearest to an open point that is no bin, with one more disturbance at a place of
+        its own ones. None once each was tried for this point, if no test came near, and half of the time.
+        """
+        if not self._others or self._rng.random() < BESIDE:
+            return None
+        point = pick(self._rng, self._others)
+        tries = self._tries_for.setdefault(point, _count_disturbances(archive, point))
+        runs = {
+            (distance, entry.observation.sim_s): entry.test
+            for distance, entry in closest_runs(point, archive)
+            if commands_of(entry.test.lines) in self._pool.by_commands
+        }
+        if not runs or all(tries[name] for name in self._disturbances):
+            return None
+        test, product = runs[min(runs)], next(iter(self._pool.planned), "")
+        number = self._pool.by_commands[commands_of(test.lines)]
+        combinations = [*combinations_of(test.lines, test.values, self._pool.starts(number, product))]
+        disturbed = [place for place, combination in enumerate(combinations) if combination]
+        row = pick(self._rng, disturbed or range(len(combinations)))
+        places = [0, *(intervention.place for intervention in combinations[row])]
+        added = self._intervention(self._rarest([*self._disturbances], tries), pick(self._rng, places))
+        combinations[row] = (*combinations[row], added)
+        return Proposal(self._pool.draft(number, product, combinations), DisturbanceStrategy.name, (point,))
 
     def rare(self, interaction: PlannedInteraction | None, commands: int, is_first: bool) -> Combination:
         """Rarely tried combinations: a new intervention, or known ones of which one masks the effect of another."""
@@ -229,6 +269,12 @@ class _Generation:
     def _intervention(self, name: str, place: int) -> Intervention:
         ranges = sorted(self._disturbances[name].items())
         return Intervention(place, name, tuple((parameter, sampler.sample(self._rng)) for parameter, sampler in ranges))
+
+
+def _count_disturbances(archive: Archive, target: Point) -> Counter[str]:
+    """How often each disturbance was tried for a target alone."""
+    tests = (entry.test for entry in archive.entries if entry.targets == (target,))
+    return Counter(name for test in tests for line in test.lines if (name := disturbance_of(line)) is not None)
 
 
 def _again(combination: Combination, commands: int, is_first: bool) -> Combination:

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from pathlib import Path
 from random import Random
 from typing import Protocol
@@ -24,40 +25,6 @@ from pytest_hricdv.extra.closing.strategy import Archive, Proposal, Strategy
 from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
 from pytest_hricdv.generate.rng import make_rng, pick_weighted
 
-
-def share_tests(archive: Archive, names: Sequence[str], count: int, rng: Random) -> dict[str, int]:
-    """The number of tests, out of `count`, that each strategy may propose: the bandit.
-
-    For each test a kind of points is drawn in proportion to the open ones, and for this kind a strategy: one whose last
-    test hit a new point twice as often as one whose last test was in vain, and so on.
-
-    Args:
-        archive: of all runs so far.
-        names: of the strategies.
-        count: of tests.
-        rng: only its `random()` is used.
-    """
-    kinds, shares = Counter(point[0] for point in archive.open), dict.fromkeys(names, 0)
-    weights = {kind: {name: 1.0 / (1 + count_in_vain(archive, name, kind)) for name in names} for kind in kinds}
-    for _ in range(count if names and kinds else 0):
-        shares[pick_weighted(rng, weights[pick_weighted(rng, kinds)])] += 1
-    return shares
-
-
-def count_in_vain(archive: Archive, strategy: str, kind: str) -> int:
-    """The number of tests of a strategy since its last one that hit a new point of a kind.
-
-    What pays off at the beginning does not at the end. Tests that were aimed at other kinds do not count.
-    """
-    count = 0
-    for entry in reversed(archive.entries):
-        if entry.strategy == strategy:
-            if kind in _kinds(entry.new):
-                break
-            count += not entry.targets or kind in _kinds(entry.targets)
-    return count
-
-
 NAME = "closure"
 """The name of the method and of its suite."""
 
@@ -66,6 +33,9 @@ GENERATION = 8
 
 STALLED = 10 * GENERATION
 """Runs without a new target after which nothing pays: a fifth of the default budget."""
+
+RECENT = 2 * GENERATION
+"""Tests of a strategy that tell what its next ones will hit: what pays off at the beginning does not at the end."""
 
 OnlineTests = frozenset[int]
 """The numbers of the tests (from 0) in which the person decides during the run."""
@@ -91,6 +61,38 @@ class GivenUpError(Exception):
 
 class LoopError(Exception):
     """The loop makes no sense: every run errs. The text has the first error."""
+
+
+def share_tests(archive: Archive, names: Sequence[str], count: int, rng: Random) -> dict[str, int]:
+    """The number of tests, out of `count`, that each strategy may propose: the bandit.
+
+    For each test a kind of points is drawn in proportion to the open ones, and for this kind a strategy, in proportion
+    to how many of its recent tests have hit some.
+
+    Args:
+        archive: of all runs so far.
+        names: of the strategies.
+        count: of tests.
+        rng: only its `random()` is used.
+    """
+    kinds, shares = Counter(point[0] for point in archive.open), dict.fromkeys(names, 0)
+    weights = {kind: {name: hit_rate(archive, name, kind) for name in names} for kind in kinds}
+    for _ in range(count if names and kinds else 0):
+        shares[pick_weighted(rng, weights[pick_weighted(rng, kinds)])] += 1
+    return shares
+
+
+def hit_rate(archive: Archive, strategy: str, kind: str) -> float:
+    """The share of a strategy's recent tests that hit a new point of a kind, by Jeffreys' prior (half of one test).
+
+    Tests that were aimed at other kinds do not count.
+    """
+    own = (entry for entry in reversed(archive.entries) if entry.strategy == strategy)
+    hits = (
+        kind in _kinds(entry.new) for entry in own if not entry.targets or kind in _kinds((*entry.targets, *entry.new))
+    )
+    recent = [*islice(hits, RECENT)]
+    return (sum(recent) + 0.5) / (len(recent) + 1.0)
 
 
 @dataclass

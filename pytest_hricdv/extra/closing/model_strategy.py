@@ -14,8 +14,8 @@ from pytest_hricdv.extra.closing.selection import Option, Selection
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.generate.rng import pick, shuffle
 
-MIN_CHANCE = 0.02
-"""Smallest chance with which a bin is aimed at; see the package."""
+MIN_CHANCE = 0.1
+"""Smallest chance with which a bin is aimed at: with less, disturbances are more certain to lead there."""
 
 
 class ModelStrategy:

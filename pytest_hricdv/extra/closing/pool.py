@@ -230,6 +230,11 @@ class Pool:
                     numbers[plan].append(number)
         return numbers
 
+    @cached_property
+    def by_commands(self) -> dict[tuple[str, ...], int]:
+        """The commands of a test -> its number."""
+        return {test.lines: number for number, test in enumerate(self.tests)}
+
     def commands(self, interaction: PlannedInteraction) -> int:
         """The number of commands of an interaction, in the first test that plans it."""
         number = self.by_interaction[interaction][0]

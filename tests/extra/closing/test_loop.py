@@ -9,7 +9,15 @@ import pytest
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, OnlineTests, count_in_vain, share_tests
+from pytest_hricdv.extra.closing.loop import (
+    GENERATION,
+    RECENT,
+    Loop,
+    LoopError,
+    OnlineTests,
+    hit_rate,
+    share_tests,
+)
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.extra.closing.suite import smallest_suite
@@ -82,16 +90,16 @@ def test_what_it_finds_depends_on_the_seed_and_not_on_the_order_in_which_runs_en
 
 
 def test_a_strategy_that_hits_gets_the_tests_of_one_that_does_so_no_more() -> None:
-    archive = Archive(WANTED)
-    early, late = AnyTwo("early"), AnyTwo("late")
-    pairs = [(early, ("ask", "ask"))] * 20 + [(late, ("ask", "take")), (late, ("ask", "wait"))]
-    drafts = [AbstractDraft("two", (), lines) for _, lines in pairs]
-    for (strategy, lines), test in zip(pairs, identify("closure", 0, drafts), strict=True):
-        archive.add(observed(test), strategy.name, (("said", *lines),))
-    assert count_in_vain(archive, "early", "said") == 19
-    assert count_in_vain(archive, "late", "said") == count_in_vain(archive, "early", "another kind") == 0
-    shares = share_tests(archive, ["early", "late"], 1000, make_rng("shares"))
-    assert shares["early"] == pytest.approx(1000 / 21, rel=0.5)
+    archive, ask = Archive(WANTED), ("ask", "ask")
+    run = [("early", ask)] * (RECENT + 1) + [("late", ("ask", "take")), ("late", ("ask", "wait"))]
+    tests = identify("closure", 0, [AbstractDraft("two", (), lines) for _, lines in run])
+    for (strategy, lines), test in zip(run, tests, strict=True):
+        archive.add(observed(test), strategy, (("said", *lines),))
+    assert archive.entries[0].new
+    assert hit_rate(archive, "early", "said") == 0.5 / (RECENT + 1)
+    assert hit_rate(archive, "late", "said") == 2.5 / 3
+    assert hit_rate(archive, "late", "another kind") == 0.5
+    assert share_tests(archive, ["early", "late"], 1000, make_rng("shares"))["early"] < 100
 
 
 def test_the_budget_of_runs_is_kept_to_the_run() -> None:

@@ -9,9 +9,9 @@ from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.loop import Loop
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
-from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.pool import Intervention, Pool
 from pytest_hricdv.extra.closing.strategy import Archive, Strategy
-from pytest_hricdv.generate.abstract import identify
+from pytest_hricdv.generate.abstract import disturbance_of, identify
 from pytest_hricdv.generate.rng import make_rng
 from tests.extra.closing import handover
 
@@ -64,3 +64,22 @@ def test_each_disturbance_is_soon_tried_under_each_nominal_outcome() -> None:
     nominal = {experience.nominal(interaction) for interaction in pool.by_interaction}
     assert len(nominal) == 2
     assert all(experience.tries[name, goal] for name in handover.DISTURBANCES for goal in nominal)
+
+
+def test_each_disturbance_is_tried_beside_those_of_the_nearest_test() -> None:
+    """The statement before the open one is reached by a shake after the second command."""
+    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    target = ("branch", "robot.py", "9", "10")
+    strategy, archive = DisturbanceStrategy(pool, Experience(pool), handover.DISTURBANCES), Archive([target])
+    [shaken] = identify("closure", 0, [pool.draft(0, "handover", [(Intervention(2, "shake"),)])])
+    archive.add(handover.run(shaken))
+    for generation in range(4):
+        proposals = strategy.propose(archive, 8, make_rng("beside", generation))
+        for proposal, test in zip(
+            proposals, identify("closure", generation, [p.draft for p in proposals]), strict=True
+        ):
+            archive.add(handover.run(test), proposal.strategy, proposal.targets)
+    aimed = [[*map(disturbance_of, entry.test.lines)] for entry in archive.entries if entry.targets == (target,)]
+    assert all("shake" in names for names in aimed)
+    assert {name for names in aimed for name in names if name} == set(handover.DISTURBANCES)
+    assert len(aimed) <= len(handover.DISTURBANCES)
