@@ -155,10 +155,10 @@ class CombinationSynthesis:
         return together
 
     def promise_changes(
-        self, names: Collection[str], planned: Bin, outcome: Outcome, commands: int
+        self, names: Collection[str], planned: Bin, outcome: Outcome, commands: int, rng: Random
     ) -> dict[str, float]:
-        """Disturbance -> how many of the missing characters its interventions probably change, of those that no known
-        intervention brings about.
+        """Disturbance -> how many of the missing characters its interventions probably change, the less often
+        considered, the more probably a known intervention brings them about.
 
         Empty if no character is missing: that another effect comes does not promise that it is nearer.
         """
@@ -167,10 +167,10 @@ class CombinationSynthesis:
         if wanted is None or nominal is None:
             return expected
         for condition in find_missing(nominal, wanted):
-            if isinstance(condition, CharacterCondition):
-                need = 1.0 - max(self._effects.chances(condition, commands).values(), default=0.0)
+            known = max(self._effects.chances(condition, commands).values(), default=0.0)
+            if isinstance(condition, CharacterCondition) and rng.random() >= known:
                 for name, chance in self._effects.chances_of_change(names, condition).items():
-                    expected[name] = expected.get(name, 0.0) + need * chance
+                    expected[name] = expected.get(name, 0.0) + chance
         return expected
 
     def _target_effect(self, planned: Bin, outcome: Outcome) -> Effect | None:

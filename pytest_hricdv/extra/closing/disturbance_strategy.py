@@ -3,14 +3,14 @@
 A combination that has led to an outcome is used again where it may lead to an open bin (exploitation); so is one that
 can be put together from interventions that have brought about what is missing. Beside that, new interventions are tried
 (exploration): of disturbances that probably change what is missing, and of those that were rarely tried where the same
-outcome is nominal.
+outcome is nominal. For open points that are no bins, one is also added to each of the nearest run.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from random import Random
 from typing import TypeVar
 
@@ -29,8 +29,7 @@ from pytest_hricdv.extra.closing.pool import (
 from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal, draw_good
 from pytest_hricdv.extra.closing.targets import closest_runs
-from pytest_hricdv.generate.abstract import disturbance_of
-from pytest_hricdv.generate.rng import pick, random_index
+from pytest_hricdv.generate.rng import pick, random_index, shuffle
 from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
@@ -40,9 +39,6 @@ MIN_CHANCE = 0.01
 
 NEW_CHANCE = 0.015
 """Least chance expected of a new intervention; see the package."""
-
-PROMISING = 0.75
-"""Share of new interventions with a disturbance that probably changes a missing condition; see the package."""
 
 VARYING = 0.35
 """Probability that an intervention of such a combination is varied; see the package."""
@@ -55,7 +51,7 @@ MIN_UNTARGETED = 0.25
 no bins, if that is larger; see the package."""
 
 BESIDE = 0.5
-"""Share of the other tests of this kind that repeat the one nearest to an open point with one more disturbance."""
+"""Share of these tests that are the one nearest to an open point with one more disturbance, while there are some."""
 
 MASKED = 0.75
 """Share of rarely tried combinations in which disturbances mask each other; see the package."""
@@ -93,7 +89,7 @@ class DisturbanceStrategy:
         for _ in range(count):
             selected = selection.select(rng) if rng.random() >= untargeted else None
             if selected is None:
-                proposals.append(generation.beside(archive) or self._rarely_tried(generation))
+                proposals.append(generation.beside() or self._rarely_tried(generation))
             else:
                 draft = self._pool.draft(selected.test, selected.product, selected.combinations, selected.run_values)
                 proposals.append(Proposal(draft, self.name, selected.targets))
@@ -128,16 +124,14 @@ class _Generation:
         self._tries = experience.tries.copy()
         self._tries_at = experience.tries_at.copy()
         self._others = [point for point in archive.open if point[0] != "bin"]
-        self._tries_for: dict[Point, Counter[str]] = {}
+        self._archive = archive
+        self._run_lines = {entry.test.lines for entry in archive.entries}
         self._synthesis = {name: CombinationSynthesis(model) for name, model in experience.models.items()}
         self._open_counts = experience.count_open(archive)
         self._by_nominal: dict[Outcome | None, list[PlannedInteraction]] = {}
         """A nominal outcome -> the interactions that have it."""
         for interaction in pool.by_interaction:
             self._by_nominal.setdefault(experience.nominal(interaction), []).append(interaction)
-
-    def _is_new(self, nominal: Outcome | None) -> bool:
-        return any(not self._tries[name, nominal] for name in self._disturbances)
 
     def options(self, interaction: PlannedInteraction, wanted: dict[Outcome, float]) -> list[Option]:
         """See `selection.Options`."""
@@ -171,10 +165,7 @@ class _Generation:
             nominal: sum(1.0 / (1 + self._tries[name, nominal]) for name in self._disturbances)
             for nominal in self._by_nominal
         }
-        return self.test_of(self._by_nominal[max(novelty, key=lambda nominal: novelty[nominal])])
-
-    def test_of(self, interactions: Sequence[PlannedInteraction]) -> tuple[int, str]:
-        """A test with as many of these interactions as there is among some, and their cross product."""
+        interactions = self._by_nominal[max(novelty, key=lambda nominal: novelty[nominal])]
         drawn = [pick(self._rng, interactions) for _ in range(CANDIDATES)]
         candidates = [
             (pick(self._rng, self._pool.by_interaction[interaction]), interaction.product) for interaction in drawn
@@ -185,37 +176,45 @@ class _Generation:
             key=lambda candidate: sum(interaction in wanted for interaction in self._pool.interactions(candidate[0])),
         )
 
-    def beside(self, archive: Archive) -> Proposal | None:
-        """The shortest test that came nearest to an open point that is no bin, with one more disturbance at a place of
-        its own ones. None once each was tried for this point, if no test came near, and half of the time.
-        """
-        if not self._others or self._rng.random() < BESIDE:
-            return None
-        point = pick(self._rng, self._others)
-        tries = self._tries_for.setdefault(point, _count_disturbances(archive, point))
-        runs = {
-            (distance, entry.observation.sim_s): entry.test
-            for distance, entry in closest_runs(point, archive)
-            if commands_of(entry.test.lines) in self._pool.by_commands
-        }
-        if not runs or all(tries[name] for name in self._disturbances):
-            return None
-        test, product = runs[min(runs)], next(iter(self._pool.planned), "")
-        number = self._pool.by_commands[commands_of(test.lines)]
-        combinations = [*combinations_of(test.lines, test.values, self._pool.starts(number, product))]
-        disturbed = [place for place, combination in enumerate(combinations) if combination]
-        row = pick(self._rng, disturbed or range(len(combinations)))
-        places = [0, *(intervention.place for intervention in combinations[row])]
-        added = self._intervention(self._rarest([*self._disturbances], tries), pick(self._rng, places))
-        combinations[row] = (*combinations[row], added)
-        return Proposal(self._pool.draft(number, product, combinations), DisturbanceStrategy.name, (point,))
+    @cached_property
+    def _near(self) -> dict[int, list[Point]]:
+        """The numbers of the disturbed runs that came nearest to open points that are no bins, with these points; of
+        equally near ones, that with the fewest disturbances."""
+        near: dict[int, list[Point]] = {}
+        for point in self._others:
+            runs = [
+                (distance, disturbances, entry.number)
+                for distance, entry in closest_runs(point, self._archive)
+                if (disturbances := len(entry.test.lines) - len(commands_of(entry.test.lines)))
+                and commands_of(entry.test.lines) in self._pool.by_commands
+            ]
+            if runs:
+                near.setdefault(min(runs)[2], []).append(point)
+        return near
+
+    def beside(self) -> Proposal | None:
+        """The test of such a run, with one more disturbance beside each of its own; at times None, or after all."""
+        for number in shuffle(self._rng, [*self._near] if self._rng.random() < BESIDE else []):
+            lines, values = self._archive.entries[number].test.lines, self._archive.entries[number].test.values
+            test, product = self._pool.by_commands[commands_of(lines)], next(iter(self._pool.planned), "")
+            own = combinations_of(lines, values, self._pool.starts(test, product))
+            for name in shuffle(self._rng, [*self._disturbances]):
+                draft = self._pool.draft(test, product, [self._add(name, combination) for combination in own])
+                if draft.lines not in self._run_lines:
+                    self._run_lines.add(draft.lines)
+                    return Proposal(draft, DisturbanceStrategy.name, tuple(self._near[number]))
+        return None
+
+    def _add(self, name: str, combination: Combination) -> Combination:
+        places = dict.fromkeys(intervention.place for intervention in combination)
+        return (*combination, *(self._intervention(name, place) for place in places))
 
     def rare(self, interaction: PlannedInteraction | None, commands: int, is_first: bool) -> Combination:
         """Rarely tried combinations: a new intervention, or known ones of which one masks the effect of another."""
-        is_known = interaction is not None and not self._is_new(self._experience.nominal(interaction))
+        nominal = None if interaction is None else self._experience.nominal(interaction)
+        is_known = interaction is not None and all(self._tries[name, nominal] for name in self._disturbances)
         if interaction is not None and is_known and self._rng.random() < MASKED:
-            synthesis = self._synthesis[interaction.product]
-            masked = synthesis.mask(interaction.planned, commands, self._rng)
+            masked = self._synthesis[interaction.product].mask(interaction.planned, commands, self._rng)
             if masked is not None:
                 return self._vary(masked, commands, False)
         return self.single(interaction, commands, is_first)
@@ -247,11 +246,8 @@ class _Generation:
         self, interaction: PlannedInteraction, outcomes: Sequence[Outcome], commands: int, is_first: bool
     ) -> Combination:
         """A new intervention: of a disturbance that probably changes what is missing, or one that was rarely tried."""
-        synthesis, planned = self._synthesis[interaction.product], interaction.planned
-        expected: Mapping[str, float] = {}
-        if outcomes and self._rng.random() < PROMISING:
-            outcome = pick(self._rng, outcomes)
-            expected = synthesis.promise_changes(self._disturbances, planned, outcome, commands)
+        synthesis, outcome = self._synthesis[interaction.product], pick(self._rng, outcomes)
+        expected = synthesis.promise_changes(self._disturbances, interaction.planned, outcome, commands, self._rng)
         if not expected:
             return self.single(interaction, commands, is_first)
         name = draw_good(self._rng, expected)
@@ -269,12 +265,6 @@ class _Generation:
     def _intervention(self, name: str, place: int) -> Intervention:
         ranges = sorted(self._disturbances[name].items())
         return Intervention(place, name, tuple((parameter, sampler.sample(self._rng)) for parameter, sampler in ranges))
-
-
-def _count_disturbances(archive: Archive, target: Point) -> Counter[str]:
-    """How often each disturbance was tried for a target alone."""
-    tests = (entry.test for entry in archive.entries if entry.targets == (target,))
-    return Counter(name for test in tests for line in test.lines if (name := disturbance_of(line)) is not None)
 
 
 def _again(combination: Combination, commands: int, is_first: bool) -> Combination:

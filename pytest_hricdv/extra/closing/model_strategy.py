@@ -40,8 +40,10 @@ class ModelStrategy:
         selection = Selection(self._pool, self._experience, archive, self._options)
         proposals: list[Proposal] = []
         for _ in range(count):
-            proposal = self._for_bins(selection, rng) or self._for_plan(archive, proposals, rng)
-            if proposal is not None:
+            selected = selection.select(rng)
+            if selected is not None:
+                proposals.append(Proposal(self._pool.draft(selected.test), self.name, selected.targets))
+            elif (proposal := self._for_plan(archive, proposals, rng)) is not None:
                 proposals.append(proposal)
         if len(proposals) < count and self._experience.has_unplanned_bins(archive):
             proposals += fresh_tests(self._pool, archive, self.name, count - len(proposals), rng)
@@ -54,11 +56,6 @@ class ModelStrategy:
             for outcome, openness in wanted.items()
         ]
         return sorted((option for option in options if option.gain >= MIN_CHANCE), key=lambda option: -option.gain)
-
-    def _for_bins(self, selection: Selection, rng: Random) -> Proposal | None:
-        """A test for open bins."""
-        selected = selection.select(rng)
-        return None if selected is None else Proposal(self._pool.draft(selected.test), self.name, selected.targets)
 
     def _for_plan(self, archive: Archive, proposals: list[Proposal], rng: Random) -> Proposal | None:
         """A test for an open plan."""
