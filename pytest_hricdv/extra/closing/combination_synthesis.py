@@ -4,8 +4,8 @@ A known combination may make an interaction end as another one nominally does; a
 then, there may be an intervention that brought it about elsewhere.
 
 Simpler designs cost runs. Without synthesis, none of four loops of `tests/extra/closing/test_strategies.py` closes
-within 400 runs; with it, all do. On the case study at seed 0, 65 points are open after 160 runs and 2 after 400. With
-effects of single tries only, and without Bayes' theorem, 85 are open after 160; without masking, too, 78 and 33.
+within 400 runs; with it, all do. On the case study at seed 0, 65 points were open after 160 runs of an earlier loop;
+with effects of single tries only, and without Bayes' theorem, 85; without masking, too, 78.
 """
 
 from __future__ import annotations

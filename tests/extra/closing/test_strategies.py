@@ -13,7 +13,7 @@ from pytest_hricdv.extra.closing.pool import Intervention, Pool
 from pytest_hricdv.extra.closing.strategy import Archive, Strategy
 from pytest_hricdv.generate.abstract import disturbance_of, identify
 from pytest_hricdv.generate.rng import make_rng
-from tests.extra.closing import handover
+from tests.extra.closing import handover, large_handover
 
 
 def loop(seed: int, *, disturbing: bool = True) -> Loop:
@@ -32,6 +32,12 @@ def loop(seed: int, *, disturbing: bool = True) -> Loop:
 def test_all_is_closed_though_some_bins_need_two_certain_disturbances_at_once(seed: int) -> None:
     closing = loop(seed)
     assert closing.run() == "closed"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_a_loop_of_the_size_of_the_table_closes(seed: int) -> None:
+    assert large_handover.loop(seed).run() == "closed"
 
 
 def test_without_disturbances_what_only_they_lead_to_stays_open() -> None:
