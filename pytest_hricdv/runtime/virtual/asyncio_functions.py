@@ -53,6 +53,14 @@ def get_event_loop() -> asyncio.AbstractEventLoop:
     return loop
 
 
+def ensure_future(coro_or_future: Any, *, loop: Any = None) -> asyncio.Future[Any]:
+    """Like that of asyncio; where no loop runs, in the loop of the node."""
+    if loop is None and current_node() is not None and not asyncio.isfuture(coro_or_future):
+        loop = get_event_loop()
+    future: asyncio.Future[Any] = asyncio.ensure_future(coro_or_future, loop=loop)
+    return future
+
+
 class VirtualRunner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one that there is to reuse
     """Like that of asyncio. Ctrl+C ends the session, as ever, instead of the coroutine."""
 
@@ -110,6 +118,7 @@ _NAMES: dict[str, Any] = {
     "new_event_loop": new_event_loop,
     "get_event_loop": get_event_loop,
     "set_event_loop": set_event_loop,
+    "ensure_future": ensure_future,
     "run_coroutine_threadsafe": run_coroutine_threadsafe,
     "SelectorEventLoop": new_event_loop,
 }

@@ -164,6 +164,23 @@ def test_a_program_that_is_cut_off_cancels_its_tasks_without_a_word(
     assert caplog.messages == []
 
 
+def test_what_is_ensured_before_a_loop_runs_runs_in_that_of_the_node() -> None:
+    done: list[float] = []
+
+    async def work(kernel: Kernel) -> None:
+        await asyncio.sleep(2.0)
+        done.append(kernel.now_s)
+        asyncio.get_running_loop().stop()
+
+    def body(kernel: Kernel) -> None:
+        VIRTUAL.ensure_future(work(kernel))
+        VIRTUAL.get_event_loop().run_forever()
+        VIRTUAL.get_event_loop().close()
+
+    run(body)
+    assert done == [2.0]
+
+
 def test_outside_of_a_node_it_is_asyncio_itself() -> None:
     async def main() -> str:
         return type(asyncio.get_running_loop()).__name__
