@@ -77,7 +77,9 @@ def elements(draft: Draft) -> list[Element]:
     """What a draft has found: what people can say or set, the texts in it, and states; also where it failed in runs."""
     draft = draft.whole
     found = [_message(thing.message.name, thing.message.topic, thing.message.channel) for thing in draft.inputs]
-    answers = {(sensor.port, sensor.operation.name.partition(".")[0]) for sensor in draft.sensors}
+    called = {thing.message.channel for thing in draft.inputs}  # what is compared of their arguments are no messages
+    answers = {(sensor.port, sensor.operation.name.partition(".")[0]) for sensor in draft.sensors
+               if sensor.port not in called}  # fmt: skip
     found += [_message(f"{port}_{name}", name) for port, name in sorted(answers)]
     fields = [part for thing in draft.inputs for part in thing.message.fields]
     fields += [sensor.field for sensor in draft.sensors]

@@ -83,7 +83,7 @@ def measure(robot: Robot, mode: str, folder: Path, say: bool) -> Measurement:
 def _record(robot: Robot) -> tuple[Path, ...]:
     """The recording of a robot's demo or tests. Raises subprocess.CalledProcessError where there is nothing in it."""
     output = Path.cwd() / "recording.json"
-    package = robot.asked[1].partition(":")[0]
+    package = robot.asked[1].partition(":")[0].rpartition("/")[2]
     command = [sys.executable, "-m", "pytest_hricdv", "record", "--package", package, "-o", str(output), "--"]
     subprocess.run([*command, *robot.record], check=True, capture_output=True)
     return (output,)

@@ -10,7 +10,7 @@ from studies.draft_corpus.__main__ import Measurement, code_of, measure, totals
 
 def test_each_robot_of_this_project_has_its_code_and_seven_of_all_are_sealed() -> None:
     every = list(robots())
-    assert len(every) == 16
+    assert len(every) == 25
     assert sum(robot.sealed for robot in every) == 7
     assert all(robot.repository or (FOLDER / "robots" / robot.key).is_dir() for robot in every)
 
