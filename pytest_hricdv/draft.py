@@ -1,6 +1,6 @@
 """Test doubles for the environment of code under test, with which a drafted testbench runs it."""
 
-from pytest_hricdv.extra.draft.stand_ins.absent import ProgramPort, replace_modules
+from pytest_hricdv.extra.draft.stand_ins.absent import ProgramPort, replace_modules, unknown
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
 from pytest_hricdv.extra.draft.stand_ins.device import Device
@@ -29,4 +29,5 @@ __all__ = [
     "Script",
     "member",
     "replace_modules",
+    "unknown",
 ]

@@ -127,7 +127,7 @@ class StateMachine:
 
     Args:
         name: of its class or table.
-        kind: the library (`transitions`, `python-statemachine`), "table", "attribute" (it declares no transitions), or
+        kind: the library (`transitions`, `python-statemachine`), "attribute" (it declares no transitions), or
             "observed" (neither transitions nor states: there may be others).
         field: the message field with which the code publishes its state, such as `state.name`; empty without one.
         held_in: the attribute with the state, `Class.attribute`; empty if unknown.

@@ -11,7 +11,6 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import CodeModel
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
-from pytest_hricdv.extra.draft.first_runs import FirstRuns
 from pytest_hricdv.extra.draft.launch_analysis import analyse_launch, read_launch_file
 from pytest_hricdv.extra.draft.node_analysis import analyse_node, with_state_topic
 from pytest_hricdv.extra.draft.observe.observations import (
@@ -29,7 +28,6 @@ from pytest_hricdv.extra.draft.ros.executable import find_executable
 from pytest_hricdv.extra.draft.ros_model import RosStart, ros_lines
 from pytest_hricdv.extra.draft.settlement import BUDGET_S, Reread
 from pytest_hricdv.extra.draft.settling import settle
-from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.skeleton.skeleton import name_like
 
 NO_NODES = (
@@ -211,26 +209,13 @@ def _write(prepared: FirstDraft, options: DraftOptions) -> Iterator[str]:
         yield f"drafted before: what was changed since stays as it is, in {', '.join(kept)}"
     if options.runs and prepared.is_runnable:
         made, trials = settle(made, prepared.reread, options.budget_s, lambda line: print(visible(line), flush=True))
-        yield from (
-            f"first runs: {_place(trial)}{trial.cause}: the draft is not green" for trial in trials if trial.cause
-        )
-        yield from _summarize_runs(prepared.draft, made)
+        for trial in trials:
+            place = f"{trial.raised_at}: " if trial.raised_at is not None else ""
+            yield from [f"first runs: {place}{trial.cause}: the draft is not green"] if trial.cause else []
     if made.hollow:
         yield f"hollow: {made.hollow}"
     for name in write(made, options.folder):
         yield str(options.folder / name)
-
-
-def _summarize_runs(before: Draft, after: Draft) -> Iterator[str]:
-    """What the draft has that only first runs have shown."""
-    sensors = len({sensor.name for sensor in after.sensors} - {sensor.name for sensor in before.sensors})
-    messages = len({message.topic for message in after.messages} - {message.topic for message in before.messages})
-    if sensors or messages:
-        yield f"first runs have shown {plural(sensors, 'sensor')} and {plural(messages, 'message')} more"
-
-
-def _place(trial: FirstRuns) -> str:
-    return f"{trial.raised_at}: " if trial.raised_at is not None else ""
 
 
 def _summary(model: CodeModel) -> Iterator[str]:

@@ -20,7 +20,6 @@ from pytest_hricdv.extra.draft.code.inner import InnerObjects
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
-from pytest_hricdv.extra.draft.code.sources import Scope
 from pytest_hricdv.extra.draft.code.stimuli import StimulusReader, is_reader
 from pytest_hricdv.extra.draft.code.uses import find_identity_tests
 from pytest_hricdv.extra.draft.code.waits import parameters
@@ -132,7 +131,7 @@ class CodeReader:
         """The model with what gets to its entry and comes from it."""
         assert model.entry is not None
         entry = replace(model.entry, ports=self._without_buses(model, model.entry.ports))
-        inner = self._without_buses(model, self._inner.ports(entry, self._scope(entry), faulty))
+        inner = self._without_buses(model, self._inner.ports(entry, faulty))
         model = replace(model, entry=entry, inner=inner)
         entry = self._period(entry, seen) or entry
         if seen is not None:
@@ -168,22 +167,22 @@ class CodeReader:
         callbacks = list(self._stimuli.callbacks(entry))
         yield from callbacks
         methods = list(self._stimuli.methods(entry, called)) if entry.is_class and not has_inputs else []
-        if callbacks:
+        if any(message.fields for message in callbacks):
             methods = [method for method in methods if method.channel in called or method.channel in self._used]
         handled = list(self._stimuli.handlers(entry)) if not (has_inputs or callbacks) else []
-        open_ones = [method for method in methods if method.fields or "Neutral" not in method.delivery]
+        open_ones = [method for method in methods if method.fields or not (handled and "unknown(" in method.delivery)]
         yield from open_ones
         yield from (message for message in handled if message.module != OWN_MODULE or not open_ones)
         observed = list(self._find_callbacks(entry, seen)) if seen is not None else []
         yield from (
             message for message in observed if message.fields or not (has_inputs or callbacks or methods or handled)
         )
-        if not entry.is_class and entry.name != SCRIPT:
+        if not entry.is_class:
             yield from self._stimuli.functions()
 
     def _find_callbacks(self, entry: Entry, seen: Observations) -> Iterator[Message]:
         """Functions that the code passed to its ports while it ran, except those that the object passes itself."""
-        scope = self._scope(entry)
+        scope = self._sources.class_named(entry.module, entry.name)
         own = {id(method.node) for method in methods_of(self._sources, scope).values()} if scope is not None else set()
         names = [key.removeprefix(CALLBACK) for key in seen.methods if key.startswith(CALLBACK)]
         for name in names:
@@ -223,15 +222,11 @@ class CodeReader:
         is_typed = any(message.form in FORMS and not message.channel for message in model.messages)
         return tuple(replace(port, role="device") if port.role == "bus" and not is_typed else port for port in ports)
 
-    def _scope(self, entry: Entry) -> Scope | None:
-        return next((scope for scope in self._sources.classes
-                     if (scope.module.name, scope.node.name) == (entry.module, entry.name)), None)  # fmt: skip
-
     # --- control loops
 
     def _period(self, entry: Entry, seen: Observations | None) -> Entry | None:
         """The entry with the method that programs call again and again, where it has none that runs it."""
-        scope = self._scope(entry)
+        scope = self._sources.class_named(entry.module, entry.name)
         if entry.method or scope is None:
             return None
         best: tuple[int, int, str] | None = None
@@ -260,7 +255,7 @@ class CodeReader:
     def _with_state(self, model: CodeModel, seen: Observations | None) -> CodeModel:
         """The model with the state of its object, if the code does not publish it."""
         entry = model.entry
-        scope = self._scope(entry) if entry is not None and not model.state else None
+        scope = self._sources.class_named(entry.module, entry.name) if entry is not None and not model.state else None
         if scope is None:
             return model
         declared = [*model.machines, *self._states.machines(scope)]

@@ -330,7 +330,7 @@ def sentence_of(failure: str) -> str:
     lines = last.strip().splitlines()
     raised = [line[1:].strip() for line in lines if line.startswith("E ")]
     # The error of a plain traceback is its last line that is not indented, if that names an exception.
-    plain = [line for line in lines if _EXCEPTION.match(line)]
+    plain = [line for line in lines if _EXCEPTION.match(line)] if "Traceback (most" in last else []
     return (raised[0] if raised else plain[-1] if plain else failure.strip().splitlines()[0])[:600]
 
 

@@ -10,8 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
+from pytest_hricdv.extra.draft.code.handovers import last_part
 from pytest_hricdv.extra.draft.code.naming import camel, snake, unit_of, word
-from pytest_hricdv.extra.draft.code.stimuli import last_part
 from pytest_hricdv.extra.draft.code_model import (
     OWN_MODULE,
     CodeLine,

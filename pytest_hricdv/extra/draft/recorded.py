@@ -137,26 +137,11 @@ def _differences(messages: Sequence[Message], seen: Observation) -> Iterator[tup
             ]
             text = f"the code {verb} {message.name}: no message of it in {seen.source}, so nothing is observed of it"
             yield text, message.location
-            continue
-        yield from _field_differences(message, topic, seen.source)
     topics_of_code = {key_of(message.topic) for message in messages}
     for key, topic in seen.topics.items():
         if key not in topics_of_code and not is_infrastructure(topic.name):
             count = "1 message" if topic.count == 1 else f"{topic.count} messages"
             yield f"{seen.source}: has {count} of {topic.name}, which the code neither publishes nor receives", None
-
-
-def _field_differences(message: Message, topic: ObservedTopic, source: str) -> Iterator[tuple[str, CodeLine | None]]:
-    for part in message.fields if topic.numbers or topic.texts else ():
-        name, texts = f"{message.name}.{part.name}", topic.texts.get(part.name, Counter())
-        if part.kind and part.name not in topic.numbers and not texts:
-            yield f"{name} is in the code, but in no message of {source}", part.location
-        lacking = [repr(value.text) for value in part.values if value.text not in texts and not value.is_observed]
-        if part.kind == "str" and texts and lacking:
-            yield f"{name}: never observed in {source}: {', '.join(lacking)}", part.location
-        new = [repr(text) for text in texts if part.by_type and text not in {value.text for value in part.values}]
-        if part.kind == "str" and new:
-            yield f"{name}: {source} has {', '.join(new)}, which its type has not", part.location
 
 
 def _open_questions(questions: Sequence[Question], seen: Observation) -> tuple[Question, ...]:

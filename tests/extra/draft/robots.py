@@ -137,27 +137,3 @@ class Fetcher:
             return
         self.enter(Mode.OFFERING)
 '''
-
-TABLE = """
-from enum import Enum, auto
-
-
-class Step(Enum):
-    WAIT = auto()
-    PICK = auto()
-    PLACE = auto()
-
-
-NEXT = {
-    (Step.WAIT, "asked"): Step.PICK,
-    (Step.PICK, "held"): Step.PLACE,
-    (Step.PICK, "lost"): Step.WAIT,
-    (Step.PLACE, "done"): Step.WAIT,
-}
-
-
-def run(bus, events):
-    step = Step.WAIT
-    while True:
-        step = NEXT.get((step, events.next_event()), step)
-"""

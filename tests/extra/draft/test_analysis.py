@@ -32,7 +32,6 @@ STATES = {
         "closed opening opened broken",
         "closed>opening opening>opened opened>closed opening>closed opening>broken opened>broken",
     ),
-    "TABLE": ("WAIT PICK PLACE", "WAIT>PICK PICK>PLACE PICK>WAIT PLACE>WAIT"),
 }
 
 

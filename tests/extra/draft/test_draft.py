@@ -21,7 +21,7 @@ from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from tests.extra.draft import robots
 
-ROBOTS = ("MATCH", "TRANSITIONS", "TABLE")
+ROBOTS = ("MATCH", "TRANSITIONS")
 
 
 def drafted(tmp_path: Path, source: str) -> tuple[Draft, dict[str, str]]:

@@ -22,7 +22,7 @@ from tests.report import sample
 CODE = """
 from dataclasses import dataclass
 from typing import Literal, cast
-
+from transitions import Machine
 SLOW_S = 2.0
 
 
@@ -41,12 +41,12 @@ class Alarm:
     why: str
 
 
-TRANSITIONS = {("Idle", "called"): "Moving", ("Moving", "there"): "Idle", ("Moving", "blocked"): "Stuck"}
+TRANSITIONS = [("called", "Idle", "Moving"), ("there", "Moving", "Idle"), ("blocked", "Moving", "Stuck")]
 
 
 class Lift:
     def __init__(self, bus, patience_s: float = 5.0):
-        self._bus, self._patience_s, self.state = bus, patience_s, "Idle"
+        self._bus, self._patience_s = bus, patience_s; Machine(self, ["Idle", "Moving", "Stuck"], "Idle", TRANSITIONS)
         self._calls = bus.subscribe(Call)
 
     def serve(self):

@@ -279,7 +279,7 @@ def test_a_server_of_asyncio_has_one_client() -> None:
             note_call=lambda *_: None, tell_call=lambda port, name, given, _: told.append((port, name, given))
         )
         inbox: Any = OneLine()
-        async with ServerStandIn(client, StreamStandIn(border, "server", inbox)) as server:
+        async with ServerStandIn(client, lambda: StreamStandIn(border, "server", inbox)) as server:
             await server.serve_forever()
 
     with pytest.raises(EOFError):  # of a client that ends by an error, as of any

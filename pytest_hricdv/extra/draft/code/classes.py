@@ -22,6 +22,9 @@ ARRAY_LENGTH = 36
 FAR = "10.0"
 """The neutral value of each kind; for distances, nobody is near."""
 
+_TRANSPARENT = ("Union", "Optional", "Annotated")
+"""Annotations that are of the types within them."""
+
 _MAX_DEPTH = 5
 
 Neutral = tuple[str, Imports]
@@ -36,15 +39,7 @@ def form_of(sources: Sources, scope: Scope) -> str:
         return "dataclass"
     for decorator in node.decorator_list:
         name = resolve_import(scope.module, decorator.func if isinstance(decorator, ast.Call) else decorator)
-        if name in (
-            "attr.s",
-            "attrs.define",
-            "attrs.frozen",
-            "attr.define",
-            "attr.frozen",
-            "attr.attrs",
-            "attr.dataclass",
-        ):
+        if name.startswith(("attr.", "attrs.")):
             return "model"
     bases = {base.rpartition(".")[2] for base in sources.bases(scope)}
     for base, form in (("NamedTuple", "namedtuple"), ("TypedDict", "typeddict"), ("BaseModel", "model"),
@@ -92,7 +87,7 @@ def find_message_classes(
     parts: list[ast.expr] = []
     if isinstance(annotation, ast.BinOp):
         parts = [annotation.left, annotation.right]
-    elif isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value).endswith(("Union", "Optional")):
+    elif isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value).endswith(_TRANSPARENT):
         parts = annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
     own = sources.class_of(module, annotation)
     if own is not None and form_of(sources, own):
@@ -114,7 +109,7 @@ def find_parameter_classes(sources: Sources, function: Scope, part: ast.arg) -> 
             named = node.args[1]
             listed = named.elts if isinstance(named, ast.Tuple) else [named]
             tested = listed if name_with_dots(node.args[0]) == part.arg else []
-        elif isinstance(node, ast.Match) and name_with_dots(node.subject) == part.arg:
+        elif isinstance(node, ast.Match) and any(name_with_dots(side) == part.arg for side in ast.walk(node.subject)):
             parts = (pattern for case in node.cases for pattern in ast.walk(case.pattern))
             tested = [pattern.cls for pattern in parts if isinstance(pattern, ast.MatchClass)]
         found += [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
+from operator import add, mul, sub, truediv
 from typing import Any
 
 from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
@@ -75,6 +76,9 @@ def assignments(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
             yield target, node.value
 
 
+_OPERATORS: dict[type, Any] = {ast.Add: add, ast.Sub: sub, ast.Mult: mul, ast.Div: truediv}
+
+
 def evaluate(sources: Sources, module: Module, node: ast.AST | None, depth: int = 0) -> Any:
     """The value of an expression: constants, tuples (also for lists and sets), dicts, `Member`, `Reference`.
 
@@ -106,6 +110,11 @@ def evaluate(sources: Sources, module: Module, node: ast.AST | None, depth: int 
             return _dict(node, inner, inner_or_name)
         case ast.Name() | ast.Attribute():
             return _value_of_name(sources, module, node, depth)
+        case ast.Subscript():
+            try:
+                return inner(node.value)[inner(node.slice)]
+            except (LookupError, TypeError):
+                raise UnknownConstantError from None
         case ast.Call():
             return _value_of_call(sources, module, node, inner)
         case ast.UnaryOp(op=ast.USub()):
@@ -116,7 +125,10 @@ def evaluate(sources: Sources, module: Module, node: ast.AST | None, depth: int 
             left, right = inner(node.left), inner(node.right)
             numbers = all(isinstance(part, int | float) for part in (left, right))
             if numbers or (isinstance(node.op, ast.Add) and type(left) is type(right) and type(left) in (str, tuple)):
-                return _combine(node.op, left, right)
+                try:
+                    return _OPERATORS[type(node.op)](left, right)
+                except ArithmeticError:
+                    raise UnknownConstantError from None
         case ast.Lambda():
             return Reference("lambda")
     raise UnknownConstantError
@@ -131,18 +143,6 @@ def _dict(node: ast.Dict, inner: Any, inner_or_name: Any) -> dict[Any, Any]:
         except TypeError:  # the key cannot be one
             raise UnknownConstantError from None
     return table
-
-
-def _combine(op: ast.operator, left: Any, right: Any) -> Any:
-    if isinstance(op, ast.Add):
-        return left + right
-    if isinstance(op, ast.Sub):
-        return left - right
-    if isinstance(op, ast.Div) and right:
-        return left / right
-    if isinstance(op, ast.Mult):
-        return left * right
-    raise UnknownConstantError
 
 
 def _value_of_call(sources: Sources, module: Module, node: ast.Call, inner: Any) -> Any:
@@ -182,7 +182,4 @@ def _value_of_name(sources: Sources, module: Module, node: ast.Name | ast.Attrib
     for target, value in assignments(statement):
         if isinstance(target, ast.Name) and target.id == last:
             return evaluate(sources, where, value, depth + 1)
-        names = [part.id for part in target.elts if isinstance(part, ast.Name)] if isinstance(target, ast.Tuple) else []
-        if last in names and isinstance(value, ast.Call) and resolve_import(where, value.func) == "range":
-            return names.index(last)
     raise UnknownConstantError

@@ -11,15 +11,15 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from pytest_hricdv.extra.draft.code.fields import FieldReader
-from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
+from pytest_hricdv.extra.draft.code.classes import FORMS, form_of
+from pytest_hricdv.extra.draft.code.constants import assignments
+from pytest_hricdv.extra.draft.code.fields import FieldReader, merge_fields
+from pytest_hricdv.extra.draft.code.flow import SAME, Flow, last_name
+from pytest_hricdv.extra.draft.code.keys import INNER, dict_source, fields_of_keys, key_of, with_unique_names
 from pytest_hricdv.extra.draft.code.naming import word
-from pytest_hricdv.extra.draft.code.sources import Function, Scope, name_with_dots
+from pytest_hricdv.extra.draft.code.sources import Scope, name_with_dots
 from pytest_hricdv.extra.draft.code.uses import Branches, UseReader, walk_what_runs
 from pytest_hricdv.extra.draft.code_model import Imports, MessageField
-
-_TEXT_METHODS = ("strip", "rstrip", "lstrip", "decode", "lower", "upper")
-"""Methods of str or bytes whose result is treated as the same text."""
 
 _KINDS = {bool: "bool", str: "str", int: "float", float: "float"}
 """Type of the default of a key -> kind of its values."""
@@ -55,7 +55,7 @@ class ContentReader:
         self._skipped: frozenset[int] = frozenset()
         self._places: dict[str, list[tuple[Scope, ast.AST]]] = {}
 
-    def variants_of_result(self, scope: Scope, node: ast.Call) -> list[tuple[str, Argument]]:
+    def variants_of_result(self, scope: Scope, node: ast.Call | ast.AsyncFor) -> list[tuple[str, Argument]]:
         """The variants of the result of a call, by the names that it is assigned to; like `variants`."""
         parent = self._flow.parents.get(id(node))
         parent = self._flow.parents.get(id(parent)) if isinstance(parent, ast.Await) else parent
@@ -66,6 +66,9 @@ class ContentReader:
         for name in self._names_of(node):
             if variants := self.variants(scope, name):
                 return variants
+            text = self._fields.parameter(scope, name, None)
+            if text.values:
+                return [("", Argument(f"m.{text.name}", (text,)))]
         return []
 
     def variants(self, scope: Scope, name: str) -> list[tuple[str, Argument]]:
@@ -93,7 +96,10 @@ class ContentReader:
         return [("", whole)]
 
     def _names_of(self, node: ast.AST) -> Iterator[str]:
-        """The names that a value is assigned to, also through `json.loads`."""
+        """The names that a value is assigned to, also through `json.loads`, or that a loop gives to its items."""
+        if isinstance(node, ast.AsyncFor) and isinstance(node.target, ast.Name):
+            yield node.target.id
+            return
         parent = self._flow.parents.get(id(node))
         while isinstance(parent, ast.Await | ast.Call | ast.Attribute):
             parent = self._flow.parents.get(id(parent))
@@ -102,27 +108,31 @@ class ContentReader:
         if isinstance(parent, ast.AnnAssign | ast.NamedExpr) and isinstance(parent.target, ast.Name):
             yield parent.target.id
 
-    def of_name(self, scope: Scope, name: str) -> Argument | None:
+    def of_name(self, scope: Scope, name: str, depth: int = 0) -> Argument | None:
         """The value of a name, as a dict, JSON, a text or tuple, or an object: the first that fits its uses."""
         keys = self._keys(scope, name)
         if keys:
-            return Argument(_dict_source(keys), _fields_of_keys(keys))
-        return self._json(scope, name) or self._parts(scope, name) or self._attributes(scope, name)
+            return Argument(dict_source(keys), fields_of_keys(keys))
+        made = self._json(scope, name) or self._parts(scope, name) or self._attributes(scope, name)
+        for node in walk_what_runs(scope.node, self._skipped) if depth < MAX_CALLS else ():
+            for target, parameter in self._parameters_for(scope, node, name) if isinstance(node, ast.Call) else ():
+                made = made or self.of_name(target, parameter, depth + 1)
+        return made
 
     def _json(self, scope: Scope, name: str) -> Argument | None:
         for node in walk_what_runs(scope.node, self._skipped):
-            is_loads = isinstance(node, ast.Call) and last_name(node.func) == "loads" and node.args
-            if not is_loads or not isinstance(node, ast.Call):
+            if not isinstance(node, ast.Call) or not node.args or not self._reads_json(node):
                 continue
-            inner = node.args[0]
+            ways = [way for way, _, at in self._flow.expressions(node.args[-1], scope.module, scope) if at is scope]
+            inner = next((way for way in ways if name in map(name_with_dots, ast.walk(way))), node.args[-1])
             is_bytes = "decode" in ast.unparse(inner)
             path = ast.unparse(inner).removesuffix(".decode()").partition(".decode(")[0]
             keys = [key for target in self._names_of(node) for key in self._keys(scope, target)]
-            keys = keys or self._keys_of_argument(scope, node)
+            keys = keys or self._keys_of_argument(scope, node) or self._keys_of_class(scope, node)
             if path.partition(".")[0] != name or not keys:
                 continue
-            source = f"json.dumps({_dict_source(keys)})" + (".encode()" if is_bytes or "." in path else "")
-            attribute, fields = path.partition(".")[2], _fields_of_keys(keys)
+            source = f"json.dumps({dict_source(keys)})" + (".encode()" if is_bytes or "." in path else "")
+            attribute, fields = path.partition(".")[2], fields_of_keys(keys)
             if attribute:
                 topic = self._topic_of(scope, name)
                 fields = (topic, *(field for field in fields if field.name != "topic")) if topic is not None else fields
@@ -130,6 +140,33 @@ class ContentReader:
                 source = f"SimpleNamespace({named}{attribute.partition('.')[0]}={source})"
             return Argument(source, fields)
         return None
+
+    def _reads_json(self, node: ast.Call) -> bool:
+        """Whether a call reads JSON, itself or in a function of the code that it calls."""
+        called = last_name(node.func)
+        inner = (part for function in self._flow.methods.get(called, ()) for part in ast.walk(function.node))
+        return (
+            called == "loads"
+            or "json" in called
+            or any(isinstance(part, ast.Call) and last_name(part.func) == "loads" for part in inner)
+        )
+
+    def _keys_of_class(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
+        """The fields of the class of the code that is named where JSON is read: `Order(**json.loads(text))`."""
+        sources = self._flow.sources
+        uses = [use for name in self._names_of(node) for use in self._flow.names_in(scope).get(name, ())]
+        for place in (node, *uses):
+            above: ast.AST | None = place
+            while isinstance(above, ast.expr | ast.keyword):
+                parts = (
+                    (above.func, getattr(above.func, "value", None), *above.args) if isinstance(above, ast.Call) else ()
+                )
+                for own in [sources.class_of(scope.module, part) for part in parts]:
+                    if own is not None and form_of(sources, own) in FORMS:
+                        fields = self._fields.fields(own)
+                        return [(part.name, part) for part in fields if part.kind or not part.default]
+                above = self._flow.parents.get(id(above))
+        return []
 
     def _parts(self, scope: Scope, name: str) -> Argument | None:
         """The names into which a function unpacks a tuple or a text: `verb, rest = line.split(" ", 1)`."""
@@ -141,11 +178,7 @@ class ContentReader:
                 first = value.args[0] if value.args else None
                 separator = first.value if isinstance(first, ast.Constant) else " "
                 value = value.func.value if isinstance(value.func, ast.Attribute) else value
-                while (
-                    isinstance(value, ast.Call)
-                    and isinstance(value.func, ast.Attribute)
-                    and value.func.attr in _TEXT_METHODS
-                ):
+                while isinstance(value, ast.Call) and isinstance(value.func, ast.Attribute) and value.func.attr in SAME:
                     value = value.func.value
             if name_with_dots(value) != name or not isinstance(separator, str | None):
                 continue
@@ -196,10 +229,10 @@ class ContentReader:
                     sources[node.attr] = "{}.encode()"
                 if field.kind:
                     self._note(word(node.attr), scope, node)
-                    self._add_key(fields, node.attr, field)
+                    fields[node.attr] = merge_fields(fields.get(node.attr), field)
         if not fields:
             return None
-        pairs = _with_unique_names(fields)
+        pairs = with_unique_names(fields)
         arguments = ", ".join(f"{key}={sources.get(key, '{}').format(f'm.{field.name}')}" for key, field in pairs)
         return Argument(f"SimpleNamespace({arguments})", tuple(field for _, field in pairs))
 
@@ -209,7 +242,7 @@ class ContentReader:
         if isinstance(above, ast.Compare):
             return node, any(isinstance(getattr(other, "value", None), bytes) for other in above.comparators)
         is_bytes = False
-        while isinstance(above, ast.Attribute) and above.attr in _TEXT_METHODS:
+        while isinstance(above, ast.Attribute) and above.attr in SAME:
             is_bytes |= above.attr == "decode"
             called = self._flow.parents.get(id(above))
             node = called if isinstance(called, ast.Call) else above
@@ -219,14 +252,8 @@ class ContentReader:
     def _keys_of_argument(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
         """The keys that a called function reads from its argument: `self.handle(json.loads(line))`."""
         call = self._flow.parents.get(id(node))
-        targets = self._flow.methods.get(last_name(call.func), []) if isinstance(call, ast.Call) else []
-        if not isinstance(call, ast.Call) or node not in call.args or len(targets) != 1:
-            return []
-        function = targets[0].node
-        assert not isinstance(function, ast.ClassDef)
-        names = _parameters_to_fill(function)
-        index = call.args.index(node)
-        return self._keys(targets[0], names[index], 1) if index < len(names) else []
+        passed = list(self._flow.receivers(call, node)) if isinstance(call, ast.Call) else []
+        return self._keys(*passed[0], 1) if len(passed) == 1 else []
 
     def _topic_of(self, scope: Scope, name: str) -> MessageField | None:
         """The topics with which an MQTT callback compares the topic of its message; None without a comparison."""
@@ -234,25 +261,33 @@ class ContentReader:
         for node in walk_what_runs(scope.node, self._skipped):
             if isinstance(node, ast.Attribute) and node.attr == "topic" and name_with_dots(node.value) == name:
                 self._note("topic", scope, node)
-                self._add_key(fields, "topic", self._fields.read_value(node, scope, "topic"))
+                fields["topic"] = merge_fields(fields.get("topic"), self._fields.read_value(node, scope, "topic"))
         topic = fields.get("topic")
         return topic if topic is not None and topic.values else None
 
     def _keys(self, scope: Scope, name: str, depth: int = 0) -> list[tuple[str, MessageField]]:
         """The keys of a dict that a function reads, also in functions that it passes the dict to, with their fields."""
         fields: dict[str, MessageField] = {}
+        names = {name: ""}  # of the dict, and of dicts in it: the path of each
+        for node in walk_what_runs(scope.node, self._skipped):
+            for kept, value in assignments(node):
+                path = key_of(value, names)[0] if isinstance(kept, ast.Name) and kept.id != name else None
+                if path is not None and isinstance(kept, ast.Name):
+                    names[kept.id] = f"{path}{INNER}"
         for node in walk_what_runs(scope.node, self._skipped):
             if not isinstance(node, ast.expr):
                 continue
-            key, default = _key_of(node, name)
+            key, default = key_of(node, names)
             if key is not None:
-                self._note(word(key), scope, node)
-                self._add_key(fields, key, self._read_key(scope, node, key, default))
+                last = key.rpartition(INNER)[2]
+                self._note(word(last), scope, node)
+                fields[key] = merge_fields(fields.get(key), self._read_key(scope, node, last, default))
             if isinstance(node, ast.Call) and depth < MAX_CALLS:
                 for target, parameter in self._parameters_for(scope, node, name):
                     for inner, field in self._keys(target, parameter, depth + 1):
-                        self._add_key(fields, inner, field)
-        return _with_unique_names(fields)
+                        fields[inner] = merge_fields(fields.get(inner), field)
+        whole = {key.rpartition(INNER)[0] for key in fields}
+        return with_unique_names({key: field for key, field in fields.items() if key not in whole})
 
     def _note(self, field: str, scope: Scope, node: ast.AST) -> None:
         if not self._skipped:
@@ -260,67 +295,12 @@ class ContentReader:
 
     def _parameters_for(self, scope: Scope, node: ast.Call, name: str) -> Iterator[tuple[Scope, str]]:
         """The functions that a call passes the name to, each with its parameter."""
-        targets = self._flow.methods.get(last_name(node.func), [])
-        if not any(name_with_dots(argument) == name for argument in node.args) or len(targets) != 1:
-            return
-        function = targets[0].node
-        assert not isinstance(function, ast.ClassDef)
-        names = _parameters_to_fill(function)
-        if targets[0].node is not scope.node:
-            yield from ((targets[0], parameter) for argument, parameter in zip(node.args, names, strict=False)
-                        if name_with_dots(argument) == name)  # fmt: skip
+        passed = [pair for argument in (*node.args, *(keyword.value for keyword in node.keywords))
+                  if name_with_dots(argument) == name for pair in self._flow.receivers(node, argument)]  # fmt: skip
+        if len({id(target.node) for target, _ in passed} - {id(scope.node)}) == len(passed) == 1:
+            yield passed[0]
 
     def _read_key(self, scope: Scope, node: ast.expr, key: str, default: object) -> MessageField:
         read = self._fields.read_value(node, scope, word(key))
         kind = read.kind or _KINDS.get(type(default), "") or self._uses.kind_at(node)
         return replace(read, kind=kind, type="int" if type(default) is int else "")
-
-    def _add_key(self, fields: dict[str, MessageField], key: str, field: MessageField) -> None:
-        before = fields.get(key)
-        if before is not None:
-            values = {value.text: value for value in (*before.values, *field.values)}
-            kind = "str" if values else before.kind or field.kind
-            compared = tuple(dict.fromkeys((*before.compared, *field.compared)))
-            field = replace(field, kind=kind, values=tuple(values.values()), compared=compared if not values else ())
-        fields[key] = field
-
-
-def _key_of(node: ast.expr, name: str) -> tuple[str | None, object]:
-    """The key that an expression reads from the dict of a name, and the default; None if it reads none."""
-    key: object = None
-    default: object = None
-    if isinstance(node, ast.Subscript) and name_with_dots(node.value) == name and isinstance(node.ctx, ast.Load):
-        key = getattr(node.slice, "value", None)
-    elif isinstance(node, ast.Call) and name_with_dots(node.func) == f"{name}.get" and node.args:
-        key = getattr(node.args[0], "value", None)
-        default = getattr(node.args[1], "value", None) if len(node.args) > 1 else None
-    return (key if isinstance(key, str) else None), default
-
-
-def _dict_source(keys: list[tuple[str, MessageField]]) -> str:
-    """The source of a dict; a key of unknown kind gets a neutral value."""
-    pairs = (f"{key!r}: {f'm.{field.name}' if field.kind else 'Neutral()'}" for key, field in keys)
-    return "{" + ", ".join(pairs) + "}"
-
-
-def _parameters_to_fill(function: Function) -> list[str]:
-    """The parameters without `self` or `cls`."""
-    names = [part.arg for part in parameters_of(function)]
-    return names[1:] if names[:1] in (["self"], ["cls"]) else names
-
-
-def _with_unique_names(fields: dict[str, MessageField]) -> list[tuple[str, MessageField]]:
-    """The keys with their fields, whose names are made unique."""
-    names: set[str] = set()
-    pairs = []
-    for key, field in fields.items():
-        name = field.name
-        while name in names:
-            name += "_"
-        names.add(name)
-        pairs.append((key, replace(field, name=name)))
-    return pairs
-
-
-def _fields_of_keys(keys: list[tuple[str, MessageField]]) -> tuple[MessageField, ...]:
-    return tuple(field for _, field in keys if field.kind)

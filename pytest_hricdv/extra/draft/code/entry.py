@@ -31,7 +31,7 @@ def find_scripts(sources: Sources) -> Iterator[tuple[Entry, float]]:
         loop = _find_loop(free) or _find_call(free, endless)
         if loop is not None:
             yield _entry(module, loop), IMPORTED
-        elif (loop := _find_loop(guarded)) is not None:
+        elif (loop := _find_loop(guarded)) is not None or (loop := _find_last_call(module)) is not None:
             yield _entry(module, loop), GUARDED
 
 
@@ -65,6 +65,12 @@ def _find_call(body: Sequence[ast.stmt], endless: set[str]) -> ast.stmt | None:
         ):
             return statement
     return None
+
+
+def _find_last_call(module: Module) -> ast.stmt | None:
+    """The last statement, if it is a call: then the module is a program that lets a library work."""
+    last = module.tree.body[-1] if module.tree.body else None
+    return last if isinstance(last, ast.Expr) and isinstance(last.value, ast.Call) else None
 
 
 _RUNS = ("run", "main", "work", "serve", "loop", "start", "spin")
@@ -160,11 +166,17 @@ class EntryFinder:
 
     def _outside_score(self, scope: Scope) -> float:
         """More where nothing of the code calls it, most where its main program does."""
-        calls = [call.scope for call in self._flow.calls.get(scope.node.name, ())
+        calls = [None if self._is_started(call.scope) else call.scope
+                 for call in self._flow.calls.get(scope.node.name, ())
                  if call.scope is None or call.scope.node is not scope.node]  # fmt: skip
         if scope.node.name in self._used:
             return 2.5 if calls else 3.5
         return 2.5 if None in calls else -1.0 if calls else 1.5
+
+    def _is_started(self, scope: Scope | None) -> bool:
+        """Whether a program runs a function: the main program, or one that it calls, such as `main`."""
+        calls = self._flow.calls.get(scope.node.name, ()) if scope is not None and scope.owner is None else ()
+        return scope is None or any(call.scope is None for call in calls)
 
     def _read(self, candidate: _Candidate) -> Entry:
         scope, method = candidate.scope, candidate.method

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.classes import neutral_value, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import Member, UnknownConstantError, evaluate, is_enum, members
-from pytest_hricdv.extra.draft.code.flow import Flow, Origin, last_name, parameter_names, texts
+from pytest_hricdv.extra.draft.code.flow import SAME, Flow, Origin, texts
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots
 from pytest_hricdv.extra.draft.code_model import CodeLine, FieldValue, MessageField
@@ -175,6 +175,18 @@ class FieldReader:
                 owner = self._flow.owner_of(node.value, module, at)
                 if owner is None or owner is scope.node:
                     yield from self._comparisons(node, module, at, 0)
+            elif isinstance(node, ast.MatchClass) and name in node.kwd_attrs:
+                own = self._sources.class_of(module, node.cls)
+                if own is not None and own.node is scope.node:
+                    yield from self._of_pattern(node.kwd_patterns[node.kwd_attrs.index(name)], module, at)
+
+    def _of_pattern(self, pattern: ast.pattern, module: Module, scope: Scope | None) -> Iterator[Origin]:
+        """The values in a pattern, and those that a name of it is compared with: `case Order(drink=drink)`."""
+        for part in ast.walk(pattern):
+            if isinstance(part, ast.MatchValue):
+                yield part.value, module, scope
+            elif isinstance(part, ast.MatchAs) and part.name and scope is not None:
+                yield from self._comparisons_of_name(part.name, scope, 1)
 
     def _comparisons(self, node: ast.AST, module: Module, scope: Scope | None, names: int) -> Iterator[Origin]:
         """The values compared with an expression, directly and under the names that it gets."""
@@ -182,11 +194,10 @@ class FieldReader:
         if isinstance(parent, ast.Compare):
             yield from ((other, module, scope) for other in (parent.left, *parent.comparators) if other is not node)
         elif isinstance(parent, ast.Match):
-            patterns = (part for case in parent.cases for part in ast.walk(case.pattern))
-            yield from ((part.value, module, scope) for part in patterns if isinstance(part, ast.MatchValue))
+            yield from (other for case in parent.cases for other in self._of_pattern(case.pattern, module, None))
         elif isinstance(parent, ast.Subscript) and parent.slice is node:
             yield parent.value, module, scope
-        elif isinstance(parent, ast.Attribute) and parent.attr in ("strip", "lower", "upper", "value", "decode"):
+        elif isinstance(parent, ast.Attribute) and parent.attr in (*SAME, "value"):
             above = self._flow.parents.get(id(parent))
             yield from self._comparisons(above if isinstance(above, ast.Call) else parent, module, scope, names)
         elif isinstance(parent, ast.Attribute) and parent.attr == "startswith":
@@ -199,14 +210,20 @@ class FieldReader:
         elif isinstance(parent, ast.Call) and node in parent.args and names < MAX_NAMES:
             if isinstance(parent.func, ast.Attribute) and parent.func.attr == "get":
                 yield parent.func.value, module, scope
-            for method in self._flow.methods.get(last_name(parent.func), ()):
-                assert not isinstance(method.node, ast.ClassDef)
-                parameters = parameter_names(method.node)[1 if method.owner is not None else 0 :]
-                index = parent.args.index(node) if isinstance(node, ast.expr) else 0
-                if index < len(parameters):
-                    yield from self._comparisons_of_name(parameters[index], method, names + 1)
+            for method, parameter in self._flow.receivers(parent, node) if isinstance(node, ast.expr) else ():
+                yield from self._comparisons_of_name(parameter, method, names + 1)
 
     def _comparisons_of_name(self, name: str, scope: Scope, names: int) -> Iterator[Origin]:
         for node in self._flow.names_in(scope).get(name, ()):
             if isinstance(node.ctx, ast.Load):
                 yield from self._comparisons(node, scope.module, scope, names)
+
+
+def merge_fields(before: MessageField | None, other: MessageField) -> MessageField:
+    """Two uses of the same value as one."""
+    if before is None:
+        return other
+    values = {value.text: value for value in (*before.values, *other.values)}
+    compared = tuple(dict.fromkeys((*before.compared, *other.compared))) if not values else ()
+    kind = "str" if values else before.kind or other.kind
+    return replace(other, kind=kind, values=tuple(values.values()), compared=compared)

@@ -22,8 +22,8 @@ MAX_STEPS = 4
 Origin = tuple[ast.expr, Module, Scope | None]
 """An expression, and where it stands."""
 
-_SAME = ("strip", "lstrip", "rstrip", "decode", "encode")
-"""Methods of a text that return it, as far as it is compared."""
+SAME = ("strip", "lstrip", "rstrip", "decode", "encode", "lower", "upper", "casefold", "split")
+"""Methods of a text or of bytes that return it, or its words, as far as it is compared."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +166,14 @@ class Flow:
             is_plain = isinstance(node, ast.Await | ast.NamedExpr | ast.IfExp | ast.BoolOp)
             waiting += [(*origin, steps + (not is_plain)) for origin in self._origins(node, where, at)]
 
+    def receivers(self, call: ast.Call, argument: ast.expr) -> Iterator[tuple[Scope, str]]:
+        """The functions of the code that a call may pass an argument to, each with the parameter that gets it."""
+        for function in self.methods.get(last_name(call.func), ()):
+            assert not isinstance(function.node, ast.ClassDef)
+            for name in parameter_names(function.node):
+                if argument_of(call, function.node, name, is_method=function.owner is not None) is argument:
+                    yield function, name
+
     def is_complete(self, expression: ast.AST, module: Module, scope: Scope | None) -> bool:
         """Whether all that an expression can be is known: each way to it begins with a constant."""
         return all(
@@ -193,7 +201,7 @@ class Flow:
         elif isinstance(node, ast.Attribute):
             yield from self._attribute(node, module, scope)
         elif isinstance(node, ast.Call):
-            if isinstance(node.func, ast.Attribute) and node.func.attr in _SAME:
+            if isinstance(node.func, ast.Attribute) and node.func.attr in SAME:
                 yield node.func.value, module, scope
             called = self._callee(node.func, scope)
             for part in ast.walk(called.node) if called is not None else ():

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
-from pytest_hricdv.extra.draft.code.flow import Flow
+from pytest_hricdv.extra.draft.code.flow import Flow, last_name
+from pytest_hricdv.extra.draft.code.handovers import connection_of
 from pytest_hricdv.extra.draft.code.ports import PortReader
-from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
-from pytest_hricdv.extra.draft.code_model import Entry, Port
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
+from pytest_hricdv.extra.draft.code_model import SCRIPT, Entry, Port
 
 SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server", "asyncio.start_server",
            "asyncio.open_connection")  # fmt: skip
@@ -30,14 +32,15 @@ class InnerObjects:
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow
 
-    def ports(self, entry: Entry, scope: Scope | None, faulty: frozenset[str]) -> Iterator[Port]:
+    def ports(self, entry: Entry, faulty: frozenset[str]) -> Iterator[Port]:
         """Each with a name of its own, and made from something of its own.
 
         Args:
-            entry: of the code; `scope` is its class, if it is one.
+            entry: of the code.
             faulty: names of libraries that are missing, or fail; of classes of the code that fail, with a dot before.
         """
         done: set[str] = set()
+        scope = self._sources.class_named(entry.module, entry.name)
         every = (*self._attributes(scope, faulty), *self._modules(faulty), *self._sockets(entry, scope))
         for port in (*every, *self._programs()):
             if not done & {port.name, port.made_from}:
@@ -86,13 +89,30 @@ class InnerObjects:
         for module, scope, node in self._flow.nodes:
             if entry.is_class and (scope is None or scope.owner not in owners):
                 continue
-            if not isinstance(node, ast.Call) or resolve_import(module, node.func) not in SOCKETS:
+            if not isinstance(node, ast.Call):
+                continue
+            origin = resolve_import(module, node.func)
+            if origin not in SOCKETS and not self._is_server(module, node):
                 continue
             above = self._flow.parents.get(id(node))
             above = self._flow.parents.get(id(above)) if isinstance(above, ast.Await) else above
-            name = name_with_dots(above.targets[0]) if isinstance(above, ast.Assign) else ""
+            name = name_with_dots(above.targets[0]) if isinstance(above, ast.Assign) else self._served_as(node)
             made_from = f"{module.name}:{name_with_dots(node.func)}"
+            if entry.name == SCRIPT and origin not in SOCKETS:  # each run imports it anew
+                made_from = ":".join(origin.rsplit(".", 1))
             yield replace(ports.variable(module, name or "connection", node), role="connection", made_from=made_from)
+
+    def _is_server(self, module: Module, node: ast.Call) -> bool:
+        """Whether a function of a library gets one of the code that serves a connection: `serve(handler, port)`."""
+        top, _, name = resolve_import(module, node.func).partition(".")
+        is_imported = name_with_dots(node.func).partition(".")[0] in module.imports
+        return bool(name) and is_imported and top not in sys.stdlib_module_names and bool(self._served_as(node))
+
+    def _served_as(self, node: ast.Call) -> str:
+        """The parameter by which a function among the arguments gets a connection; empty if there is none."""
+        functions = (function for part in node.args for function in self._flow.methods.get(last_name(part), ())
+                     if function.owner is None or name_with_dots(part).startswith("self."))  # fmt: skip
+        return next((name for function in functions for name in [connection_of(self._flow, function)] if name), "")
 
     def _programs(self) -> Iterator[Port]:
         """Functions that start or ask other programs, once for each module that calls them."""

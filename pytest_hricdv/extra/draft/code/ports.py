@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of, neutral_value, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import assignments, is_enum
-from pytest_hricdv.extra.draft.code.fields import FieldReader
+from pytest_hricdv.extra.draft.code.fields import FieldReader, merge_fields
 from pytest_hricdv.extra.draft.code.flow import (
     Flow,
     argument_of,
@@ -289,15 +289,7 @@ def _merge(before: Operation | None, operation: Operation) -> Operation:
         is_method=before.is_method or operation.is_method,
         is_async=before.is_async or operation.is_async,
         is_set=before.is_set or operation.is_set,
-        result=_merge_fields(before.result, operation.result),
+        result=merge_fields(before.result, operation.result) if operation.result is not None else before.result,
         is_registration=before.is_registration or operation.is_registration,
         arguments=max(before.arguments, operation.arguments),
     )
-
-
-def _merge_fields(before: MessageField | None, other: MessageField | None) -> MessageField | None:
-    if before is None or other is None or before.kind != other.kind:
-        return before or other
-    values = {value.text: value for value in (*before.values, *other.values)}
-    compared = tuple(dict.fromkeys((*before.compared, *other.compared)))
-    return replace(before, values=tuple(values.values()), compared=compared)

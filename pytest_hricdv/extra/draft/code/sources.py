@@ -113,6 +113,10 @@ class Sources:
             return Scope(defined[0], defined[1])
         return None
 
+    def class_named(self, module: str, name: str) -> Scope | None:
+        """The class of a name in a module; None if it has none."""
+        return next((own for own in self.classes if (own.module.name, own.node.name) == (module, name)), None)
+
     @cached_property
     def classes(self) -> tuple[Scope, ...]:
         """All classes, also nested ones."""

@@ -1,4 +1,4 @@
-"""State machines that can be read off: of `transitions` and `python-statemachine`, and tables of transitions."""
+"""State machines that can be read off: of `transitions` and `python-statemachine`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from pytest_hricdv.extra.draft.code.constants import (
     Member,
     Reference,
     UnknownConstantError,
-    assignments,
     evaluate,
-    is_enum,
     members,
 )
 from pytest_hricdv.extra.draft.code.flow import Flow
@@ -68,7 +66,6 @@ class StateMachines:
             bases = self._sources.bases(scope)
             if any(base.startswith("statemachine.") for base in bases):
                 yield from self._state_classes(scope)
-        yield from _table_machines(self._sources)
 
     # --- transitions
 
@@ -91,10 +88,12 @@ class StateMachines:
     def _read(self, module: Module, scope: Scope | None, node: ast.Call, owner: ast.ClassDef | None) -> StateMachine:
         arguments = _arguments(node, MACHINE_ARGUMENTS)
         builder = _Builder(owner.name if owner else "machine", "transitions", module.location(node))
-        is_own = name_with_dots(arguments.get("model")) in ("self", "") and owner is not None
-        if is_own and owner is not None:
+        model = arguments.get("model")
+        model = model.elts[0] if isinstance(model, ast.List) and model.elts else model
+        holder = self._flow.owner_of(model, module, scope) if model is not None else owner
+        if holder is not None:
             attribute = self._text(arguments.get("model_attribute"), module, scope) or "state"
-            builder.held_in = f"{owner.name}.{attribute}"
+            builder.held_in = f"{holder.name}.{attribute}"
         states = arguments.get("states")
         for value in self._values(states, module, scope):
             self._add_states(builder, value, module.location(states or node))
@@ -173,8 +172,6 @@ class StateMachines:
                     flags = {k.arg: getattr(k.value, "value", None) for k in value.keywords}
                     location = scope.module.location(statement)
                     builder.add_state(name, location, flags.get("initial") is True, flags.get("final") is True)
-                elif isinstance(value, ast.Call) and origin.endswith("States.from_enum"):
-                    self._states_of_enum(builder, scope.module, value)
                 else:
                     events.append((name, value))
             elif isinstance(statement, ast.Expr):
@@ -185,16 +182,6 @@ class StateMachines:
                     builder.add_transition(source, target, scope.module.location(value), event)
         if builder.states:
             yield builder.build()
-
-    def _states_of_enum(self, builder: _Builder, module: Module, call: ast.Call) -> None:
-        own = self._sources.class_of(module, call.args[0]) if call.args else None
-        flags = {keyword.arg: keyword.value for keyword in call.keywords}
-        if own is not None and is_enum(self._sources, own):
-            for member, statement in members(self._sources, own):
-                initial = name_with_dots(flags.get("initial")).endswith("." + member.name)
-                finals = [name_with_dots(node) for node in ast.walk(flags["final"])] if "final" in flags else []
-                final = any(name.endswith("." + member.name) for name in finals)
-                builder.add_state(member.name, own.module.location(statement), initial, final)
 
     # --- values
 
@@ -262,53 +249,3 @@ def _name(value: Any) -> str:
 def _state(value: Any) -> str:
     """The state as `transitions` reports it: a member of an enumeration stays one, and is recorded as by `text_of`."""
     return value.text if isinstance(value, Member) else _name(value)
-
-
-def _table_machines(sources: Sources) -> Iterator[StateMachine]:
-    """A machine for each constant of a module or class that is a table of transitions."""
-    for module in sources.modules:
-        bodies = [module.tree.body, *(node.body for node in ast.walk(module.tree) if isinstance(node, ast.ClassDef))]
-        for name, value in (pair for body in bodies for statement in body for pair in assignments(statement)):
-            try:
-                content = evaluate(sources, module, value)
-            except UnknownConstantError:
-                continue
-            rows = _rows(content) if isinstance(content, dict) else []
-            if len({source for source, _, _ in rows}) > 1:
-                builder = _Builder(name_with_dots(name), "table", module.location(value))
-                locations = {node.value: module.location(node) for node in reversed(list(ast.walk(value)))
-                             if isinstance(node, ast.Constant) and isinstance(node.value, str)}  # fmt: skip
-                for source, target, event in rows:
-                    for state in (source, target):
-                        builder.add_state(state, locations.get(state, builder.location))
-                    builder.add_transition(source, target, locations.get(source, builder.location), event)
-                yield builder.build()
-
-
-def _rows(content: dict[Any, Any]) -> list[tuple[str, str, str]]:
-    """Source, target and event of each row of a table; none if it is no table of transitions.
-
-    Tables are `{(state, event): state}`, `{state: {event: state}}`, and `{state: (state, ...)}` of one enumeration.
-    """
-    rows: list[tuple[Any, Any, Any]] = []
-    for key, value in content.items():
-        if isinstance(key, tuple) and len(key) == 2:
-            rows.append((key[0], value[0] if isinstance(value, tuple) and value else value, key[1]))
-        elif isinstance(value, dict):
-            rows += [(key, target, event) for event, target in value.items()]
-        elif _is_of_one_enum((key, value)):
-            rows += [(key, target, "") for target in (value if isinstance(value, tuple) else (value,))]
-    names = [(_state_name(source), _state_name(target), _state_name(event)) for source, target, event in rows]
-    sources, targets = {row[0] for row in names}, {row[1] for row in names}
-    is_table = "" not in sources | targets and len(sources & targets) * 2 >= len(targets)
-    return names if is_table else []
-
-
-def _is_of_one_enum(parts: tuple[Any, Any]) -> bool:
-    values = [parts[0], *(parts[1] if isinstance(parts[1], tuple) else parts[1:])]
-    return all(isinstance(value, Member) for value in values) and len({value.enum for value in values}) == 1
-
-
-def _state_name(value: Any) -> str:
-    """The name of the state in a constant; empty if it names none."""
-    return value.text if isinstance(value, Member) else value if isinstance(value, str) else ""

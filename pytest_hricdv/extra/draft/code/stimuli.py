@@ -1,15 +1,12 @@
 """Stimuli without a message class: methods and callbacks of the code, and dicts and texts that it takes.
 
 Each becomes a message of the draft, with the expression that makes of it what the code gets.
-
-A handover is a method that an object hands to others, which call it later, by the name that it is known by there.
 """
 
 from __future__ import annotations
 
 import ast
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
@@ -20,101 +17,15 @@ from pytest_hricdv.extra.draft.code.classes import (
     neutral_value,
     parse_annotation,
 )
-from pytest_hricdv.extra.draft.code.constants import Member, is_enum
+from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.contents import Argument, ContentReader
 from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
+from pytest_hricdv.extra.draft.code.handovers import Handovers, connection_of, last_part
 from pytest_hricdv.extra.draft.code.naming import camel, snake, word
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
+from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots
 from pytest_hricdv.extra.draft.code.uses import UseReader
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Entry, Imports, Message, Port
-
-WORKERS = {"threading", "asyncio", "concurrent", "multiprocessing", "sched", "functools", "atexit", "transitions",
-           "weakref", "sorted", "map", "filter", "min", "max", "any", "all", "sum", "list", "super"}  # fmt: skip
-"""Modules and functions that only call what they get: to run it, no matter what happens outside."""
-
-
-class Handovers:
-    """Finds where methods are passed to other objects."""
-
-    def __init__(self, sources: Sources, flow: Flow) -> None:
-        self._sources, self._flow = sources, flow
-
-    def title(self, methods: Mapping[str, Scope], name: str) -> str:
-        """The name of an object's method where it is passed to another object; empty if it never is.
-
-        Args:
-            methods: of the object.
-            name: of the method.
-        """
-        owners = {id(method.owner) for method in methods.values()}
-        for module, scope, node in self._flow.nodes:
-            is_own = scope is not None and id(scope.owner) in owners and isinstance(node, ast.Attribute)
-            if is_own and node.attr == name and name_with_dots(node.value) == "self":  # type: ignore[attr-defined]
-                title = next(self._titles(module, scope, node, methods[name]), "")
-                if title:
-                    return title
-        return ""
-
-    def _titles(self, module: Module, scope: Scope | None, node: ast.AST, method: Scope) -> Iterator[str]:
-        parent = self._flow.parents.get(id(node))
-        assert not isinstance(method.node, ast.ClassDef)
-        own, takes = method.node.name, len(parameters_of(method.node)) > 1
-        if isinstance(parent, ast.keyword):
-            call = self._flow.parents.get(id(parent))
-            yield from self._of_call(module, scope, call, own, takes, parent.arg or "")
-        elif isinstance(parent, ast.Call) and parent.func is not node:
-            yield from self._of_call(module, scope, parent, own, takes)
-        elif isinstance(parent, ast.Dict):
-            at = next((number for number, value in enumerate(parent.values) if value is node), None)
-            texts = self._texts(module, scope, parent.keys[at]) if at is not None else []
-            if takes or not self._are_states(texts):
-                yield last_part(texts[0]) if texts else own
-        elif isinstance(parent, ast.Tuple | ast.List) and takes:
-            texts = [text for part in parent.elts for text in self._texts(module, scope, part)]
-            yield last_part(texts[0]) if texts else own
-        elif isinstance(parent, ast.Assign):
-            for target in parent.targets:
-                if isinstance(target, ast.Attribute) and name_with_dots(target.value) != "self":
-                    yield target.attr
-                elif isinstance(target, ast.Subscript):
-                    yield last_part("".join(self._texts(module, scope, target.slice)[:1])) or own
-
-    def _of_call(
-        self, module: Module, scope: Scope | None, call: ast.AST | None, own: str, takes: bool, keyword: str = ""
-    ) -> Iterator[str]:
-        """Names for an argument of a call: the text next to it, or the name of the call or the parameter."""
-        if not isinstance(call, ast.Call) or resolve_import(module, call.func).partition(".")[0] in WORKERS:
-            return
-        called = last_name(call.func)
-        if not takes and called in self._flow.methods:
-            return  # such as a function that tries another one again
-        parts = [*call.args, *(keyword.value for keyword in call.keywords)]
-        texts = [text for part in parts for text in self._texts(module, scope, part)]
-        if not texts and any(self._sources.class_of(module, part) is not None for part in parts):
-            return  # it subscribes to a class
-        named = next((name for name in (keyword, called) if name.startswith(("on_", "set_", "when_"))), "")
-        yield last_part(texts[0]) if texts else named.removeprefix("on_").removeprefix("set_") or own
-
-    def _texts(self, module: Module, scope: Scope | None, node: ast.expr | None) -> list[str]:
-        values = self._flow.values(node, module, scope) if node is not None else []
-        return [text for value in values for text in [value.text if isinstance(value, Member) else value]
-                if isinstance(text, str) and text]  # fmt: skip
-
-    def _are_states(self, texts: list[str]) -> bool:
-        """Whether an attribute of an object is set to one of these texts."""
-        return any(isinstance(value, ast.Constant) and value.value in texts
-                   for assigned in self._flow.attributes.values() for _, value in assigned)  # fmt: skip
-
-
-def last_part(text: str) -> str:
-    """The last word of a topic, or of a path.
-
-    >>> last_part("ward/lift/command"), last_part("orders")
-    ('command', 'orders')
-    """
-    return re.split(r"[/.:]", text.strip("/#+. "))[-1]
-
 
 ENDS = ("stop", "close", "shutdown", "join", "cancel", "quit", "exit", "terminate", "disconnect")
 """Methods that end the work of an object are the last thing that anybody calls."""
@@ -136,11 +47,12 @@ class StimulusReader:
             entry: of the code.
             called: names of methods that were seen to be called from outside.
         """
-        scope = self._scope_of(entry)
+        scope = self._sources.class_named(entry.module, entry.name)
         own = methods_of(self._sources, scope) if scope is not None else {}
         run = own.get(entry.method)
         for name, method in own.items():
-            if name == entry.method or name.startswith("_") or is_reader(method) or _decorators(method):
+            is_open = not (name == entry.method or name.startswith("_") or is_reader(method) or _decorators(method))
+            if not is_open or connection_of(self._flow, method):
                 continue
             is_step = run is not None and any(name_with_dots(node) == f"self.{name}" for node in ast.walk(run.node))
             if (name in called and not is_step) or not (name in ENDS or self._is_used(name, scope)):
@@ -148,37 +60,48 @@ class StimulusReader:
 
     def callbacks(self, entry: Entry) -> Iterator[Message]:
         """Methods of the entry's object that it hands to somebody, in whatever way: as an argument, in a table, ..."""
-        scope = self._scope_of(entry)
+        scope = self._sources.class_named(entry.module, entry.name)
         methods = methods_of(self._sources, scope) if scope is not None else {}
         handovers = Handovers(self._sources, self._flow)
+        owners = {id(method.owner) for method in methods.values()}
         for name, method in methods.items():
-            if name != entry.method and not _decorators(method):
-                title = handovers.title(methods, name)
+            if name != entry.method and not (_decorators(method) or connection_of(self._flow, method)):
+                title = handovers.title(method, owners)
                 if title:
                     yield from self._messages(title, method, name)
 
     def handlers(self, entry: Entry) -> Iterator[Message]:
         """Methods with which the object itself handles its input: they distinguish its kinds."""
-        scope = self._scope_of(entry)
+        scope = self._sources.class_named(entry.module, entry.name)
         for name, method in methods_of(self._sources, scope).items() if scope is not None else ():
             assert not isinstance(method.node, ast.ClassDef)
             if name == entry.method or name.startswith("__") or _decorators(method):
                 continue
             parameters = parameters_of(method.node)[1:]
-            if len(parameters) == 1 and self._is_used(name, scope):
+            if parameters and self._is_used(name, scope) and not self._is_told(method):
                 made = list(self._messages(name, method, name))
-                yield from (message for message in made
-                            if message.module != OWN_MODULE or len(made) > 1 or _tells_apart(message))  # fmt: skip
+                yield from (message for message in made if message.module != OWN_MODULE or len(made) > 1
+                            or (len(parameters) == 1 and _tells_apart(message)))  # fmt: skip
+
+    def _is_told(self, method: Scope) -> bool:
+        """Whether the code itself says all that a method gets, as in `self._change("parked")`."""
+        calls = [call for call in self._flow.calls.get(method.node.name, ())
+                 if name_with_dots(call.node.func).startswith("self.")]  # fmt: skip
+        return bool(calls) and all(self._flow.is_complete(argument, call.module, call.scope)
+                                   for call in calls for argument in call.node.args)  # fmt: skip
 
     def functions(self) -> Iterator[Message]:
-        """Functions that the code registers by a decorator with a text."""
-        for module in self._sources.modules:
-            for node in module.tree.body:
-                texts = [part.value for call in getattr(node, "decorator_list", ()) if isinstance(call, ast.Call)
-                         for part in call.args[:1] if isinstance(part, ast.Constant)]  # fmt: skip
-                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and texts and isinstance(texts[0], str):
-                    yield from self._messages(last_part(texts[0]) or node.name, Scope(module, node),
-                                              f"{module.name}:{node.name}")  # fmt: skip
+        """Functions that the code registers by a decorator with a text, or hands to somebody."""
+        handovers = Handovers(self._sources, self._flow)
+        for function in self._sources.functions:
+            module, node = function.module, function.node
+            if module.scope.get(node.name) is not node or connection_of(self._flow, function):
+                continue
+            first = [part for call in node.decorator_list if isinstance(call, ast.Call) for part in call.args[:1]]
+            texts = [part.value for part in first if isinstance(part, ast.Constant) and isinstance(part.value, str)]
+            title = (last_part(texts[0]) or node.name) if texts else handovers.title(function)
+            if title:
+                yield from self._messages(title, function, f"{module.name}:{node.name}")
 
     def callback(self, name: str, function: Scope) -> Iterator[Message]:
         """A function of the code that it was seen to hand to a port."""
@@ -193,15 +116,17 @@ class StimulusReader:
             methods: of it that return something.
         """
         for module, scope, node in self._flow.nodes:
-            if not isinstance(node, ast.Call) or scope is None or last_name(node.func) not in methods:
+            is_call = isinstance(node, ast.Call) and last_name(node.func) in methods
+            if not isinstance(node, ast.Call | ast.AsyncFor) or scope is None or isinstance(node, ast.Call) != is_call:
                 continue
-            owner = name_with_dots(node.func).split(".")
-            is_own = len(owner) > 1 and owner[-2].strip("_") == port.name.strip("_")
+            owner = name_with_dots(node.func if isinstance(node, ast.Call) else node.iter).split(".")
+            owner = owner[:-1] if is_call else owner
+            is_own = bool(owner) and owner[-1].strip("_") == port.name.strip("_")
             if not is_own and port.role != "connection":  # which is also read under the names of its parts
                 continue
             variants = self._contents.variants_of_result(scope, node)
             channel = {"queue": port.name.strip("_"), "connection": port.name}.get(
-                port.role, f"{port.name}.{last_name(node.func)}")  # fmt: skip
+                port.role, f"{port.name}.{last_name(getattr(node, 'func', node))}")  # fmt: skip
             for name, argument in variants:
                 title = camel(word(last_part(name))) if name else camel(channel.replace(".", "_").strip("_")) + "Item"
                 if argument.fields or name:
@@ -259,10 +184,6 @@ class StimulusReader:
 
     # --- functions and their parameters
 
-    def _scope_of(self, entry: Entry) -> Scope | None:
-        return next((scope for scope in self._sources.classes
-                     if (scope.module.name, scope.node.name) == (entry.module, entry.name)), None)  # fmt: skip
-
     def _messages(self, name: str, scope: Scope, called: str, how: str = "MethodCall") -> Iterator[Message]:
         """A message for the call of a function, or one for each class of messages that it takes."""
         assert not isinstance(scope.node, ast.ClassDef)
@@ -312,7 +233,10 @@ class StimulusReader:
             field = replace(field, kind=self._uses.kind(scope, part.arg))
             if field.kind:
                 return Argument(f"m.{part.arg}", (field,))
-        neutral, imports = neutral_value(self._sources, scope.module, annotation) or ("Neutral()", ())
+        neutral, imports = neutral_value(self._sources, scope.module, annotation) or (
+            f"unknown('{scope.node.name}.{part.arg}')",
+            (),
+        )
         return Argument(neutral, (), imports)
 
 

@@ -11,7 +11,7 @@ from pytest_hricdv.extra.draft.code.sources import Scope, name_with_dots
 NUMBER_OF = ("int", "float", "round", "abs", "min", "max")
 """Functions that take numbers, or make them of texts."""
 
-KIND_OF_USE = {"bool": "bool", "float": "float", "object": "", "text": "str", "any": "str"}
+KIND_OF_USE = {"bool": "bool", "float": "float", "object": "", "text": "str", "any": "str", "kept": ""}
 """Kind of a value, by what is done with it."""
 
 
@@ -32,7 +32,7 @@ class UseReader:
                 kinds |= {self._use(use) for _, at, use in self._flow.nodes if isinstance(use, ast.Attribute)
                           and at is not None and at.owner is scope.owner and isinstance(use.ctx, ast.Load)
                           and name_with_dots(use) == kept}  # fmt: skip
-        if not kinds or "object" in kinds:
+        if not kinds - {"kept"} or "object" in kinds:
             return ""  # nothing is done with it, or it has parts
         return "float" if "float" in kinds else "bool" if "bool" in kinds else "str"
 
@@ -44,6 +44,12 @@ class UseReader:
         above = self._flow.parents.get(id(node))
         if isinstance(above, ast.If | ast.While | ast.IfExp) and above.test is node:
             return "bool"
+        if isinstance(above, ast.Assign) and all(
+            isinstance(target, ast.Attribute | ast.Subscript) for target in above.targets
+        ):
+            return "kept"  # what is done with it there, runs show
+        if isinstance(above, ast.Compare) and isinstance(above.ops[0], ast.Is | ast.IsNot):
+            return "kept"
         if isinstance(above, ast.BoolOp) or (isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)):
             return "bool"
         if isinstance(above, ast.UnaryOp | ast.AugAssign):
@@ -56,7 +62,7 @@ class UseReader:
         if isinstance(above, ast.Call):
             is_object = above.func is node or last_name(above.func) in ("put", "put_nowait")
             return "object" if is_object else "float" if last_name(above.func) in NUMBER_OF else "any"
-        is_inside = isinstance(above, ast.Attribute | ast.Starred | ast.For | ast.comprehension)
+        is_inside = isinstance(above, ast.Attribute | ast.Starred | ast.For | ast.AsyncFor | ast.comprehension)
         is_inside |= isinstance(above, ast.Subscript) and above.value is node
         return "object" if is_inside or (isinstance(above, ast.keyword) and above.arg is None) else "any"
 

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.draft.project.model import (
     neutral_beliefs,
     start_beliefs,
 )
-from pytest_hricdv.extra.draft.project.ranges import times_of_lines
+from pytest_hricdv.extra.draft.project.ranges import answer_s, lateness, limit_s, times_of_lines
 
 
 def _is_name(module: str) -> bool:
@@ -75,11 +75,16 @@ class ImportTable:
                  for (module, name), local in self._names.items() if not _is_name(module)]  # fmt: skip
         for module in sorted(by_module, key=lambda module: (module == OWN_MODULE, module)):
             names = sorted(by_module[module])
-            line = f"{indent}from {module} import {', '.join(names)}"
-            lines += [line] if len(line) <= WIDTH else [
-                f"{indent}from {module} import (", *(f"{indent}    {name}," for name in names), f"{indent})"
-            ]  # fmt: skip
+            lines += import_lines(module, names, indent)
         return lines
+
+
+def import_lines(module: str, names: Sequence[str], indent: str = "") -> list[str]:
+    """The statement that imports names of a module."""
+    line = f"{indent}from {module} import {', '.join(names)}"
+    if len(line) <= WIDTH:
+        return [line]
+    return [f"{indent}from {module} import (", *(f"{indent}    {name}," for name in names), f"{indent})"]
 
 
 def tuple_text(names: Iterable[str], *, quoted: bool = True) -> str:
@@ -88,9 +93,17 @@ def tuple_text(names: Iterable[str], *, quoted: bool = True) -> str:
     return "(" + ", ".join(listed) + ("," if len(listed) == 1 else "") + ")"
 
 
-def times_lines(late_s: float, reason: str) -> list[str]:
-    """The table of how a person does something."""
+def times_lines(draft: Draft, more: str) -> list[str]:
+    """How long a run takes, and how long a person waits, with one more line; the table of how a person acts."""
+    late_s, location = draft.late_s
+    reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
+    waits_s, why = answer_s(draft)
     return [
+        "HERE = Path(__file__).parent",
+        "",
+        f"LIMIT_S = {limit_s(draft):.1f}  # no visit takes as long",
+        f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
+        more,
         "",
         "# When a person does something, and how often. TODO: what is right for your people?",
         "TIMES = {",
@@ -167,6 +180,24 @@ def state_lines(draft: Draft) -> list[str]:
     moves = [f"                ({json.dumps(a)}, {json.dumps(b)}),  # {at}" for a, b, at in draft.transitions]
     moves = ["            transitions=(", *moves, "            ),"] if moves else []
     return ["        state=StateField(", f'            "{draft.code.state}",', *moves, "        ),"]
+
+
+def disturbance_lines(draft: Draft) -> list[str]:
+    """Messages that get lost, and those to the robot that come late or twice."""
+    lines = []
+    for message in draft.messages:
+        topic = message.topic
+        if message.form in ("called", "service", "action"):
+            continue  # a lost request leaves its client without an answer
+        if topic != draft.code.state.partition(".")[0]:  # else the robot would seem to skip a state
+            lines.append(f'            "{topic}_lost": Drop("{topic}"),')
+        if message.direction != "published":
+            ends, mark = lateness(draft, topic)
+            lines.append(f'            "{topic}_late": Delay("{topic}", Uniform({ends}, "s")),  # {mark}')
+            if draft.ros is None:
+                how = f'Duplicate("{topic}", Uniform(0.1, 5.0, "s")),  # TODO: how late?'
+                lines.append(f'            "{topic}_doubled": {how}')
+    return ["        disturbances={", *lines, "        },"] if lines else []
 
 
 def is_constant(text: str) -> bool:

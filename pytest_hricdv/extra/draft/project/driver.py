@@ -179,8 +179,8 @@ def _conversion(message: Message, table: ImportTable) -> str:
 
 
 def _connection(draft: Draft, port: Port, table: ImportTable) -> str:
-    last = port.made_from.rpartition(".")[2]
-    parts = [json.dumps(last)] if last in ("start_server", "open_connection") else []
+    path = port.made_from.partition(":")[2]
+    parts = [json.dumps(path.rpartition(".")[2])] if not path.startswith("socket") else []
     kinds = [_conversion(thing.message, table) for thing in draft.inputs
              if thing.message.form == "item" and thing.message.channel == port.name]  # fmt: skip
     parts += [f"kinds={{{', '.join(kinds)}}}"] if kinds else []

@@ -132,12 +132,6 @@ def _reactions(draft: Draft) -> Iterator[tuple[Input, Spread]]:
             yield thing, seen
 
 
-def reaction_lines(draft: Draft) -> list[str]:
-    """Comments on how soon the robot answered in the recording."""
-    return [f"# Answers to {thing.name}: {seen.comment('s', 'answers').partition('; margin')[0]}."
-            for thing, seen in _reactions(draft)]  # fmt: skip
-
-
 def answer_s(draft: Draft) -> tuple[float, str]:
     """How long a person waits for an answer, and why: longer than all observed times."""
     chosen_s = max(draft.patience_s, min(draft.late_s[0], MAX_PATIENCE_S) * PATIENCE)

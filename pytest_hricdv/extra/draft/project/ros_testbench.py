@@ -10,6 +10,7 @@ from pytest_hricdv.declarations.ros2 import IGNORED
 from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
 from pytest_hricdv.extra.draft.project.declarations import (
     command_table_lines,
+    disturbance_lines,
     is_constant,
     model_lines,
     state_lines,
@@ -21,11 +22,7 @@ from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.driver import comment_lines
 from pytest_hricdv.extra.draft.project.inputs import Input
 from pytest_hricdv.extra.draft.project.ranges import (
-    answer_s,
     command_lines,
-    lateness,
-    limit_s,
-    reaction_lines,
     times_of_lines,
 )
 from pytest_hricdv.extra.draft.ros_model import Endpoint, LaunchedNodes, RosStart
@@ -132,18 +129,7 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
 
 def _constants(draft: Draft) -> list[str]:
     """Times, and what a person can say."""
-    late_s, location = draft.late_s
-    reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
-    waits_s, why = answer_s(draft)
-    lines = [
-        "HERE = Path(__file__).parent",
-        "",
-        f"LIMIT_S = {limit_s(draft):.1f}  # no visit takes as long",
-        *reaction_lines(draft),
-        f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
-        "LOOKS_EACH_S = 0.25  # how often a person looks whether there is one",
-        *times_lines(late_s, reason),
-    ]
+    lines = times_lines(draft, "LOOKS_EACH_S = 0.25  # how often a person looks whether there is one")
     if draft.inputs:
         lines += ["", "# What a person can say to the robot, with the numbers in it.",
                   "SAYS: dict[str, dict[str, Uniform]] = {"]  # fmt: skip
@@ -179,12 +165,7 @@ def _declarations(draft: Draft, start: RosStart) -> list[str]:
     if start.launch is not None:
         return lines
     lines += ["", "# As the code declares them. TODO: with which values does your robot start it?"]
-    lines += (
-        ["PARAMETERS: dict[str, Any] = {", *parameters.values(), "}"]
-        if parameters
-        else ["PARAMETERS: dict[str, Any] = {}"]
-    )
-    return lines
+    return [*lines, "PARAMETERS: dict[str, Any] = {", *parameters.values(), "}"]
 
 
 def _unique(endpoints: Sequence[Endpoint]) -> list[Endpoint]:
@@ -230,23 +211,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         *time_lines(draft),
         *state_lines(draft),
     ]
-    disturbances = _disturbances(draft)
-    lines += ["        disturbances={", *disturbances, "        },"] if disturbances else []
-    return [*lines, "    )"]
-
-
-def _disturbances(draft: Draft) -> list[str]:
-    lines = []
-    for message in draft.messages:
-        if (
-            message.form == "topic" and message.topic != draft.code.state.partition(".")[0]
-        ):  # lost requests of services and actions leave their clients without an answer
-            topic = message.topic
-            lines.append(f'            "{topic}_lost": Drop("{topic}"),')
-            if message.direction != "published":
-                ends, mark = lateness(draft, topic)
-                lines.append(f'            "{topic}_late": Delay("{topic}", Uniform({ends}, "s")),  # {mark}')
-    return lines
+    return [*lines, *disturbance_lines(draft), "    )"]
 
 
 def _lists(draft: Draft) -> list[str]:

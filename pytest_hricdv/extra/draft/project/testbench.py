@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.code.naming import unit_of, word
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Message, MessageField, Port
 from pytest_hricdv.extra.draft.project.declarations import (
     ImportTable,
     command_table_lines,
+    disturbance_lines,
+    import_lines,
     model_lines,
     state_lines,
     time_lines,
@@ -20,13 +21,13 @@ from pytest_hricdv.extra.draft.project.declarations import (
 from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
 from pytest_hricdv.extra.draft.project.driver import driver_lines, has_cross, say_lines
 from pytest_hricdv.extra.draft.project.inputs import OTHER, is_open
-from pytest_hricdv.extra.draft.project.ranges import STAYS, answer_s, lateness, limit_s, reaction_lines, times_of_lines
+from pytest_hricdv.extra.draft.project.ranges import STAYS, times_of_lines
 
 TESTBENCH = ("BeliefSpace", "Concretization", "CrossProduct", "Delay", "Drop", "Duplicate", "Field", "Model",
              "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
 STAND_INS = ("Neutral", "BusPort", "CallbackCall", "ClockPort", "ConnectionPort", "Device", "RunParameter", "Driver",
              "InboxPort", "Make", "Manners", "MethodCall", "OutboxPort", "ProgramPort", "Replace", "Say", "Script",
-             "member", "replace_modules")  # fmt: skip
+             "member", "replace_modules", "unknown")  # fmt: skip
 STANDARD = ("Path", "SimpleNamespace", "json", "import_module")
 TAKEN = ("HERE", "TIMES", "TIMES_OF", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
 
@@ -53,9 +54,9 @@ def conftest(draft: Draft) -> str:
 
 
 def _head(draft: Draft, body: str) -> list[str]:
-    def used(names: tuple[str, ...]) -> str:
+    def used(names: tuple[str, ...]) -> list[str]:
         code = re.sub(r"^ *#.*", "", body, flags=re.MULTILINE)
-        return ", ".join(name for name in names if re.search(rf"(?<![\w.'\"]){name}\b", code))
+        return [name for name in names if re.search(rf"(?<![\w.'\"]){name}\b", code)]
 
     return [
         f'"""The testbench of {draft.robot}, drafted from its code: each value has the location that it comes from.',
@@ -69,31 +70,15 @@ def _head(draft: Draft, body: str) -> list[str]:
         "from pathlib import Path",
         *(["from types import SimpleNamespace"] if "SimpleNamespace(" in body else []),
         "",
-        *_import_lines("from pytest_hricdv.draft import", used(STAND_INS)),
-        *_import_lines("from pytest_hricdv.testbench import", used(TESTBENCH)),
+        *import_lines("pytest_hricdv.draft", used(STAND_INS)),
+        *import_lines("pytest_hricdv.testbench", used(TESTBENCH)),
     ]
-
-
-def _import_lines(head: str, names: str) -> list[str]:
-    line = f"{head} {names}"
-    return [line] if len(line) <= 88 else [f"{head} (", *(f"    {name}," for name in names.split(", ")), ")"]
 
 
 def _constants(draft: Draft) -> list[str]:
     """Times and states."""
-    late_s, location = draft.late_s
-    reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
-    waits_s, why = answer_s(draft)
-    lines = [
-        "HERE = Path(__file__).parent",
-        "",
-        f"LIMIT_S = {limit_s(draft):.1f}  # no visit takes as long",
-        *reaction_lines(draft),
-        f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
-        f"STAYS_S = {STAYS} * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO",
-        *times_lines(late_s, reason),
-        *(times_of_lines(draft) if draft.inputs else []),
-    ]
+    stays = f"STAYS_S = {STAYS} * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO"
+    lines = [*times_lines(draft, stays), *(times_of_lines(draft) if draft.inputs else [])]
     if draft.code.machine is not None:
         states = draft.code.machine.states
         lines += ["", "STATES = (", *(f"    {json.dumps(s.name)},  # {s.location}" for s in states), ")"]
@@ -122,9 +107,7 @@ def _testbench(draft: Draft) -> list[str]:
         *state_lines(draft),
         *([_CROSS] if has_cross(draft) else []),
     ]
-    disturbances = list(_disturbances(draft))
-    lines += ["        disturbances={", *disturbances, "        },"] if disturbances else []
-    return [*lines, "    )"]
+    return [*lines, *disturbance_lines(draft), "    )"]
 
 
 def _others(message: Message, part: MessageField) -> list[str]:
@@ -163,18 +146,3 @@ def _parameter(port: Port) -> str:
     unit = unit_of(port.name)
     low, high = (20.0, 30.0) if unit == "s" else (1.0, 2.0)
     return f'                "{port.name}": Uniform({low}, {high}, "{unit}"),  # {port.location}; TODO: which values?'
-
-
-def _disturbances(draft: Draft) -> Iterator[str]:
-    state_topic = draft.code.state.partition(".")[0]
-    for message in draft.messages:
-        topic = message.topic
-        if message.form == "called":
-            continue
-        # Without the message with a state, the robot would seem to skip this state.
-        if topic != state_topic:
-            yield f'            "{topic}_lost": Drop("{topic}"),'
-        if message.direction != "published":
-            ends, mark = lateness(draft, topic)
-            yield f'            "{topic}_late": Delay("{topic}", Uniform({ends}, "s")),  # {mark}'
-            yield f'            "{topic}_doubled": Duplicate("{topic}", Uniform(0.1, 5.0, "s")),  # TODO: how late?'

@@ -8,21 +8,19 @@ Outside of a run they are neutral.
 
 from __future__ import annotations
 
-import asyncio
 import re
 import sys
 from abc import ABCMeta
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from opcode import opname
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
-from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, UnknownValue
 from pytest_hricdv.runtime.source_location import place_of
 
@@ -54,7 +52,8 @@ class AbsentPart(UnknownValue):
         self.__dict__.update(_path=path, _border=_borders[-1] if _borders else None)
 
     def __getattr__(self, name: str) -> Any:
-        return _read(self.__dict__["_path"], name)
+        path = self.__dict__["_path"]
+        return _exception(path, name) if _is_caught(sys._getframe(1)) else _read(path, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         self.__dict__[name] = value
@@ -79,15 +78,8 @@ class AbsentPart(UnknownValue):
             return arguments[0]
         return _call(self.__dict__["_path"], arguments, named)
 
-    def __await__(self) -> Generator[Any, Any, Any]:
-        """Wait for the rest of the run for what comes from a connection: nobody knows it."""
-        is_stream = self.__dict__["_path"].count("()") > 1
-        yield from asyncio.sleep(REST_OF_RUN_S if is_stream and _borders else 0).__await__()
-        return self
-
-    async def __anext__(self) -> Any:
-        await asyncio.sleep(REST_OF_RUN_S)
-        raise StopAsyncIteration
+    def _is_stream(self) -> bool:
+        return self.__dict__["_path"].count("()") > 1 and bool(_borders)
 
     def __mro_entries__(self, _: tuple[object, ...]) -> tuple[type, ...]:
         return (_absent_class("Base"),)
@@ -95,6 +87,17 @@ class AbsentPart(UnknownValue):
     def _note_use(self, other: object) -> None:
         if _borders:
             _borders[-1].note_absent_use(self.__dict__["_path"], other, place_of(sys._getframe(2)))
+
+
+def unknown(path: str) -> Any:
+    """An argument of which nothing is known: what the code tests or compares of it is observed, and set by a person.
+
+    Args:
+        path: the function and its parameter, as "on_person.detection"; one object in each run.
+    """
+    if not _borders:
+        return AbsentPart(path)
+    return _borders[-1].unknown.setdefault(path, AbsentPart(path))
 
 
 @dataclass(frozen=True)
@@ -145,12 +148,24 @@ def _absent_class(name: str) -> type:
     return _AbsentType(name, (AbsentObject,), {"_is_absent": True})
 
 
+def _exception(owner: str, name: str) -> type[Exception]:
+    return type(name, (Exception,), {"__module__": owner})
+
+
+def _is_caught(frame: FrameType) -> bool:
+    """Whether an `except` reads an attribute, maybe through a stand-in of its module."""
+    while frame.f_code.co_name == "__getattr__" and frame.f_back is not None:
+        frame = frame.f_back
+    following = (operation for operation in frame.f_code.co_code[frame.f_lasti + 2 :: 2] if operation)
+    return opname[next(following, 0)] == "CHECK_EXC_MATCH"
+
+
 def _part_of_module(owner: str, name: str) -> Any:
     """What a module or class has of this name: by PEP 8, an exception, a class, or a function or value."""
     if name.startswith("__"):
         raise AttributeError(name)
     if name.endswith(("Error", "Exception")):
-        return type(name, (Exception,), {"__module__": owner})
+        return _exception(owner, name)
     return _absent_class(name) if name[:1].isupper() and not name.isupper() else AbsentPart(f"{owner}.{name}")
 
 
@@ -241,7 +256,8 @@ class _AbsentModule(ModuleType):
 
     def __getattr__(self, name: str) -> Any:
         # It is kept: `except` needs the class that was raised.
-        self.__dict__[name] = found = _part_of_module(self.__name__.rpartition(".")[2], name)
+        make = _exception if _is_caught(sys._getframe(1)) else _part_of_module
+        self.__dict__[name] = found = make(self.__name__.rpartition(".")[2], name)
         return found
 
 

@@ -145,6 +145,8 @@ class RunBorder:
     """Callbacks that the code has passed to a port, by "port.method" or "port.method text"."""
     instance: Any = None
     """The object of the code, once it is made."""
+    unknown: dict[str, Any] = field(default_factory=dict)
+    """Arguments of which nothing is known, by function and parameter."""
     on_crossing: Callable[[], None] = lambda: None
     """Called when the code calls something outside, or was called."""
     on_said: Callable[[Any], None] = lambda _: None

@@ -10,9 +10,7 @@ from functools import partial
 from typing import Any
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
-
-REST_OF_RUN_S = 10_000.0
-"""Longer than any run."""
+from pytest_hricdv.extra.draft.stand_ins.neutral import REST_OF_RUN_S, Lenient
 
 LOOKS_EACH_S = 0.02
 """Period at which a queue with several topics is looked into."""
@@ -25,8 +23,9 @@ def _same(message: Any) -> Any:
     return message
 
 
-class Inbox:
-    """A queue that the code takes from: what a person says goes into it."""
+class Inbox(Lenient):
+    """A queue that the code takes from: what a person says goes into it. What the code itself puts here is discarded:
+    a person would not know of it."""
 
     def __init__(self, border: RunBorder, kinds: Mapping[type[Any], Convert]) -> None:
         self._border = border
@@ -81,23 +80,8 @@ class Inbox:
         """At most 1: whether there is any."""
         return int(self._look())
 
-    def full(self) -> bool:
-        """It takes all."""
-        return False
 
-    def put(self, *_: Any, **__: Any) -> None:
-        """Discard an item that the code itself puts here: a person would not know of it."""
-
-    put_nowait = put
-
-    def task_done(self) -> None:
-        """Nobody waits for it."""
-
-    def join(self) -> None:
-        """Nobody waits for it."""
-
-
-class AsyncInbox:
+class AsyncInbox(Lenient):
     """The same for coroutines."""
 
     def __init__(self, border: RunBorder, kinds: Mapping[type[Any], Convert]) -> None:
@@ -135,22 +119,6 @@ class AsyncInbox:
         """How many there are."""
         return self._queue.qsize()
 
-    def full(self) -> bool:
-        """It takes all."""
-        return False
-
-    async def put(self, *_: Any, **__: Any) -> None:
-        """Discard an item that the code itself puts here."""
-
-    def put_nowait(self, *_: Any) -> None:
-        """The same."""
-
-    def task_done(self) -> None:
-        """Nobody waits for it."""
-
-    async def join(self) -> None:
-        """Nobody waits for it."""
-
     def __aiter__(self) -> AsyncInbox:
         return self
 
@@ -158,7 +126,7 @@ class AsyncInbox:
         return await self.get()
 
 
-class Outbox:
+class Outbox(Lenient):
     """A queue, or a function, that the code hands messages to: the robot says them."""
 
     def __init__(self, border: RunBorder, name: str) -> None:
@@ -175,17 +143,6 @@ class Outbox:
         """True: every message is taken at once."""
         return True
 
-    def qsize(self) -> int:
-        """0: nothing waits in it."""
-        return 0
-
-    def full(self) -> bool:
-        """It takes all."""
-        return False
-
-    def join(self) -> None:
-        """Nobody waits for it."""
-
 
 class AsyncOutbox(Outbox):
     """The same for coroutines."""
@@ -193,9 +150,6 @@ class AsyncOutbox(Outbox):
     async def put(self, *contents: Any) -> None:  # type: ignore[override]
         """Say it; it never waits."""
         self(*contents)
-
-    async def join(self) -> None:  # type: ignore[override]
-        """Nobody waits for it."""
 
 
 class CodeBus:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import queue
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
-from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S, AsyncInbox, Convert, Inbox
+from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Convert, Inbox
 from pytest_hricdv.extra.draft.stand_ins.device import Device, DeviceStandIn
+from pytest_hricdv.extra.draft.stand_ins.neutral import REST_OF_RUN_S, Lenient
 
 READS = ("recv", "recvfrom", "readline", "read", "readuntil", "readexactly")
 SENDS = ("send", "sendall", "sendto", "write")
 """Methods of connections that take and give bytes."""
+
+POSITIONAL = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
 
 PERSON = ("person", 1)
 """The address of the other end."""
@@ -25,7 +29,8 @@ class ConnectionPort:
     """A function that makes connections.
 
     Args:
-        streams: "start_server" or "open_connection" of asyncio; empty for a socket.
+        streams: "start_server" or "open_connection" of asyncio, or the name of a function of a library that gives texts
+            to the code, as "serve"; empty for a socket.
         kinds: class of a message -> the bytes, or the text, that come in.
     """
 
@@ -37,13 +42,15 @@ class ConnectionPort:
         if not self.streams:
             return SocketStandIn(border, name, Device(), Inbox(border, self.kinds))
 
-        async def connect(*arguments: Any, **_: Any) -> Any:
-            stream = StreamStandIn(border, name, AsyncInbox(border, self.kinds))
-            if self.streams == "open_connection":
-                return stream, stream
-            return ServerStandIn(arguments[0], stream)
+        def serve(function: Callable[..., Any], *_: Any, **__: Any) -> ServerStandIn:
+            kind = StreamStandIn if self.streams == "start_server" else TextStandIn
+            return ServerStandIn(function, lambda: kind(border, name, AsyncInbox(border, self.kinds)))
 
-        return connect
+        async def connect(*_: Any, **__: Any) -> tuple[StreamStandIn, StreamStandIn]:
+            stream = StreamStandIn(border, name, AsyncInbox(border, self.kinds))
+            return stream, stream
+
+        return connect if self.streams == "open_connection" else serve
 
 
 class SocketStandIn(DeviceStandIn):
@@ -53,7 +60,7 @@ class SocketStandIn(DeviceStandIn):
         super().__init__(border, name, device)
         self.__dict__.update(_inbox=inbox, _is_accepted=False, _timeout_s=REST_OF_RUN_S)
 
-    def call(self, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
+    def _cross(self, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
         """The code calls a method."""
         own = self.__dict__
         if name in SENDS:
@@ -73,7 +80,7 @@ class SocketStandIn(DeviceStandIn):
             asked = arguments[0] if name == "settimeout" else None if arguments[0] else 0.0
             own["_timeout_s"] = REST_OF_RUN_S if asked is None else float(asked)
             return None
-        return self if name in ("makefile", "detach", "dup") else super().call(name, arguments, named)
+        return self if name in ("makefile", "detach", "dup") else super()._cross(name, arguments, named)
 
     def _take(self) -> bytes:
         """The next bytes; raises TimeoutError, or BlockingIOError, as a socket does."""
@@ -89,8 +96,8 @@ class SocketStandIn(DeviceStandIn):
             yield self._take().decode("utf-8", "replace")
 
 
-class StreamStandIn:
-    """A fake of a reader and a writer."""
+class StreamStandIn(Lenient):
+    """A fake of a reader and a writer, from which nobody leaves."""
 
     def __init__(self, border: RunBorder, name: str, inbox: AsyncInbox) -> None:
         self._border, self._name, self._inbox = border, name, inbox
@@ -107,49 +114,59 @@ class StreamStandIn:
     async def __anext__(self) -> bytes:
         return await self.readline()
 
-    def at_eof(self) -> bool:
-        """Nobody leaves."""
-        return False
-
     def write(self, content: bytes) -> None:
         """The code says something."""
-        self._border.note_call(self._name, "write", (content,), {})
-        self._border.tell_call(self._name, "write", (content,), {})
+        self._say("write", content)
+
+    def _say(self, name: str, content: Any) -> None:
+        self._border.note_call(self._name, name, (content,), {})
+        self._border.tell_call(self._name, name, (content,), {})
 
     def writelines(self, contents: list[bytes]) -> None:
         """Likewise."""
         self.write(b"".join(contents))
-
-    async def drain(self) -> None:
-        """Return at once: all is written."""
-
-    async def wait_closed(self) -> None:
-        """It closes at once."""
-
-    def close(self) -> None:
-        """Nobody minds."""
-
-    write_eof = close
-
-    def is_closing(self) -> bool:
-        """It never is."""
-        return False
 
     def get_extra_info(self, *_: Any) -> Any:
         """The address, whatever is asked for."""
         return PERSON
 
 
-class ServerStandIn:
+class TextStandIn(StreamStandIn):
+    """A fake of the connection of a library: both ends give each other whole texts."""
+
+    async def recv(self, *_: Any) -> Any:
+        """The next text, likewise."""
+        return await self._inbox.get()
+
+    readline = read = receive = receive_text = __anext__ = recv
+
+    async def send(self, content: Any, *_: Any) -> None:
+        """The code says something."""
+        self._say("send", content)
+
+    send_text = send
+
+
+class ServerStandIn(Lenient):
     """A fake of a server: one client has connected."""
 
     sockets: tuple[Any, ...] = ()
+    _client: asyncio.Future[Any] | None = None
 
-    def __init__(self, function: Callable[..., Any], stream: StreamStandIn) -> None:
-        made = function(stream, stream)
-        self._client = asyncio.ensure_future(made) if asyncio.iscoroutine(made) else None
+    def __init__(self, function: Callable[..., Any], connect: Callable[[], StreamStandIn]) -> None:
+        self._function, self._connect = function, connect
+
+    def __await__(self) -> Generator[Any, Any, ServerStandIn]:
+        return self.__aenter__().__await__()
 
     async def __aenter__(self) -> ServerStandIn:
+        if self._client is None:
+            parameters = inspect.signature(self._function).parameters.values()
+            stream = self._connect()
+            made = self._function(
+                *(stream for part in parameters if part.kind in POSITIONAL and part.default is part.empty)
+            )
+            self._client = asyncio.ensure_future(made) if asyncio.iscoroutine(made) else None
         return self
 
     async def __aexit__(self, *_: object) -> None:
@@ -160,19 +177,6 @@ class ServerStandIn:
         if self._client is not None:
             await self._client
         await asyncio.sleep(REST_OF_RUN_S)
-
-    async def start_serving(self) -> None:
-        """It serves already."""
-
-    async def wait_closed(self) -> None:
-        """It closes at once."""
-
-    def close(self) -> None:
-        """The client stays."""
-
-    def is_serving(self) -> bool:
-        """It always is."""
-        return True
 
 
 def _bytes(content: Any) -> bytes:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, first_text
-from pytest_hricdv.extra.draft.stand_ins.channels import REST_OF_RUN_S, AsyncInbox, Convert, Inbox
+from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Convert, Inbox
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral, NeutralNumber, UnknownValue
 
 
@@ -70,9 +70,9 @@ class DeviceStandIn(Neutral):
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """The device itself is a function."""
-        return self.call("__call__", arguments, named)
+        return self._cross("__call__", arguments, named)
 
-    def call(self, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
+    def _cross(self, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
         """The code calls a method."""
         border, port, device = self.__dict__["_border"], self.__dict__["_name"], self.__dict__["_device"]
         border.note_call(port, name, arguments, named)
@@ -124,7 +124,7 @@ class _Method(UnknownValue):
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """The code calls it."""
-        return self.__dict__["_owner"].call(self.__dict__["_method"], arguments, named)
+        return self.__dict__["_owner"]._cross(self.__dict__["_method"], arguments, named)
 
 
 class _Answer(UnknownValue):
@@ -161,14 +161,8 @@ class _Answer(UnknownValue):
         border.note_call(port, method, arguments, named)
         return _Answer(border, called)
 
-    def __await__(self) -> Generator[Any, Any, Any]:
-        if self.__dict__["_called"].count(".") > 1:
-            yield from asyncio.sleep(REST_OF_RUN_S).__await__()
-        return self
-
-    async def __anext__(self) -> Any:
-        await asyncio.sleep(REST_OF_RUN_S)
-        raise StopAsyncIteration
+    def _is_stream(self) -> bool:
+        return str(self.__dict__["_called"]).count(".") > 1
 
 
 async def _later(value: Any) -> Any:

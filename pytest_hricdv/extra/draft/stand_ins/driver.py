@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import sys
 from collections.abc import Callable, Mapping
 from contextlib import chdir, nullcontext, suppress
 from dataclasses import dataclass, field
 from functools import partial
-from importlib import import_module
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.observe.tracer import state_text
 from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, signal_name
+from pytest_hricdv.extra.draft.stand_ins.neutral import REST_OF_RUN_S
 from pytest_hricdv.extra.draft.stand_ins.ports import Replace
 from pytest_hricdv.extra.draft.stand_ins.visit import LOOKS_EACH_S, CallbackCall, Manners, MethodCall, Say, Visit
 from pytest_hricdv.runtime import text_of, topic_of
@@ -24,9 +24,6 @@ from pytest_hricdv.runtime.virtual.threads import active_count
 from pytest_hricdv.testbench import Outcome, Run
 
 __tracebackhide__ = True  # a failing test shows the frames of the code; pytest's --full-trace shows these, too
-
-REST_OF_RUN_S = 10_000.0
-"""Longer than any run."""
 
 
 @dataclass(frozen=True)
@@ -245,7 +242,9 @@ class ActiveRobot:
         if isinstance(how, CallbackCall):
             return list(dict.fromkeys(self._border.callbacks.get(how.port, ())))
         if ":" in how.method:
-            return [attrgetter(how.method.partition(":")[2])(import_module(how.method.partition(":")[0]))]
+            module, _, name = how.method.partition(":")
+            function = getattr(sys.modules.get(module), name, None)  # a program defines it while it runs
+            return [function] if function is not None else []
         return [getattr(self._border.instance, how.method)] if self._border.instance is not None else []
 
     def _call(self, call: Callable[[], Any]) -> None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import asyncio
+from collections.abc import Generator, Iterator
 from types import FunctionType
 from typing import Any, Self
+
+REST_OF_RUN_S = 10_000.0
+"""Longer than any run."""
 
 
 class Neutral(float):
@@ -66,6 +70,15 @@ class Neutral(float):
         raise StopAsyncIteration
 
 
+class Lenient:
+    """An object that has each method: what it does not define itself is neutral."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return Neutral()
+
+
 class NeutralNumber(Neutral):
     """A number that a device returns; code that takes it for something else gets neutral values of it."""
 
@@ -84,6 +97,18 @@ class UnknownValue(Neutral):
 
     def _note_use(self, other: object) -> None:
         raise NotImplementedError
+
+    def _is_stream(self) -> bool:
+        """Whether it is waited for as for the next message of a connection: nobody knows what comes."""
+        return False
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        yield from asyncio.sleep(REST_OF_RUN_S if self._is_stream() else 0).__await__()
+        return self
+
+    async def __anext__(self) -> Any:
+        await asyncio.sleep(REST_OF_RUN_S)
+        raise StopAsyncIteration
 
     def __bool__(self) -> bool:
         self._note_use(False)
