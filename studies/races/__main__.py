@@ -158,7 +158,7 @@ def _until_first(*, is_plain: bool) -> Callable[..., Any]:
 
         hunt.keep = keep_first  # type: ignore[method-assign]
         if is_plain:
-            search.AT_RANDOM = 1.0
+            search.TURNS = (search.ScheduleSearch._at_random,)
             search.ScheduleSearch._is_near = lambda self, conflict: False  # type: ignore[method-assign]
         return SEARCH_SCHEDULES(session, results, runs)
 

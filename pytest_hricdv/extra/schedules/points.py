@@ -146,12 +146,15 @@ class _PointInserter(ast.NodeTransformer):
         self._names.pop()
         return node
 
-    def _begin(self, body: Sequence[ast.stmt], what: str) -> None:
+    def _begin(self, body: Sequence[ast.stmt], what: str, access: DataAccess | None = None) -> None:
         first = next(
             (statement for statement in body if not isinstance(statement, _LEFT_OUT) and not _is_text(statement)), None
         )
         if first is not None:
-            self._points.starts.setdefault(f"{self._file}:{first.lineno}", f"{what}{'.'.join(self._names)}")
+            place = f"{self._file}:{first.lineno}"
+            self._points.starts.setdefault(place, f"{what}{'.'.join(self._names)}")
+            if access is not None:
+                self._points.add(place, access)
 
     visit_FunctionDef = visit_AsyncFunctionDef = _function  # noqa: N815 (names of `ast.NodeVisitor`)
 
@@ -176,7 +179,9 @@ class _PointInserter(ast.NodeTransformer):
             for part in _header(statement):
                 self.visit(part)
             if isinstance(statement, ast.For | ast.AsyncFor | ast.While):
-                self._begin(statement.body, f"the loop of line {statement.lineno} in ")
+                # What its header reads, each iteration reads again.
+                access = access_of(statement, self._shared[-1])
+                self._begin(statement.body, f"the loop of line {statement.lineno} in ", access)
             for name in ("body", "orelse", "finalbody"):
                 if getattr(statement, name, None):
                     setattr(statement, name, self._block(getattr(statement, name)))

@@ -36,7 +36,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         threads: how many threads of the code, or tasks of asyncio, executed anything.
         conflicts: some of each pair.
         executed: place -> how often.
-        ready: of each choice between nodes, how many were ready.
+        ready: of each choice between nodes, how many were ready, and the place that was executed next.
         messages: topic -> how many were published.
         arrivals: topics of messages in the order of their arrival, where one was late.
         actions: when they began (s), and their numbers from 1.
@@ -53,7 +53,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     threads: Count = 0
     conflicts: tuple[DataConflict, ...] = ()
     executed: Mapping[str, Count] = {}
-    ready: tuple[Count, ...] = ()
+    ready: tuple[tuple[Count, str], ...] = ()
     messages: Mapping[str, Count] = {}
     arrivals: Names = ()
     actions: tuple[tuple[NotNegative, Count], ...] = ()
@@ -168,19 +168,19 @@ class ScheduleWorker:
 
 
 def _summary(scheduler: Scheduler) -> ScheduleRun:
-    points = scheduler.points
+    points, steps, places = scheduler.points, scheduler.steps, scheduler.points.places
     is_late = any(decision.kind == "delivery" for decision in scheduler.decisions)
-    executed = ExecutedSteps(scheduler.steps, scheduler.nodes, points.places, points.accesses)
+    executed = ExecutedSteps(steps, scheduler.nodes, places, points.accesses)
     return ScheduleRun(
         threads=len(scheduler.nodes),
         conflicts=executed.conflicts(),
         executed=executed.executed,
-        ready=tuple(scheduler.choices),
+        ready=tuple((count, places[steps[step][0]] if step < len(steps) else "") for count, step in scheduler.choices),
         waits=tuple(scheduler.waits),
         messages=Counter(topic for _, topic in scheduler.messages),
         arrivals=tuple(topic for _, topic in sorted(scheduler.messages, key=itemgetter(0))) if is_late else (),
         held=tuple(scheduler.held_up),
-        steps=pack_steps((thread, point) for point, thread, _ in scheduler.steps),
+        steps=pack_steps((thread, point) for point, thread, _ in steps),
     )
 
 

@@ -96,8 +96,9 @@ class Scheduler:
     """Of each thread, the number of its node, or of the call of a pool's node; tasks of one loop are in one."""
     names: list[str] = field(default_factory=list)
     """Of each thread, the name of its node."""
-    choices: list[int] = field(default_factory=list)
-    """How many nodes, callbacks or waiters were ready, each time that one of several had to go first."""
+    choices: list[tuple[int, int]] = field(default_factory=list)
+    """How many nodes, callbacks or waiters were ready, each time that one of several had to go first; how many steps
+    the run had executed before."""
     messages: list[tuple[int, str]] = field(default_factory=list)
     """When each message of the bus arrives (us of simulated time), and its topic."""
     waits: list[str] = field(default_factory=list)
@@ -208,7 +209,7 @@ class Scheduler:
     def pick(self, count: int) -> int:
         """Which of so many nodes, callbacks or waiters that are ready goes first."""
         if len(self.choices) < MAX_CHOICES:
-            self.choices.append(count)
+            self.choices.append((count, len(self.steps)))
         chosen = self._picks.get(len(self.choices), 0)
         return chosen if chosen < count else 0
 

@@ -10,10 +10,12 @@ Randomized Scheduler with Probabilistic Guarantees of Finding Bugs, ASPLOS 2010)
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from operator import itemgetter
 from random import Random
+from typing import TypeVar
 
 from pytest_hricdv.extra.schedules.pairs import DataConflict
 from pytest_hricdv.extra.schedules.schedule_run import ScheduleRun
@@ -40,17 +42,13 @@ HOLDS = 3
 DELAY_EACH = 3
 """Of what reverses pairs, each third is a delay; the others are holds."""
 
-WAYS = 2
-"""So often each place is held up before combinations take over."""
-
-COMBINED = 0.3
-"""The share of combinations of decisions after that: only moves of parameters are left for pairs."""
-
 MAX_REPEATS = 20
 """After so many draws that were made before, one is made again."""
 
-AT_RANDOM = 0.25
-"""The share of runs whose decisions are drawn without looking at pairs: what static names miss may be there."""
+FIRST = 0.75
+"""The share of pairs and choices tried where a test has them first: a start, or the first event; others anywhere."""
+
+Option = TypeVar("Option")
 
 PlacePair = tuple[str, str]
 """The place of the statement that came first, and of the one that came next to the same data."""
@@ -90,8 +88,8 @@ class ScheduleSearch:
     the first one it may matter."""
     tried: Counter[PlacePair] = field(default_factory=Counter)
     """Pairs whose first node was held up."""
-    tries: Counter[str] = field(default_factory=Counter)
-    """The same of the places where it was."""
+    orders: Counter[tuple[str, int]] = field(default_factory=Counter)
+    """Tries of choices: the place executed next in the usual run, and what went first instead."""
     further: list[tuple[int, ScheduleCandidate, ConcreteTest]] = field(default_factory=list)
     """Schedules with one more decision, about a pair that only a run with the others has."""
     inside: list[TestSchedule] = field(default_factory=list)
@@ -128,21 +126,19 @@ class ScheduleSearch:
     def draw(self, candidates: Sequence[ScheduleCandidate]) -> Iterator[TestSchedule]:
         """Tests with schedules, without end; empty where no candidate has anything to order."""
         able = [candidate for candidate in candidates if candidate.usual.threads > 1 or candidate.usual.ready]
-        number = 0
-        while able:
+        for number in count() if able else ():
             rng = make_rng("schedules", self.seed, number)
-            number += 1
-            made = None
-            if rng.random() >= AT_RANDOM:
-                made = self.further.pop(0)[1:] if self.further and number % 2 else self._pair(rng, able)
-            elif self.inside and number % 2:
-                made = self._pop_inside()
-            made = made or self._at_random(rng, able)
+            made = TURNS[number % len(TURNS)](self, rng, able) or self._pair(rng, able) or self._at_random(rng, able)
             if self._is_new(made[1]):
                 yield made
 
-    def _pop_inside(self) -> TestSchedule:
+    def _pop_further(self, *_: object) -> TestSchedule | None:
+        return self.further.pop(0)[1:] if self.further else None
+
+    def _pop_inside(self, *_: object) -> TestSchedule | None:
         """One with decisions at places that were combined least often, the fewest decisions and places."""
+        if not self.inside:
+            return None
 
         def rank(made: TestSchedule) -> tuple[int, ...]:
             places = _places(made[1])
@@ -162,23 +158,24 @@ class ScheduleSearch:
         return is_new
 
     def _pair(self, rng: Random, candidates: Sequence[ScheduleCandidate]) -> TestSchedule | None:
-        """The pair that was tried least, in one of the tests that have it; once each place was held up `WAYS` times, at
-        times a combination instead."""
+        """The pair that was tried least, in one of the tests that have it; those first that need no move."""
         found = [
-            (self.tried[conflict.pair], self._needs_move(conflict), place, conflict)
-            for place, candidate in enumerate(candidates)
+            ((self.tried[conflict.pair], self._needs_move(conflict)), candidate, conflict)
+            for candidate in candidates
             for conflict in candidate.usual.conflicts
         ]
         if not found:
             return None
-        fewest = min(self.tries[entry[-1].first] for entry in found)
-        if fewest >= WAYS and self.inside and rng.random() < COMBINED:
-            return self._pop_inside()
-        least = min(entry[:2] for entry in found)
-        _, needs_move, place, conflict = rng.choice([entry for entry in found if entry[:2] == least])
-        candidate = candidates[place]
+        least = min(rank for rank, _, _ in found)
+        pair = rng.choice([*dict.fromkeys(conflict.pair for rank, _, conflict in found if rank == least)])
+        of_tests: dict[str, tuple[ScheduleCandidate, list[DataConflict]]] = {}
+        for rank, candidate, conflict in found:
+            if rank == least and conflict.pair == pair:
+                of_tests.setdefault(candidate.nodeid, (candidate, []))[1].append(conflict)
+        candidate, conflicts = rng.choice([*of_tests.values()])
+        conflict = _choose_early(rng, conflicts)
         test: ConcreteTest | None = candidate.test
-        if needs_move:
+        if least[1]:
             test = self._move(rng, candidate, conflict)
         decisions = self._reverse(conflict)
         if test is None:
@@ -186,6 +183,21 @@ class ScheduleSearch:
         if not decisions or rng.random() >= ONE:
             decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
         return candidate, replace(test, schedule=_sort_decisions(decisions))
+
+    def _order(self, rng: Random, candidates: Sequence[ScheduleCandidate]) -> TestSchedule | None:
+        """Another choice of what goes on, before a place where that was tried least."""
+        candidate = rng.choice([*candidates])
+        choices: dict[tuple[str, int], list[int]] = {}
+        for number, (ready, place) in enumerate(candidate.usual.ready, 1):
+            for chosen in range(1, ready):
+                choices.setdefault((place, chosen), []).append(number)
+        if not choices:
+            return None
+        least = min(self.orders[choice] for choice in choices)
+        choice = rng.choice([choice for choice in choices if self.orders[choice] == least])
+        self.orders[choice] += 1
+        decision = ScheduleDecision("order", "", _choose_early(rng, choices[choice]), choice[1])
+        return candidate, replace(candidate.test, schedule=(decision,))
 
     def _further(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[tuple[int, ConcreteTest]]:
         """The test with one more decision, about each pair that is new or nearer: first those soon after a hold.
@@ -214,7 +226,7 @@ class ScheduleSearch:
             inside = {_holds(conflict)[0]: None for conflict in run.conflicts if begin <= conflict.step < end}
             decisions = [ScheduleDecision("hold", *place, self.slowest_s) for place in inside if place is not None]
             for number in range(*held.choices):
-                decisions += (ScheduleDecision("order", "", number + 1, one) for one in range(1, run.ready[number]))
+                decisions += (ScheduleDecision("order", "", number + 1, one) for one in range(1, run.ready[number][0]))
             for decision in decisions:
                 yield replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
@@ -225,8 +237,7 @@ class ScheduleSearch:
         """
         held = _holds(conflict)[self.tried[conflict.pair] % HOLDS]
         self.tried[conflict.pair] += 1
-        self.tries[conflict.first] += 1
-        is_delay = self.tries.total() % DELAY_EACH == 0 and not conflict.is_in_one_node
+        is_delay = self.tried.total() % DELAY_EACH == 0 and not conflict.is_in_one_node
         return [] if held is None else [ScheduleDecision("delay" if is_delay else "hold", *held, self.slowest_s)]
 
     def _is_near(self, conflict: DataConflict) -> bool:
@@ -236,16 +247,16 @@ class ScheduleSearch:
         """Whether the second one cannot come in between as the test is."""
         return conflict.is_in_one_node or not self._is_near(conflict)
 
-    def _more(self, rng: Random, candidate: ScheduleCandidate, count: int) -> list[ScheduleDecision]:
+    def _more(self, rng: Random, candidate: ScheduleCandidate, length: int) -> list[ScheduleDecision]:
         usual = candidate.usual
         if not usual.executed:
             return []
         near = [conflict for conflict in usual.conflicts if self._is_near(conflict)]
         made = []
-        for _ in range(count):
+        for _ in range(length):
             if usual.ready and rng.random() < 0.3:
                 number = rng.randrange(len(usual.ready))
-                made.append(ScheduleDecision("order", "", number + 1, rng.randrange(1, usual.ready[number])))
+                made.append(ScheduleDecision("order", "", number + 1, rng.randrange(1, usual.ready[number][0])))
             elif usual.messages and rng.random() < LATE:
                 topic = rng.choice(sorted(usual.messages))
                 made.append(ScheduleDecision("delivery", topic, rng.randint(1, usual.messages[topic]), self.slowest_s))
@@ -283,11 +294,33 @@ class ScheduleSearch:
         return replace(test, actions=(*test.actions[:place], action, *test.actions[place + 1 :]))
 
 
+DrawSchedule = Callable[[ScheduleSearch, Random, Sequence[ScheduleCandidate]], TestSchedule | None]
+
+TURNS: tuple[DrawSchedule, ...] = (
+    ScheduleSearch._pop_further,
+    ScheduleSearch._pair,
+    ScheduleSearch._pop_inside,
+    ScheduleSearch._order,
+    ScheduleSearch._pop_further,
+    ScheduleSearch._pair,
+    ScheduleSearch._pop_inside,
+    ScheduleSearch._at_random,
+    ScheduleSearch._pop_further,
+    ScheduleSearch._pair,
+    ScheduleSearch._pop_inside,
+)
+"""The ways of drawing schedules, in turns."""
+
+
 def _holds(conflict: DataConflict) -> tuple[tuple[str, int] | None, ...]:
     """Where to hold a thread up for a pair, so many as `HOLDS`: before the first one, right after it, earlier still."""
     if conflict.is_in_one_node:
         return (conflict.awaited,) * HOLDS
     return (conflict.first, conflict.number), conflict.next, conflict.previous
+
+
+def _choose_early(rng: Random, options: Sequence[Option]) -> Option:
+    return options[0] if rng.random() < FIRST else rng.choice(options)
 
 
 def _places(test: ConcreteTest) -> tuple[str, ...]:

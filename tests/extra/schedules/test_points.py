@@ -42,6 +42,13 @@ def test_a_statement_reads_and_writes_shared_data(text: str, reads: str, writes:
     )
 
 
+@pytest.mark.parametrize("header", ["for x in self.goals:", "while self.goals:"])
+def test_each_iteration_reads_what_the_header_of_its_loop_reads(header: str) -> None:
+    points = CodePoints()
+    points.instrument("robot.py").visit(ast.parse(f"def go(self):\n    {header}\n        move()\n"))
+    assert ".goals" in points.accesses["robot.py:3"].reads
+
+
 FUNCTIONS = '''
 class Counter:
     def __init__(self):
