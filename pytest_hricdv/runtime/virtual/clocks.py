@@ -114,6 +114,12 @@ class _LikeOriginal(type):
     def __subclasscheck__(cls, kind: type) -> bool:
         return issubclass(kind, cls.original) if "original" in vars(cls) else super().__subclasscheck__(kind)
 
+    def __eq__(cls, other: object) -> bool:
+        return other is cls or other is vars(cls).get("original", cls)  # `type(now) == datetime`, and keys
+
+    def __hash__(cls) -> int:
+        return hash(vars(cls).get("original")) if "original" in vars(cls) else super().__hash__()
+
 
 def _moment(name: str, tz: real_datetime.tzinfo | None) -> real_datetime.datetime:
     now_us = _now_us(name, 3)

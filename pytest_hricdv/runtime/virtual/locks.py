@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
+from typing import NoReturn
 
 from greenlet import getcurrent, greenlet
 
@@ -37,6 +38,9 @@ class WaitQueue:
 
     def __len__(self) -> int:
         return len(self.nodes)
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("cannot pickle '_thread.lock' object")  # as for Python's, in whatever object it is
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Block the running node until it is woken, at most `timeout_s`; whether it was woken."""
@@ -125,6 +129,12 @@ class Lock:
     def __exit__(self, *_: object) -> None:
         self.release()
 
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("cannot pickle '_thread.lock' object")
+
+    def __repr__(self) -> str:
+        return f"<{'locked' if self._locked else 'unlocked'} _thread.lock object at {id(self):#x}>"
+
 
 class RLock:
     """Like `threading.RLock`."""
@@ -173,6 +183,13 @@ class RLock:
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("cannot pickle '_thread.RLock' object")
+
+    def __repr__(self) -> str:
+        state = "locked" if self._depth else "unlocked"
+        return f"<{state} _thread.RLock object count={self._depth} at {id(self):#x}>"
 
 
 class Condition:
@@ -252,6 +269,9 @@ class Event:
         if self._is_set:
             self._set_unheard_s = None
         return self._is_set or self._waiting.wait(None if timeout is None else max(timeout, 0.0))
+
+    def __repr__(self) -> str:
+        return f"<threading.Event at {id(self):#x}: {'set' if self._is_set else 'unset'}>"
 
 
 class Semaphore:

@@ -10,17 +10,18 @@ from __future__ import annotations
 
 import builtins
 import importlib
+import logging
 import sys
 import weakref
 from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from functools import partial, wraps
 from threading import Condition, local
-from types import ModuleType
+from types import BuiltinMethodType, MethodType, ModuleType
 from typing import Any
 
 from pytest_hricdv.runtime.virtual.prohibition import is_keyboard, refuse_in_nodes
-from pytest_hricdv.runtime.virtual.reach import Reach, is_initializing
+from pytest_hricdv.runtime.virtual.reach import Reach, is_initializing, is_module
 from pytest_hricdv.runtime.virtual.references import Reference, ReferenceSearch
 
 _PROVIDERS = {
@@ -75,7 +76,11 @@ class Replacements:
             self._renewed |= vars(sys.modules[f"{__package__}.{_PROVIDERS[name]}"]).get("RENEWED", {})
 
     def __contains__(self, value: object) -> bool:
-        return id(value) in self._by_identity or type(value) in self._renewed or issubclass(_kind(value), local)
+        return id(value) in self._by_identity or self.is_renewed(value) or issubclass(_kind(value), local)
+
+    def is_renewed(self, value: object) -> bool:
+        """Whether it is a lock or a queue, or a method of one."""
+        return type(value) in self._renewed or type(_owner(value)) in self._renewed
 
     def of(self, value: object) -> object:
         """The replacement for a value; the value itself if there is none.
@@ -84,11 +89,16 @@ class Replacements:
         """
         _, other = self._by_identity.get(id(value), (value, value))
         if other is value and issubclass(_kind(value), local):
-            like = importlib.import_module(f"{__package__}.threads").local_like(_kind(value))
-            return like if value is _kind(value) else like()
+            threads = importlib.import_module(f"{__package__}.threads")
+            return threads.local_like(value) if value is _kind(value) else threads.local_again(value)
         if other is value and type(value) in self._renewed:
             return self._renewed[type(value)](value)
         return other
+
+
+def _owner(value: Any) -> object:
+    """The object of a bound method, also of one in C; None for anything else."""
+    return value.__self__ if type(value) in (MethodType, BuiltinMethodType) else None
 
 
 def _kind(value: object) -> type:
@@ -124,7 +134,9 @@ class VirtualModules:
     def install(self) -> Iterator[None]:
         """The modules see them; also those that are imported in the meantime."""
         real_import, real_import_module = builtins.__import__, importlib.import_module
+        loaded = {*sys.modules}
         self._replace()
+        self._undo.append(_begin_logs())
         builtins.__import__ = self._make_import(real_import)
         importlib.import_module = self._make_import_module(real_import_module)
         try:
@@ -135,8 +147,20 @@ class VirtualModules:
             for undo in reversed(self._undo):
                 undo()
             self._undo.clear()
+            self._restore_in(sys.modules.keys() - loaded)
             self._done.clear()
             self._made.clear()
+
+    def _restore_in(self, names: Set[str]) -> None:
+        """Give modules that were imported in the run the originals of what others gave them, as a lock."""
+        originals = {id(made): value for value, made in self._made.values() if made is not value}
+        for name in sorted(names):
+            module = sys.modules.get(name)
+            if name in self._reach and module is not None and is_module(module):
+                search = ReferenceSearch(lambda value: id(value) in originals, self._reach)
+                for value, put in [*search.find(vars(module))]:
+                    put(originals[id(value)])
+                _IN_LIBRARIES.pop(module, None)
 
     def _make_import(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
         loaded = len(sys.modules)
@@ -193,6 +217,8 @@ class VirtualModules:
 
     def _replacement(self, value: object) -> object:
         """What stands for a value: one for all of its users, as modules that share a queue meet in it."""
+        if _REPLACEMENTS.is_renewed(_owner(value)):
+            return getattr(self._replacement(_owner(value)), value.__name__)  # type: ignore[attr-defined]
         if id(value) not in self._made:
             made: Any = refuse_in_nodes(value) if is_keyboard(value) else _REPLACEMENTS.of(value)
             if type(value) is Condition:  # its lock may have a name of its own, or be that of another condition
@@ -213,6 +239,15 @@ class VirtualModules:
 
 
 _IN_LIBRARIES: weakref.WeakKeyDictionary[ModuleType, tuple[Reference, ...]] = weakref.WeakKeyDictionary()
+
+
+def _begin_logs() -> Callable[[], object]:
+    """Let `relativeCreated` of records of `logging` count from the beginning of the run; returns what undoes it."""
+    names: dict[str, Any] = vars(logging)
+    start = names["_startTime"]
+    epoch_s = importlib.import_module(f"{__package__}.clocks").EPOCH.timestamp()
+    names["_startTime"] = round(epoch_s * 1e9) if isinstance(start, int) else epoch_s  # ns, from Python 3.13 on
+    return partial(names.__setitem__, "_startTime", start)
 
 
 def _import_result(name: str, module: ModuleType, has_names: bool) -> ModuleType:

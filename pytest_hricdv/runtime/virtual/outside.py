@@ -62,6 +62,7 @@ _SELECTORS = tuple(
 
 _TIMERS = ("setitimer", "alarm")
 _CLOCKED = frozenset((*_TIMERS, "setrlimit", "dump_traceback_later"))
+_SOCKET_CALLS = ("_accept", "connect", "recv", "recv_into", "recvfrom", "recvfrom_into", "recvmsg")
 _SIGNALS = ("sigwait", "sigwaitinfo", "sigtimedwait", "pause")
 
 
@@ -219,6 +220,11 @@ class _Guard:
         """Whether the caller is a node: a process that one forks is a copy of it, and none; who waits for it is."""
         return current_node() is not None and _PID() == self._pid
 
+    def refuse_limit(self, what: str) -> None:
+        """Refuse in nodes what has just waited until its limit."""
+        if self._is_node() and not self.is_over:
+            self._refuse(what)
+
     def _refuse(self, what: str) -> NoReturn:
         node, frame = current_node(), sys._getframe(2)
         who = "run" if node is None else f"node {node.name}"
@@ -278,6 +284,9 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
             undo += _keep_open(guard, f"sys.{name}.close", getattr(sys, name))
         for kind in _SELECTORS:
             put(kind, "select", _make_select(guard, kind.select))
+        for kind in filter(None, [getattr(sys.modules.get("socket"), "socket", None)]):
+            for name in filter(partial(hasattr, kind), _SOCKET_CALLS):
+                put(kind, name, _make_socket_call(guard, name, getattr(kind, name)))
         for module in filter(None, map(sys.modules.get, ("asyncio", "asyncio.events"))):
             _let_loops_be_virtual(module, put)
         yield
@@ -306,6 +315,20 @@ def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[...,
         return guard.select(real, selector, timeout)
 
     return select
+
+
+def _make_socket_call(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
+    """What a socket waited for until its own limit, it waited for in real time, even if the watchdog saw nothing."""
+
+    @wraps(real)
+    def call(*args: Any, **keywords: Any) -> Any:
+        try:
+            return real(*args, **keywords)
+        except TimeoutError:
+            guard.refuse_limit(f"socket.socket.{name.lstrip('_')}")
+            raise
+
+    return call
 
 
 def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:

@@ -8,9 +8,11 @@ from __future__ import annotations
 import builtins
 import importlib.util
 import sys
+from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
+from functools import partial, partialmethod
+from itertools import islice
 from types import BuiltinFunctionType, CellType, FunctionType, MemberDescriptorType, MethodType, ModuleType
 from typing import Any
 
@@ -87,17 +89,25 @@ class ReferenceSearch:
             return self._of_function(value) if self._is_searched(value) else ()
         if issubclass(kind, type):
             return self._of_class(value) if self._is_searched(value) else ()
-        if kind is dict:
+        if kind is defaultdict:
+            return _of_default_dict(value)
+        if kind in (dict, OrderedDict):
             items = [*value.items()][:MAX_ITEMS]
             return ((item, partial(value.__setitem__, key)) for key, item in items)
-        if kind is list:
-            return ((item, partial(value.__setitem__, n)) for n, item in enumerate(value[:MAX_ITEMS]))
+        if kind in (list, deque):
+            return ((item, partial(value.__setitem__, n)) for n, item in enumerate([*islice(value, MAX_ITEMS)]))
         if kind is tuple:
             return ((item, _keep) for item in value[:MAX_ITEMS])
         if kind is partial:
             return _of_partial(value)
-        if kind in (staticmethod, classmethod, MethodType):
+        if kind is partialmethod:
+            return _of_partial_method(value)
+        if kind is MethodType:
+            return ((value.__func__, _keep), (value.__self__, _keep))
+        if kind in (staticmethod, classmethod):
             return ((value.__func__, _keep),)
+        if kind.__module__ == "functools":  # what remembers results, or a property
+            return _of_instance(value)
         if kind is property:
             return ((function, _keep) for function in (value.fget, value.fset, value.fdel) if function is not None)
         if kind.__module__ in self._modules and not issubclass(kind, ModuleType):
@@ -106,9 +116,12 @@ class ReferenceSearch:
 
     def _is_searched(self, value: Any) -> bool:
         """Whether a function or class is looked into here: not if another module has it, which is searched itself."""
-        if value.__module__ not in self._modules:
+        module = value.__module__
+        if module not in self._modules and type(value) is FunctionType:
+            module = value.__globals__.get("__name__")  # what `functools.wraps` has made says that it is of `time`
+        if module not in self._modules:
             return False
-        home = vars(sys.modules.get(value.__module__, sys))
+        home = vars(sys.modules.get(module, sys))
         return home is self._names or home.get(value.__name__) is not value
 
     def _of_function(self, function: FunctionType) -> Iterator[Reference]:
@@ -147,13 +160,36 @@ def _of_cell(cell: CellType) -> Iterator[Reference]:
         yield cell.cell_contents, partial(setattr, cell, "cell_contents")
 
 
+def _of_default_dict(value: defaultdict[Any, Any]) -> Iterator[Reference]:
+    yield value.default_factory, partial(setattr, value, "default_factory")
+    for key, item in [*islice(value.items(), MAX_ITEMS)]:
+        yield item, partial(value.__setitem__, key)
+
+
 def _of_partial(value: partial[Any]) -> Iterator[Reference]:
     def put(function: Any) -> None:
         value.__setstate__((function, value.args, value.keywords, vars(value)))  # type: ignore[attr-defined]
 
+    def put_argument(index: int, argument: object) -> None:
+        arguments = _with_item(value.args, index, argument)
+        value.__setstate__((value.func, arguments, value.keywords, vars(value)))  # type: ignore[attr-defined]
+
     yield value.func, put
     yield value.keywords, _keep
-    yield value.args, _keep
+    yield from ((argument, partial(put_argument, index)) for index, argument in enumerate(value.args))
+
+
+def _of_partial_method(value: Any) -> Iterator[Reference]:
+    def put_argument(index: int, argument: object) -> None:
+        value.args = _with_item(value.args, index, argument)
+
+    yield value.func, partial(setattr, value, "func")
+    yield value.keywords, _keep
+    yield from ((argument, partial(put_argument, index)) for index, argument in enumerate(value.args))
+
+
+def _with_item(items: tuple[object, ...], index: int, item: object) -> tuple[object, ...]:
+    return (*items[:index], item, *items[index + 1 :])
 
 
 def _of_instance(value: object) -> Iterator[Reference]:

@@ -94,11 +94,21 @@ class ThreadPoolExecutor(real_futures.Executor):
         self._threads: list[Thread] = []
         self._changed = locks.Condition()
         self._is_shut_down = False
+        self._kernel: object = None
+
+    def _begin_in(self, kernel: object) -> None:
+        """Forget the threads of another run: a cache or a singleton may have kept the pool since."""
+        if kernel is not self._kernel:
+            self._kernel, self._idle, self._changed = kernel, 0, locks.Condition()
+            self._work.clear()
+            self._threads.clear()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
         """Like that of `concurrent.futures.Executor`."""
         if self._is_shut_down:
             raise RuntimeError("cannot schedule new futures after shutdown")
+        if (node := current_node()) is not None:
+            self._begin_in(node.kernel)
         future = Future()
         future.begun_at = place_of(sys._getframe(1))
         self._work.append((future, lambda: fn(*args, **kwargs)))
@@ -151,10 +161,11 @@ def as_completed(fs: Iterable[Any], timeout: float | None = None) -> Iterator[An
     """Like `concurrent.futures.as_completed`; futures that are done at the same instant come in the order of `fs`."""
     end_s = None if timeout is None else monotonic() + timeout
     left = list(dict.fromkeys(fs))
+    count = len(left)
     while left:
         done = [future for future in left if future.done()]
         if not done and not _wait_for_one(left, None if end_s is None else end_s - monotonic()):
-            raise TimeoutError(f"{len(left)} futures unfinished")
+            raise TimeoutError(f"{len(left)} (of {count}) futures unfinished")
         yield from done
         left = [future for future in left if future not in done]
 

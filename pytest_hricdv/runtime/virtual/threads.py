@@ -7,6 +7,7 @@ among them. A thread that raises fails the run, as its node would: nobody has to
 from __future__ import annotations
 
 import _thread
+import gc
 import queue
 import sys
 import threading
@@ -89,7 +90,7 @@ class Thread:
         self._args = tuple(args)
         self._kwargs = dict(kwargs or {})
         self.name = str(name) if name is not None else self._make_name()
-        self.daemon = bool(current_thread().daemon if daemon is None else daemon)
+        self._daemon = bool(current_thread().daemon if daemon is None else daemon)
         self.ident: int | None = None
         self.begun_at = ""
         """The line that started it, or gave it what it does now."""
@@ -110,6 +111,17 @@ class Thread:
     def native_id(self) -> int | None:
         """The same as `ident`: the system does not know this thread."""
         return self.ident
+
+    @property
+    def daemon(self) -> bool:
+        """Whether it ends with its node. Raises RuntimeError where it is set after the beginning."""
+        return self._daemon
+
+    @daemon.setter
+    def daemon(self, daemon: bool) -> None:
+        if self.ident is not None:
+            raise RuntimeError("cannot set daemon status of active thread")
+        self._daemon = daemon
 
     def start(self) -> None:
         """Begin to run at this instant, after the nodes that are due already."""
@@ -285,6 +297,14 @@ def local_like(kind: type) -> type:
         own = {name: _within_class(value, here) for name, value in own.items()}
         here.cell_contents = _LIKE[kind] = type(kind.__name__, tuple(map(local_like, kind.__bases__)), own)
     return _LIKE[kind]
+
+
+def local_again(value: object) -> object:
+    """An object like one of a subclass of `threading.local`, made with the same arguments."""
+    kept = gc.get_referents(value)  # nothing else tells them; there is a dictionary of its threads, too, by numbers
+    arguments = next((item for item in kept if type(item) is tuple), ())
+    keywords = next((item for item in kept if type(item) is dict and item and all(type(k) is str for k in item)), {})
+    return local_like(type(value))(*arguments, **keywords)
 
 
 def _within_class(value: object, here: CellType) -> object:

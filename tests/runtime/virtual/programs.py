@@ -6,6 +6,7 @@ the same tick in two threads, so that real threads have one outcome, too.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
@@ -248,6 +249,32 @@ def wrong_use(lib: Library, say: Callable[[object], None]) -> None:
     say((lock.acquire(timeout=-1), lock.locked()))
 
 
+def copies_and_texts(lib: Library, say: Callable[[object], None]) -> None:
+    for name in ("Lock", "RLock", "Event", "Condition", "Semaphore"):
+        try:
+            copy.deepcopy({name: getattr(lib.threading, name)()})
+        except TypeError as error:
+            say(str(error).startswith("cannot pickle '_thread."))
+    event, lock = lib.threading.Event(), lib.threading.Lock()
+    say((": unset>" in repr(event), repr(lock).partition(" ")[0]))
+    event.set()
+    lock.acquire()
+    say((": set>" in repr(event), repr(lock).partition(" ")[0]))
+    thread = lib.threading.Thread(target=lambda: lib.sleep(1))
+    thread.daemon = True
+    thread.start()
+    try:
+        thread.daemon = False
+    except RuntimeError as error:
+        say(str(error))
+    thread.join()
+    with lib.futures.ThreadPoolExecutor(1) as pool:
+        try:
+            list(lib.futures.as_completed([pool.submit(lib.sleep, 3), pool.submit(int)], lib.tick_s))
+        except TimeoutError as error:
+            say(str(error))
+
+
 PROGRAMS: tuple[Program, ...] = (
     producer_and_consumer,
     time_outs,
@@ -259,4 +286,5 @@ PROGRAMS: tuple[Program, ...] = (
     thread_pool,
     odd_durations,
     wrong_use,
+    copies_and_texts,
 )

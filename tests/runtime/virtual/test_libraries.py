@@ -141,3 +141,166 @@ def test_a_module_that_is_loaded_from_a_file_waits_in_virtual_time(
         say(round(vars(library_programs)["time"].monotonic() - began_s, 3))
 
     assert run_in_virtual_time(body) == [0.25]
+
+
+KEPT = {
+    "by_what_wraps_it": """
+def log(function):
+    @functools.wraps(function)
+    def call(*arguments):
+        return function(*arguments)
+    return call
+rest = log(time.sleep)
+""",
+    "as_argument_of_a_partial": """
+def call(function, *arguments):
+    return function(*arguments)
+rest = functools.partial(functools.partial(call, time.sleep))
+""",
+    "as_argument_of_a_partial_method": """
+class Robot:
+    def call(self, function, wait_s):
+        function(wait_s)
+    rest = functools.partialmethod(call, time.sleep)
+rest = Robot().rest
+""",
+    "by_what_remembers_results": """
+@functools.cache
+def rest(wait_s, sleep=time.sleep):
+    sleep(wait_s)
+""",
+    "as_method_of_an_event": "rest = threading.Event().wait",
+    "as_method_of_a_lock": """
+take = threading.Lock().acquire
+def rest(wait_s):
+    take()
+    take(timeout=wait_s)
+""",
+    "as_method_of_a_queue": """
+get = queue.Queue().get
+def rest(wait_s):
+    try:
+        get(timeout=wait_s)
+    except queue.Empty:
+        pass
+""",
+    "in_a_deque": """
+ways = collections.deque([time.sleep])
+def rest(wait_s):
+    ways[0](wait_s)
+""",
+    "as_default_of_a_dictionary": """
+stamps = collections.defaultdict(time.monotonic)
+def rest(wait_s):
+    stamps.clear()
+    before = stamps["before"]
+    time.sleep(wait_s)
+    assert stamps["after"] - before == wait_s
+""",
+}
+"""Where a module keeps what waits -> its source."""
+
+
+def make_module(monkeypatch: pytest.MonkeyPatch, source: str) -> ModuleType:
+    module = ModuleType("kept_by_a_module")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    exec("import collections, functools, logging, queue, threading, time\n" + source, vars(module))
+    return module
+
+
+@pytest.mark.parametrize("source", KEPT.values(), ids=KEPT)
+def test_what_a_module_keeps_waits_in_virtual_time(monkeypatch: pytest.MonkeyPatch, source: str) -> None:
+    module = make_module(monkeypatch, source)
+
+    def body(say: Callable[[object], None]) -> None:
+        began_s = vars(library_programs)["time"].monotonic()
+        module.rest(0.25)
+        say(vars(library_programs)["time"].monotonic() - began_s)
+
+    for _ in range(2):
+        if hasattr(module.rest, "cache_clear"):
+            module.rest.cache_clear()
+        assert run_in_virtual_time(body, module.__name__) == [0.25]
+
+
+def test_modules_that_a_run_imports_share_objects_in_later_runs(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "late_first.py").write_text("from threading import *\nREADY = Event()\n", encoding="utf-8")
+    (tmp_path / "late_second.py").write_text("from late_first import READY\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def body(say: Callable[[object], None]) -> None:
+        names = {"__name__": library_programs.__name__}
+        exec("import importlib\nfirst, second = map(importlib.import_module, ('late_first', 'late_second'))", names)
+        say(names["first"].READY is names["second"].READY)  # type: ignore[attr-defined]
+        say(type(names["first"].READY).__module__ == "threading")  # type: ignore[attr-defined]
+
+    for _ in range(2):
+        assert run_in_virtual_time(body) == [True, False]
+    for name in ("late_first", "late_second"):
+        del sys.modules[name]
+
+
+def test_values_of_each_thread_are_made_with_their_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = make_module(
+        monkeypatch,
+        """
+class State(threading.local):
+    def __init__(self, number, *, name):
+        self.values = number, name
+STATE, PLAIN = State(7, name="arm"), threading.local()
+""",
+    )
+    assert run_in_virtual_time(lambda say: say(module.STATE.values), module.__name__) == [(7, "arm")]
+
+
+def test_a_pool_that_is_kept_serves_the_next_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = make_module(
+        monkeypatch,
+        """
+from concurrent.futures import ThreadPoolExecutor
+@functools.cache
+def pool():
+    return ThreadPoolExecutor(1)
+""",
+    )
+    for _ in range(2):
+        assert run_in_virtual_time(lambda say: say(module.pool().submit(int).result(1)), module.__name__) == [0]
+
+
+def test_the_class_of_a_moment_equals_datetime(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = make_module(monkeypatch, "from datetime import date, datetime")
+
+    def body(say: Callable[[object], None]) -> None:
+        kind = type(module.datetime.now())
+        say((kind == module.datetime, kind == module.date, {module.datetime: "moment"}[kind]))
+
+    assert run_in_virtual_time(body, module.__name__) == [(True, False, "moment")]
+
+
+def test_log_records_count_from_the_beginning_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = make_module(
+        monkeypatch,
+        """
+import logging.handlers
+def age_ms():
+    time.sleep(1.5)
+    return logging.makeLogRecord({}).relativeCreated
+""",
+    )
+    for _ in range(2):
+        assert run_in_virtual_time(lambda say: say(round(module.age_ms())), module.__name__) == [1500]
+
+
+def test_a_socket_that_waited_until_its_limit_is_refused_with_the_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = make_module(monkeypatch, "import socket\nclass Port(socket.socket):\n    pass")
+
+    def body(say: Callable[[object], None]) -> None:
+        with module.Port(module.socket.AF_INET, module.socket.SOCK_DGRAM) as port:
+            port.bind(("127.0.0.1", 0))
+            port.settimeout(0.01)
+            port.recvfrom(100)
+
+    with pytest.raises(NodeError, match=r"test_libraries\.py:\d+: .* waits in real time, in socket\.socket\.recvfrom"):
+        run_in_virtual_time(body, module.__name__)
