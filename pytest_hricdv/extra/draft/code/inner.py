@@ -96,7 +96,7 @@ class InnerObjects:
                 continue
             above = self._flow.parents.get(id(node))
             above = self._flow.parents.get(id(above)) if isinstance(above, ast.Await) else above
-            name = name_with_dots(above.targets[0]) if isinstance(above, ast.Assign) else self._served_as(node)
+            name = name_with_dots(above.targets[0]) if isinstance(above, ast.Assign) else self._connection_name(node)
             made_from = f"{module.name}:{name_with_dots(node.func)}"
             if entry.name == SCRIPT and origin not in SOCKETS:  # each run imports it anew
                 made_from = ":".join(origin.rsplit(".", 1))
@@ -106,9 +106,9 @@ class InnerObjects:
         """Whether a function of a library gets one of the code that serves a connection: `serve(handler, port)`."""
         top, _, name = resolve_import(module, node.func).partition(".")
         is_imported = name_with_dots(node.func).partition(".")[0] in module.imports
-        return bool(name) and is_imported and top not in sys.stdlib_module_names and bool(self._served_as(node))
+        return bool(name) and is_imported and top not in sys.stdlib_module_names and bool(self._connection_name(node))
 
-    def _served_as(self, node: ast.Call) -> str:
+    def _connection_name(self, node: ast.Call) -> str:
         """The parameter by which a function among the arguments gets a connection; empty if there is none."""
         functions = (function for part in node.args for function in self._flow.methods.get(last_name(part), ())
                      if function.owner is None or name_with_dots(part).startswith("self."))  # fmt: skip
