@@ -207,10 +207,11 @@ def test_a_replay_shows_switches_and_stops_at_the_statement_that_waits(pytester:
     arm, watch = test["lanes"]
     assert (arm["node"], watch["node"]) == ("arm", "arm: Thread-1 (watch)")
     assert [place for *_, place in arm["held"]] == ["arm.py:17"]
+    ((kind, *_),) = json.loads((folder / replay.partition("=")[2]).read_text(encoding="utf-8"))["concrete"]["schedule"]
     assert "arm.py:22" in [place for _, place in watch["switches"]]
     command = (sys.executable, "-m", "pytest", replay, "--pdb", "--hri-report=third", "-p", "no:cacheprovider")
     stopped = pytester.run(*command, stdin=b"p self.stopped\nc\nq\n")
-    stopped.stdout.fnmatch_lines(["*arm waits before arm.py:17 (*)*", "*self.motor.move(True)", "*False"])
+    stopped.stdout.fnmatch_lines([f"*arm waits before arm.py:17 ({kind})*", "*self.motor.move(True)", "*False"])
 
 
 BRAKES = """

@@ -31,7 +31,6 @@ def test_every_near_pair_is_reversed_soon() -> None:
 
 
 def test_another_one_goes_first_at_each_place_soon() -> None:
-    # A fifth of the hundred choices are at each place, and what fails may be the only one of its place.
     usual = ScheduleRun(threads=2, ready=READY)
     rounds = len(TURNS) * len(PLACES)
     chosen = {decision.number for test in draw(usual, rounds) for decision in test.schedule if decision.kind == "order"}
