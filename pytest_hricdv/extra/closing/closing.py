@@ -27,6 +27,7 @@ from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy
 from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError, search_violations
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
+from pytest_hricdv.extra.closing.nearest_strategy import NearestStrategy
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.online_strategy import OnlineStrategy, roles_of
 from pytest_hricdv.extra.closing.pool import Pool
@@ -172,6 +173,7 @@ class ClosureGenerator:
         return (
             ModelStrategy(pool, experience),
             DisturbanceStrategy(pool, experience, disturbances),
+            NearestStrategy(pool, disturbances),
             *([InterleavingStrategy(pool, testbench.commands.run[TURN_WAIT_S])] if testbench.model.actors else []),
             *([OnlineStrategy(len(roles))] if roles else []),
         )

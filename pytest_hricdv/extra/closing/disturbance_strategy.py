@@ -3,18 +3,17 @@
 A combination that has led to an outcome is used again where it may lead to an open bin (exploitation); so is one that
 can be put together from interventions that have brought about what is missing. Beside that, new interventions are tried
 (exploration): of disturbances that probably change what is missing, and of those that were rarely tried where the same
-outcome is nominal. For open points that are no bins, one is also added to each of the nearest run.
+outcome is nominal.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import cached_property, partial
+from functools import partial
 from random import Random
 from typing import TypeVar
 
-from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.combination_synthesis import CombinationSynthesis
 from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
 from pytest_hricdv.extra.closing.pool import (
@@ -23,13 +22,10 @@ from pytest_hricdv.extra.closing.pool import (
     Outcome,
     PlannedInteraction,
     Pool,
-    combinations_of,
-    commands_of,
 )
 from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal, draw_good
-from pytest_hricdv.extra.closing.targets import closest_runs
-from pytest_hricdv.generate.rng import pick, random_index, shuffle
+from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
@@ -49,9 +45,6 @@ EXPLORING = 0.4
 MIN_UNTARGETED = 0.25
 """Smallest share of tests in which all interactions have a rarely tried disturbance; the share of open points that are
 no bins, if that is larger; see the package."""
-
-BESIDE = 0.5
-"""Share of these tests that are the one nearest to an open point with one more disturbance, while there are some."""
 
 MASKED = 0.75
 """Share of rarely tried combinations in which disturbances mask each other; see the package."""
@@ -89,7 +82,7 @@ class DisturbanceStrategy:
         for _ in range(count):
             selected = selection.select(rng) if rng.random() >= untargeted else None
             if selected is None:
-                proposals.append(generation.beside() or self._rarely_tried(generation))
+                proposals.append(self._rarely_tried(generation))
             else:
                 draft = self._pool.draft(selected.test, selected.product, selected.combinations, selected.run_values)
                 proposals.append(Proposal(draft, self.name, selected.targets))
@@ -123,9 +116,7 @@ class _Generation:
         self._rng = rng
         self._tries = experience.tries.copy()
         self._tries_at = experience.tries_at.copy()
-        self._others = [point for point in archive.open if point[0] != "bin"]
-        self._archive = archive
-        self._run_lines = {entry.test.lines for entry in archive.entries}
+        self._has_others = any(point[0] != "bin" for point in archive.open)
         self._synthesis = {name: CombinationSynthesis(model) for name, model in experience.models.items()}
         self._open_counts = experience.count_open(archive)
         self._by_nominal: dict[Outcome | None, list[PlannedInteraction]] = {}
@@ -137,7 +128,7 @@ class _Generation:
         """See `selection.Options`."""
         outcomes, planned = tuple(wanted), interaction.planned
         if not wanted:
-            return [Option(0.0, (), partial(self.rare if self._others else self.single, interaction))]
+            return [Option(0.0, (), partial(self.rare if self._has_others else self.single, interaction))]
         new = partial(self._new, interaction, outcomes)
         if self._rng.random() < EXPLORING:
             return [Option(NEW_CHANCE * sum(wanted.values()), outcomes, new)]
@@ -175,39 +166,6 @@ class _Generation:
             candidates,
             key=lambda candidate: sum(interaction in wanted for interaction in self._pool.interactions(candidate[0])),
         )
-
-    @cached_property
-    def _near(self) -> dict[int, list[Point]]:
-        """The numbers of the disturbed runs that came nearest to open points that are no bins, with these points; of
-        equally near ones, that with the fewest disturbances."""
-        near: dict[int, list[Point]] = {}
-        for point in self._others:
-            runs = [
-                (distance, disturbances, entry.number)
-                for distance, entry in closest_runs(point, self._archive)
-                if (disturbances := len(entry.test.lines) - len(commands_of(entry.test.lines)))
-                and commands_of(entry.test.lines) in self._pool.by_commands
-            ]
-            if runs:
-                near.setdefault(min(runs)[2], []).append(point)
-        return near
-
-    def beside(self) -> Proposal | None:
-        """The test of such a run, with one more disturbance beside each of its own; at times None, or after all."""
-        for number in shuffle(self._rng, [*self._near] if self._rng.random() < BESIDE else []):
-            lines, values = self._archive.entries[number].test.lines, self._archive.entries[number].test.values
-            test, product = self._pool.by_commands[commands_of(lines)], next(iter(self._pool.planned), "")
-            own = combinations_of(lines, values, self._pool.starts(test, product))
-            for name in shuffle(self._rng, [*self._disturbances]):
-                draft = self._pool.draft(test, product, [self._add(name, combination) for combination in own])
-                if draft.lines not in self._run_lines:
-                    self._run_lines.add(draft.lines)
-                    return Proposal(draft, DisturbanceStrategy.name, tuple(self._near[number]))
-        return None
-
-    def _add(self, name: str, combination: Combination) -> Combination:
-        places = dict.fromkeys(intervention.place for intervention in combination)
-        return (*combination, *(self._intervention(name, place) for place in places))
 
     def rare(self, interaction: PlannedInteraction | None, commands: int, is_first: bool) -> Combination:
         """Rarely tried combinations: a new intervention, or known ones of which one masks the effect of another."""
@@ -263,8 +221,13 @@ class _Generation:
         return tuple(sorted(other if intervention == varied else intervention for intervention in combination))
 
     def _intervention(self, name: str, place: int) -> Intervention:
-        ranges = sorted(self._disturbances[name].items())
-        return Intervention(place, name, tuple((parameter, sampler.sample(self._rng)) for parameter, sampler in ranges))
+        return draw_intervention(self._disturbances, name, place, self._rng)
+
+
+def draw_intervention(disturbances: Disturbances, name: str, place: int, rng: Random) -> Intervention:
+    """A disturbance at a place, with parameters drawn from its ranges."""
+    ranges = sorted(disturbances[name].items())
+    return Intervention(place, name, tuple((parameter, sampler.sample(rng)) for parameter, sampler in ranges))
 
 
 def _again(combination: Combination, commands: int, is_first: bool) -> Combination:

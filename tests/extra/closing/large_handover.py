@@ -1,7 +1,8 @@
 """A handover of the table's size without a simulation: four legs, three sensors, and 27 disturbances.
 
 Most disturbances are without effect. Beside the bins, it has statements that need one disturbance, one that needs it
-before the first command, and one beyond that, which needs two there.
+before the first command, and one beyond that, which needs two there; and a requirement that is checked where all four
+legs are released.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.loop import Loop, OnlineTests
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
+from pytest_hricdv.extra.closing.nearest_strategy import NearestStrategy
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.pool import Combination, Intervention, Pool, combinations_of, commands_of, starts_of
 from pytest_hricdv.extra.closing.strategy import Archive, Proposal
@@ -50,6 +52,7 @@ DISTURBANCES: Mapping[str, Mapping[str, Sampler]] = {
     "leg_late": {"for_s": Uniform(1.0, 120.0)},
     **{name: {"level": Uniform(0.0, 1.0)} for name in NOISES},
 }
+ALL_RELEASED = ("verdict", "R5", "Passed")
 ERROR = 0.05
 """Probability that a sensor is wrong."""
 
@@ -87,6 +90,7 @@ def wanted() -> Iterator[Point]:
     stands = [("not_bored", pose) for pose in STANDS] + [("bored", "none")]
     yield from (("bin", "handover", str(legs), *stand, end) for legs in LEGS for stand in stands for end in OUTCOMES)
     yield from (("statement", "robot.py", str(line)) for line in (*range(1, len(NOISES) + 1), 20, 21))
+    yield ALL_RELEASED
 
 
 def run(test: AbstractTest) -> RunObservation:
@@ -102,8 +106,13 @@ def run(test: AbstractTest) -> RunObservation:
         readings.append((reading, outcome))
         hits.append((*plan, outcome))
     points |= {("bin", "handover", *hit) for hit in hits}
+    missing = len(LEGS) - sum(hit[-1] == "released" for hit in hits)
+    if not missing:
+        points.add(ALL_RELEASED)
+    # Before all legs are done, nothing tells how many are missing.
+    distances = ((ALL_RELEASED, missing / (1.0 + missing) if plans[0][0] == "4" else 2.0),) if missing else ()
     ends = {"decision": tuple(readings), "handover": tuple(hits)}
-    return RunObservation(test.to_data(), tuple(sorted(points)), ends, sim_s=30.0 * len(plans))
+    return RunObservation(test.to_data(), tuple(sorted(points)), ends, distances, sim_s=30.0 * len(plans))
 
 
 def _statements(combinations: Sequence[Combination]) -> Iterator[Point]:
@@ -170,6 +179,7 @@ def loop(seed: int) -> Loop:
     strategies = (
         ModelStrategy(pool(), experience),
         DisturbanceStrategy(pool(), experience, DISTURBANCES),
+        NearestStrategy(pool(), DISTURBANCES),
         RandomStrategy(),
     )
     return Loop(Archive(wanted()), strategies, runner, seed, Budget(400), fallback=FallbackStrategy(pool()))

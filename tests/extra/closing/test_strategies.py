@@ -9,6 +9,7 @@ from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.loop import Loop
 from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
+from pytest_hricdv.extra.closing.nearest_strategy import NearestStrategy
 from pytest_hricdv.extra.closing.pool import Intervention, Pool
 from pytest_hricdv.extra.closing.strategy import Archive, Strategy
 from pytest_hricdv.generate.abstract import disturbance_of, identify
@@ -76,16 +77,43 @@ def test_each_disturbance_is_tried_beside_those_of_the_nearest_test() -> None:
     """The statement before the open one is reached by a shake after the second command."""
     pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
     target = ("branch", "robot.py", "9", "10")
-    strategy, archive = DisturbanceStrategy(pool, Experience(pool), handover.DISTURBANCES), Archive([target])
+    strategy, archive = NearestStrategy(pool, handover.DISTURBANCES), Archive([target])
     [shaken] = identify("closure", 0, [pool.draft(0, "handover", [(Intervention(2, "shake"),)])])
     archive.add(handover.run(shaken))
-    for generation in range(4):
-        proposals = strategy.propose(archive, 8, make_rng("beside", generation))
-        for proposal, test in zip(
-            proposals, identify("closure", generation, [p.draft for p in proposals]), strict=True
-        ):
-            archive.add(handover.run(test), proposal.strategy, proposal.targets)
-    aimed = [[*map(disturbance_of, entry.test.lines)] for entry in archive.entries if entry.targets == (target,)]
+    propose(strategy, archive, 4)
+    aimed = [[*map(disturbance_of, entry.test.lines)] for entry in archive.entries[1:]]
     assert all("shake" in names for names in aimed)
     assert {name for names in aimed for name in names if name} == set(handover.DISTURBANCES)
-    assert len(aimed) <= len(handover.DISTURBANCES)
+    assert len(aimed) == len(handover.DISTURBANCES)
+
+
+def test_what_brought_a_run_nearer_is_repeated() -> None:
+    """The requirement is checked where all three parts are given."""
+    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    target = ("verdict", "R5", "Passed")
+    strategy, archive = NearestStrategy(pool, {}), Archive([target])
+    poses = [[bin_[1] for bin_ in handover.planned(test.lines)] for test in pool.tests]
+    tests = [pool.draft(poses.index([*each])) for each in (("00",), ("00", "11", "01"))]
+    for test in identify("closure", 0, tests):
+        archive.add(handover.run(test))
+    assert target in archive.open
+    propose(strategy, archive, 1)
+    assert {("3", "11")} in [{*handover.planned(entry.test.lines)} for entry in archive.entries]
+    assert target not in archive.open
+
+
+def test_nothing_is_repeated_where_no_run_came_nearer_than_others() -> None:
+    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    archive = Archive([("verdict", "R5", "Passed")])
+    for test in identify("closure", 0, [pool.draft(0)] * 2):
+        archive.add(handover.run(test))
+    assert NearestStrategy(pool, {}).propose(archive, 8, make_rng("wherever")) == []
+
+
+def propose(strategy: Strategy, archive: Archive, generations: int) -> None:
+    """Run what a strategy proposes, alone."""
+    for generation in range(generations):
+        proposals = strategy.propose(archive, 8, make_rng("proposals", generation))
+        drafts = [proposal.draft for proposal in proposals]
+        for proposal, test in zip(proposals, identify("closure", generation, drafts), strict=True):
+            archive.add(handover.run(test), proposal.strategy, proposal.targets)
