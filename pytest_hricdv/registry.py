@@ -16,7 +16,7 @@ module:
   command of its own;
 - `remote`: `REMOTE`, workers on other machines (`session.remote.Remote`);
 - `bag_writer`: `write_bag(path, record)`, which writes the messages of a run as a bag and returns whether it has any;
-- `drafting`: `ROS_TOOLS`, the packages, console scripts, names and launch files of ROS 2 that drafts need.
+- `drafting`: `ROS_TOOLS`, the packages and console scripts of ROS 2 that drafts need.
 
 Nothing below `extra` imports a feature, and no feature imports another one: a feature is removed by deleting its
 folder, its line here, and its tests.

@@ -148,11 +148,6 @@ def add_commands(commands: Any) -> None:
         help="draft it for a node of ROS 2, as of `ros2 run`, or for PATH.py[:FUNCTION] (docs/draft.md)",
     )
     init.add_argument(
-        "--launch",
-        metavar="'FILE [NAME:=VALUE ...]'",
-        help="draft it for the nodes that a launch file of ROS 2 starts, together as one system (docs/draft.md)",
-    )
-    init.add_argument(
         "--recording",
         metavar="FILE",
         type=Path,
@@ -189,16 +184,12 @@ def _update(options: argparse.Namespace) -> int:
 
 def _init(options: argparse.Namespace) -> int:
     try:
-        asked = [name for name, value in (("--from", options.source), ("--ros2", options.ros2),
-                                          ("--launch", options.launch)) if value]  # fmt: skip
-        if len(asked) > 1:
-            raise InputError(
-                f"expected one of --from, --ros2 and --launch, and {' and '.join(asked)} came: --ros2 and --launch "
-                "read the code of their nodes, too"
-            )
+        asked = bool(options.source or options.ros2)
+        if options.source and options.ros2:
+            raise InputError("expected --from or --ros2, and both came: --ros2 reads the code of the node, too")
         if options.recording and not asked:
             raise InputError(
-                "--recording: expected --from, --ros2 or --launch, too: its ranges are those of what the code receives"
+                "--recording: expected --from or --ros2, too: its ranges are those of what the code receives"
             )
         if asked or options.ros2 is not None:
             return _draft(options)
@@ -219,7 +210,7 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _draft(options: argparse.Namespace) -> int:
-    asked = {"launch": options.launch, "ros2": options.ros2, "from": options.source}
+    asked = {"ros2": options.ros2, "from": options.source}
     settings = {
         "folder": options.folder,
         "robot": options.robot or "",
@@ -241,5 +232,5 @@ def _drafts() -> Any:
     """The feature that drafts. Raises InputError where the installation has none."""
     offered = offers("command", "INIT")
     if not offered:
-        raise InputError("--from, --ros2, --launch and update need the feature `draft`, which is not installed")
+        raise InputError("--from, --ros2 and update need the feature `draft`, which is not installed")
     return offered[0]

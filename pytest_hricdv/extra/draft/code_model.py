@@ -282,8 +282,7 @@ class Question:
 class Problem:
     """A problem that keeps code from running unchanged; the rest is drafted.
 
-    `kind` is "syntax", "missing module", "missing messages", "terminal", "launch", "recording", "side effect",
-    "raised", "unrepeatable".
+    `kind` is "syntax", "missing module", "missing messages", "terminal", "recording" or "raised".
     """
 
     kind: str
@@ -308,7 +307,6 @@ class CodeModel:
         questions: what the code does not tell.
         problems: what keeps the code from running unchanged.
         ros: nodes of ROS 2, with their topics, services and actions.
-        roots: folders of further packages, from which their modules can be imported.
         inner: objects that the code makes itself and that stand-ins replace.
     """
 
@@ -325,7 +323,6 @@ class CodeModel:
     questions: tuple[Question, ...] = ()
     problems: tuple[Problem, ...] = ()
     ros: RosNodes = field(default_factory=RosNodes)
-    roots: tuple[str, ...] = ()
     inner: tuple[Port, ...] = ()
 
     @property

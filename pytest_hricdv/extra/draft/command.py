@@ -11,7 +11,6 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.draft.code.sources import DraftError
 from pytest_hricdv.extra.draft.code_model import CodeModel
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
-from pytest_hricdv.extra.draft.launch_analysis import analyse_launch, read_launch_file
 from pytest_hricdv.extra.draft.node_analysis import analyse_node, with_state_topic
 from pytest_hricdv.extra.draft.observe.observations import (
     Observations,
@@ -25,7 +24,7 @@ from pytest_hricdv.extra.draft.project.draft import Draft, robot_name
 from pytest_hricdv.extra.draft.project.files import check, write
 from pytest_hricdv.extra.draft.record import add_command as add_command
 from pytest_hricdv.extra.draft.ros.executable import find_executable
-from pytest_hricdv.extra.draft.ros_model import RosStart, ros_lines
+from pytest_hricdv.extra.draft.ros_model import ros_lines
 from pytest_hricdv.extra.draft.settlement import BUDGET_S, Reread
 from pytest_hricdv.extra.draft.settling import settle
 from pytest_hricdv.skeleton.skeleton import name_like
@@ -78,8 +77,8 @@ def draft(way: str, code: str, options: DraftOptions) -> Iterator[str]:
     """Read the code, run a draft where nothing outside is touched, and write it; yields lines for the terminal.
 
     Args:
-        way: "from", "ros2" or "launch".
-        code: PACKAGE[:FUNCTION], "PACKAGE EXECUTABLE" or the path of a node's file, or "FILE [name:=value ...]".
+        way: "from" or "ros2".
+        code: PACKAGE[:FUNCTION]; "PACKAGE EXECUTABLE", or the path of a node's file.
         options: of the draft.
 
     Raises:
@@ -92,8 +91,8 @@ def draft(way: str, code: str, options: DraftOptions) -> Iterator[str]:
 
 def prepare(way: str, code: str, options: DraftOptions) -> FirstDraft:
     """Read the code for a draft, and nothing more; see `draft`."""
-    begin = {"launch": _prepare_launch, "ros2": _prepare_node, "from": _prepare_package}
-    prepared = begin[way](code, options)
+    begin = _prepare_node if way == "ros2" else _prepare_package
+    prepared = begin(code, options)
     made = replace(prepared.draft, earlier=read_answers(prepared.draft.folder))
     check(made, made.folder)
     lines = (*prepared.lines, *_summary(made.code))
@@ -127,9 +126,7 @@ def _prepare_only_nodes(model: CodeModel, options: DraftOptions) -> FirstDraft:
     ]
     if len(paths) > 1:
         ways = ", ".join(f"--ros2 {path}" for path in paths)
-        raise DraftError(
-            f"--from={model.package}: {len(paths)} nodes of ROS 2; draft one: {ways}, or --launch FILE for several"
-        )
+        raise DraftError(f"--from={model.package}: {len(paths)} nodes of ROS 2; draft one: {ways}")
     made = _prepare_node(paths[0], options)
     return replace(made, lines=(f"{files[0]} is a node of ROS 2: drafted as with --ros2 {paths[0]}", *made.lines))
 
@@ -139,30 +136,13 @@ def _prepare_node(node: str, options: DraftOptions) -> FirstDraft:
     model, start = analyse_node(program)
     model, observed = _with_recordings(model, options.recordings, program.packages)
     name = options.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
-    return _of_nodes(model, start, name, observed, options)
-
-
-def _prepare_launch(file: str, options: DraftOptions) -> FirstDraft:
-    start = Path.cwd().resolve()
-    nodes = read_launch_file(file, start)
-    model, how, program = analyse_launch(nodes, start)
-    model, observed = _with_recordings(model, options.recordings, program.packages)
-    name = options.robot or name_like(nodes.file.name.partition(".")[0])
-    python = len(nodes.nodes) - len(how.left_out)
-    line = f"{nodes.file}: starts {len(nodes.nodes)} processes, {python} of them nodes of Python"
-    return _of_nodes(model, how, name, observed, options, line)
-
-
-def _of_nodes(
-    model: CodeModel, start: RosStart, name: str, observed: Observation | None, options: DraftOptions, *lines: str
-) -> FirstDraft:
     made = Draft(model, name, options.person, options.folder.resolve(), ros=start, observed=observed)
 
     def reread(seen: Observations | None, _: frozenset[str]) -> CodeModel:
         return with_state_topic(model, seen)
 
     is_runnable = all(problem.kind != "missing messages" for problem in model.problems)
-    return FirstDraft(made, lines, reread, is_runnable)
+    return FirstDraft(made, (), reread, is_runnable)
 
 
 def _observations(paths: tuple[Path, ...]) -> tuple[Observations | None, tuple[Path, ...]]:

@@ -28,10 +28,10 @@ from pytest_hricdv.extra.draft.code_model import (
     StateMachine,
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
-from pytest_hricdv.extra.draft.ros.executable import Executable, ros_tools
+from pytest_hricdv.extra.draft.ros.executable import Executable
 from pytest_hricdv.extra.draft.ros.interfaces import fields, is_installed
 from pytest_hricdv.extra.draft.ros.nodes import FOLDERS
-from pytest_hricdv.extra.draft.ros_model import Endpoint, EndpointKind, RosNodes, RosStart, StartedNode
+from pytest_hricdv.extra.draft.ros_model import Endpoint, EndpointKind, RosStart
 
 _FORMS: dict[EndpointKind, tuple[str, str, Direction, int]] = {
     "publisher": ("topic", "", "published", 0), "subscription": ("topic", "", "received", 0),
@@ -44,12 +44,8 @@ _ANSWERS = {"service": "_response", "action server": "_result"}
 OWN = "rclpy"
 
 
-def analyse_node(executable: Executable, started: StartedNode | None = None) -> tuple[CodeModel, RosStart]:
+def analyse_node(executable: Executable) -> tuple[CodeModel, RosStart]:
     """The model for a testbench of the node, and how it starts it.
-
-    Args:
-        executable: the code of the node.
-        started: how a launch file starts it; None if none does.
 
     Raises:
         DraftError: the code does not use `rclpy`.
@@ -60,8 +56,6 @@ def analyse_node(executable: Executable, started: StartedNode | None = None) -> 
         )
         raise DraftError(f"{asked} use no rclpy: --from drafts for other code")
     model = analyse_sources(executable.sources, executable.asked, "")
-    if started is not None:
-        model = replace(model, ros=_with_names(model.ros, started))
     start, problems = _start(executable, model)
     messages = _with_values(_messages(executable, start), model.ros.endpoints, executable.sources)
     questions = [q for q in model.questions if q.about in ("publisher", "subscription", "service", "client",
@@ -208,39 +202,3 @@ def _questions(model: CodeModel) -> Iterator[Question]:
                 yield Question(text, f"{message.topic}.{part.name}", message.location)
     for endpoint in model.ros.of("client", "action client"):
         yield Question(f"What does {endpoint.name or 'it'} answer when the node asks?", "answer", endpoint.location)
-
-
-def _with_names(nodes: RosNodes, started: StartedNode) -> RosNodes:
-    """The nodes' endpoints, under the names that they have when started like this."""
-    endpoints = tuple(_rename(endpoint, started) for endpoint in nodes.endpoints)
-    names = tuple((started.name or name, location) for name, location in nodes.nodes)
-    return replace(nodes, nodes=names, endpoints=endpoints)
-
-
-def _rename(endpoint: Endpoint, started: StartedNode) -> Endpoint:
-    node = started.name or endpoint.node
-    namespace = "/" + (started.namespace or endpoint.namespace).strip("/")
-    full = _expand(endpoint.written, node, namespace) if endpoint.written else endpoint.name
-    for source, target in _rules(started.remappings, node):
-        if full and _expand(source, node, namespace) == full:
-            full = _expand(target, node, namespace)
-            break
-    return replace(endpoint, name=full, node=node)
-
-
-def _rules(remappings: Sequence[tuple[str, str]], node: str) -> Iterator[tuple[str, str]]:
-    """The rules for a node: `talker:chatter` is for one, `chatter` for all of the process."""
-    for source, target in remappings:
-        of, colon, name = source.rpartition(":")
-        if not colon or of == node:
-            yield name, target
-
-
-def _expand(name: str, node: str, namespace: str) -> str:
-    """The full name; empty if it needs the name of the node, and this is not known, or where it is none."""
-    if not node and name.startswith("~"):
-        return ""
-    try:
-        return ros_tools().expand(name, node or "node", namespace)
-    except ValueError:
-        return ""

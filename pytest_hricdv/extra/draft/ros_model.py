@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 EndpointKind = Literal["publisher", "subscription", "service", "client", "action server", "action client"]
 
@@ -26,51 +25,6 @@ class CodeLine:
 
 
 @dataclass(frozen=True)
-class StartedNode:
-    """A process that a launch file starts.
-
-    Args:
-        package: of its executable; empty for a command that is no node.
-        executable: its name; of a command its first word.
-        location: in the launch file; line 0 if it is not known.
-        name: of its node; empty if it keeps its own.
-        namespace: likewise.
-        remappings: pairs of names, from and to.
-        parameters: mappings of names to values, and paths of YAML files; later ones win.
-        arguments: of its command line.
-    """
-
-    package: str
-    executable: str
-    location: CodeLine
-    name: str = ""
-    namespace: str = ""
-    remappings: tuple[tuple[str, str], ...] = ()
-    parameters: tuple[Mapping[str, Any] | str, ...] = ()
-    arguments: tuple[str, ...] = ()
-
-    @property
-    def key(self) -> str:
-        """Its key in `Launch.executables`."""
-        return f"{self.package}/{self.executable}" if self.package else self.executable
-
-
-@dataclass(frozen=True)
-class LaunchedNodes:
-    """The nodes that a launch file starts.
-
-    Args:
-        file: its path.
-        arguments: with which it was read, name -> value.
-        nodes: in the order in which they are started.
-    """
-
-    file: Path
-    arguments: Mapping[str, str]
-    nodes: tuple[StartedNode, ...]
-
-
-@dataclass(frozen=True)
 class Endpoint:
     """A topic, service or action that a node publishes, subscribes, serves or uses.
 
@@ -81,8 +35,6 @@ class Endpoint:
         node: name of the node; empty if it is not known.
         callback: what is called, as the source writes it.
         location: of the call.
-        written: its name as the source has it, before ROS expands it; empty if the source does not say it.
-        namespace: of the node, as the source says it.
     """
 
     kind: EndpointKind
@@ -91,8 +43,6 @@ class Endpoint:
     node: str
     callback: str
     location: CodeLine
-    written: str = ""
-    namespace: str = ""
 
     @property
     def is_complete(self) -> bool:
@@ -148,16 +98,12 @@ class RosStart:
         entry: "package.module:function", or a class of nodes.
         declared: topics, services and actions that requirements can name.
         interfaces: folders of packages of messages that are not installed.
-        launch: the launch file that the draft starts; None if it starts the node itself.
-        left_out: what the launch file starts and the draft does not, as `Launch.executables` calls it.
     """
 
     asked: str
     entry: str
     declared: tuple[Endpoint, ...]
     interfaces: tuple[str, ...] = ()
-    launch: LaunchedNodes | None = None
-    left_out: tuple[str, ...] = ()
 
 
 def ros_lines(nodes: RosNodes) -> Iterator[str]:

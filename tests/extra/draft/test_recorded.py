@@ -150,7 +150,7 @@ def problems(model: CodeModel) -> str:
     ("arguments", "problem"),
     [
         (["--from", "bar", "--recording", "gone.mcap"], "--recording=gone.mcap: there is no file or folder"),
-        (["--recording", "day.mcap"], "--recording: expected --from, --ros2 or --launch, too"),
+        (["--recording", "day.mcap"], "--recording: expected --from or --ros2, too"),
     ],
 )
 def test_a_wrong_option_is_one_sentence(

@@ -160,11 +160,11 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
     ini = sizes + (_ISOLATES if draft.isolates else "") + (_NO_AUDIT if not draft.audits else "")
     ini += _NO_WAIVERS.format(location=draft.no_waivers) if draft.no_waivers else ""
-    folders = [os.path.relpath(root, draft.folder) for root in (draft.code.root, *draft.code.roots)]
-    roots = [root for root in folders if root != "."]
-    if roots:
-        yield "mypy.ini", f"[mypy]\nmypy_path = {':'.join(roots)}\nignore_missing_imports = true\n"
-    yield "pytest.ini", f"[pytest]\npythonpath = {' '.join(['.', *roots])}\nhri_suite = rl\n{ini}"
+    root = os.path.relpath(draft.code.root, draft.folder)
+    if root != ".":
+        yield "mypy.ini", f"[mypy]\nmypy_path = {root}\nignore_missing_imports = true\n"
+    path = "." if root == "." else f". {root}"
+    yield "pytest.ini", f"[pytest]\npythonpath = {path}\nhri_suite = rl\n{ini}"
 
 
 def check(draft: Draft, folder: Path) -> None:
@@ -239,7 +239,7 @@ def readme(draft: Draft) -> str:
 def _command_options(draft: Draft) -> str:
     if draft.ros is None:
         return f"--from {draft.code.package}"
-    return f"--launch {draft.ros.asked}" if draft.ros.launch is not None else f'--ros2 "{draft.ros.asked}"'
+    return f'--ros2 "{draft.ros.asked}"'
 
 
 def _nodes(draft: Draft) -> list[str]:

@@ -6,7 +6,6 @@ import json
 import os
 from collections.abc import Sequence
 
-from pytest_hricdv.declarations.ros2 import IGNORED
 from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
 from pytest_hricdv.extra.draft.project.declarations import (
     command_table_lines,
@@ -25,7 +24,7 @@ from pytest_hricdv.extra.draft.project.ranges import (
     command_lines,
     times_of_lines,
 )
-from pytest_hricdv.extra.draft.ros_model import Endpoint, LaunchedNodes, RosStart
+from pytest_hricdv.extra.draft.ros_model import Endpoint, RosStart
 
 _MAPS = {
     "TOPICS": ("publisher", "subscription"),
@@ -103,7 +102,7 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
         [*_constants(draft), "", *_declarations(draft, start), *_testbench(draft, start), *_message_function(draft)]
     )
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
-    names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Field", "Launch", "Model", "Outcome",
+    names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Field", "Model", "Outcome",
              "Ros2", "RosNode", "Run", "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
     head = [
         f'"""The testbench of {draft.robot}, a node of ROS 2, drafted from its code: values have their locations.',
@@ -162,8 +161,6 @@ def _declarations(draft: Draft, start: RosStart) -> list[str]:
             parameters.setdefault(
                 parameter.name, f"    {json.dumps(parameter.name)}: {parameter.default},  # {parameter.location}"
             )
-    if start.launch is not None:
-        return lines
     lines += ["", "# As the code declares them. TODO: with which values does your robot start it?"]
     return [*lines, "PARAMETERS: dict[str, Any] = {", *parameters.values(), "}"]
 
@@ -256,7 +253,7 @@ def _run(draft: Draft, start: RosStart) -> list[str]:
     lines = [
         "", "def run(run: Run) -> Outcome:",
         '    """One test: a person and the node, in virtual time."""',
-        *_start_lines(draft, start),
+        f'    ros = run.ros2(RosNode(entry="{start.entry}", parameters=[PARAMETERS]))',
     ]  # fmt: skip
     asked = _unique([endpoint for endpoint in start.declared if endpoint.kind in ("client", "action client")])
     served = {e.name for e in start.declared if e.kind in ("service", "action server")}
@@ -282,28 +279,3 @@ def _run(draft: Draft, start: RosStart) -> list[str]:
     person = _PERSON.replace("{stays}", _STAYS if draft.is_alone else "")
     person = person.replace("{tells}", _TELLS if _lists(draft) else "")
     return [*lines, person.replace("{person}", draft.person).replace("{leaves}", leaves).rstrip("\n"), ""]
-
-
-def _start_lines(draft: Draft, start: RosStart) -> list[str]:
-    """The lines of `run` that start the node, or the launch file."""
-    if start.launch is not None:
-        return _launch(draft, start, start.launch)
-    return [f'    ros = run.ros2(RosNode(entry="{start.entry}", parameters=[PARAMETERS]))']
-
-
-def _launch(draft: Draft, start: RosStart, launch: LaunchedNodes) -> list[str]:
-    file = os.path.relpath(launch.file, draft.folder)
-    lines = ["    ros = run.ros2(", "        Launch(", f"            HERE / {json.dumps(file)},"]
-    if launch.arguments:
-        pairs = ", ".join(f"{json.dumps(name)}: {json.dumps(value)}" for name, value in launch.arguments.items())
-        lines.append(f"            arguments={{{pairs}}},")
-    if start.left_out:
-        lines += [
-            "            executables={",
-            *(
-                f'                {json.dumps(name)}: "{IGNORED}",  # TODO: what does it do for the others?'
-                for name in start.left_out
-            ),
-            "            },",
-        ]
-    return [*lines, "        )", "    )"]

@@ -9,7 +9,7 @@ import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
 from pytest_hricdv._base.message import nearest
 from pytest_hricdv.extra.draft.code.loading import find
@@ -26,15 +26,6 @@ class RosTools(Protocol):
 
     def console_scripts(self, package: str, packages: Mapping[str, Path]) -> dict[str, str] | None:
         """Name -> "package.module:function", of a package as source or installed; None if there is neither."""
-
-    def expand(self, name: str, node: str, namespace: str) -> str:
-        """The full name of a topic, service or action. Raises ValueError for what is no name."""
-
-    def launch(self, file: Path, arguments: Mapping[str, str]) -> list[dict[str, Any]] | None:
-        """The processes that a launch file starts, as the launch system runs it; None if this is not installed.
-
-        Each has the keys of `StartedNode`, without the location. Raises InputError if it refuses the file.
-        """
 
 
 def ros_tools() -> RosTools:
@@ -66,12 +57,11 @@ class Executable:
     packages: Mapping[str, Path]
 
 
-def find_executable(asked: str, start: Path, near: Path | None = None) -> Executable:
+def find_executable(asked: str, start: Path) -> Executable:
     """Find the code of "PACKAGE EXECUTABLE", or of a file "PATH.py", "PATH.py:FUNCTION".
 
     Args:
         start: the folder of the workspace or package: where sources are looked for.
-        near: another folder around which packages are, such as that of a launch file.
 
     Raises:
         DraftError: there is no such package or executable, or it is not Python.
@@ -84,7 +74,7 @@ def find_executable(asked: str, start: Path, near: Path | None = None) -> Execut
             f'--ros2={asked!r}: expected "PACKAGE EXECUTABLE", as of `ros2 run`, or the path of a file *.py'
         )
     package, name = words
-    packages = ros_tools().packages(start, *([] if near is None else [near]))
+    packages = ros_tools().packages(start)
     scripts = ros_tools().console_scripts(package, packages)
     if scripts is None:
         raise DraftError(

@@ -148,10 +148,9 @@ class _NodeReader:
         endpoint = Endpoint(
             kind, "", types[0] if len(types) == 1 else "", owner.name,
             ast.unparse(callback) if callback is not None else "", call.module.location(call.node),
-            namespace=owner.namespace,
         )  # fmt: skip
         for text in _texts(self._flow, call, name) or [""]:
-            yield replace(endpoint, name=_expand(text, owner), written=text)
+            yield replace(endpoint, name=_expand(text, owner))
 
     def _types(self, call: CallSite, expression: ast.expr | None) -> list[str]:
         types: dict[str, None] = {}
