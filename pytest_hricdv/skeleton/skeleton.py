@@ -167,8 +167,8 @@ def add_commands(commands: Any) -> None:
     init.set_defaults(do=_init)
     update = commands.add_parser(
         "update",
-        help="tell what a project's code has that testbench and tests lack; exit 1 where there is something",
-        description="Compare the code under test with the testbench of a project, and with its last report.",
+        help="tell what a project's code has that its testbench lacks; exit 1 where there is something",
+        description="Compare the code under test with the testbench of a project.",
     )
     update.add_argument("folder", nargs="?", type=Path, default=Path(), help="of the project (default: here)")
     update.set_defaults(do=_update)

@@ -167,8 +167,6 @@ def notes(result: ClosingResult) -> Iterator[str]:
         yield f"{plural(result.searched, 'run')} of these searched for violations where margins were smallest"
     if result.estimated_undetected is not None:
         yield kinds_left_text(result.estimated_undetected)
-    if any(point.point[0] == "transition" for point in result.open):
-        yield "transitions that no plan leads to, beside the code: hricdv update"
 
 
 def kinds_left_text(estimate: ViolationEstimate) -> str:

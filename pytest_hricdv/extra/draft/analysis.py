@@ -11,17 +11,15 @@ from pytest_hricdv.extra.draft.code.entry import EntryFinder
 from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.messages import MessageFinder
-from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Sources
 from pytest_hricdv.extra.draft.code.states import StateMachines
-from pytest_hricdv.extra.draft.code.waits import constants, parameters, problems, virtual, waits
+from pytest_hricdv.extra.draft.code.waits import constants, problems, virtual, waits
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
     Entry,
     FieldValue,
     Message,
     MessageField,
-    Parameter,
     Question,
     StateMachine,
 )
@@ -57,8 +55,6 @@ def analyse_sources(
     entry = EntryFinder(sources, flow, used).entry(entry_name)
     messages = MessageFinder(sources, flow).messages()
     machines = _with_fields(_unique(StateMachines(sources, flow).machines()), messages, flow)
-    ros = ros_nodes(sources, flow)
-    declared = [Parameter(p.name, p.owner, "", p.default, unit_of(p.name), p.location) for p in ros.parameters]
     model = CodeModel(
         package=name,
         root=str(sources.root),
@@ -68,10 +64,9 @@ def analyse_sources(
         waits=tuple(waits(flow)),
         virtual=virtual(sources),
         constants=tuple(constants(sources)),
-        parameters=(*parameters(sources, entry), *declared),
         entry=entry,
         problems=tuple(problems(sources, flow)),
-        ros=ros,
+        ros=ros_nodes(sources, flow),
     )
     return replace(model, questions=tuple(questions(model)))
 

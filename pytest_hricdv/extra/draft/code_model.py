@@ -163,21 +163,6 @@ class CodeConstant:
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """A number, text or bool that is set from outside: a parameter of the entry, its settings, or a ROS 2 node.
-
-    `owner` is the class or function that has the parameter; `default` is source text, empty without one.
-    """
-
-    name: str
-    owner: str
-    type: str
-    default: str
-    unit: str
-    location: CodeLine
-
-
-@dataclass(frozen=True)
 class Operation:
     """An operation on a port: a method that the code calls, or an attribute that it reads or sets.
 
@@ -302,7 +287,6 @@ class CodeModel:
         machines: state machines; one whose state the code publishes comes first.
         virtual: "time", "threading", "asyncio": for `VirtualTime.apis`.
         constants: numbers with units.
-        parameters: numbers, texts and bools that can be set from outside.
         entry: the function or class to call; None if there is none.
         questions: what the code does not tell.
         problems: what keeps the code from running unchanged.
@@ -318,7 +302,6 @@ class CodeModel:
     waits: tuple[Wait, ...] = ()
     virtual: tuple[str, ...] = ()
     constants: tuple[CodeConstant, ...] = ()
-    parameters: tuple[Parameter, ...] = ()
     entry: Entry | None = None
     questions: tuple[Question, ...] = ()
     problems: tuple[Problem, ...] = ()

@@ -22,7 +22,6 @@ from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.stimuli import StimulusReader, is_reader
 from pytest_hricdv.extra.draft.code.uses import find_identity_tests
-from pytest_hricdv.extra.draft.code.waits import parameters
 from pytest_hricdv.extra.draft.code_model import (
     OWN_MODULE,
     SCRIPT,
@@ -104,7 +103,7 @@ class CodeReader:
             self._chosen = self._choose(model, seen, faulty) or self._chosen
         if self._chosen is None:
             return replace(model, messages=tuple(self._carry(model)))
-        model = replace(model, entry=self._chosen, parameters=tuple(parameters(self._sources, self._chosen)))
+        model = replace(model, entry=self._chosen)
         declared = self._with_entry(model, None, frozenset())
         if seen is None and not faulty:
             return declared
@@ -117,7 +116,7 @@ class CodeReader:
             return model.entry
         every = dict.fromkeys((model.entry, *(entry for entry, _ in islice(self._entries.entries(), MAX_ENTRIES))))
         candidates = [entry for entry in every if entry is not None and _key(entry) not in faulty]
-        made = (replace(model, entry=entry, parameters=()) for entry in candidates)
+        made = (replace(model, entry=entry) for entry in candidates)
         chosen = next((model.entry for model in made if _has_inputs(self._with_entry(model, None, frozenset()))), None)
         if self._chosen is not None:
             return chosen

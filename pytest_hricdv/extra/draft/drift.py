@@ -1,22 +1,15 @@
-"""What code has that its testbench lacks: messages, values, states, transitions, parameters that are never varied."""
+"""What code has that its testbench lacks: messages, values, states, transitions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
-from typing import Literal
 
-from pytest_hricdv._base import own_json as json
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import DraftError
-from pytest_hricdv.extra.draft.code_model import CodeModel, Parameter, StateMachine
-from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.extra.draft.code_model import CodeModel, StateMachine
 from pytest_hricdv.testbench import Testbench
-
-DriftKind = Literal["message", "value", "state", "transition", "gone", "parameter"]
 
 
 @dataclass(frozen=True)
@@ -24,14 +17,14 @@ class Drift:
     """Something that the code has and the testbench lacks, or the other way round.
 
     Args:
-        kind: message: it is not on the bus of the testbench; value: of a text, not declared; state, transition: no test
-            of the report reaches it; gone: declared, and no longer in the code; parameter: no test varies it.
+        kind: message: it is not on the bus of the testbench; value: of a text or state, not declared; transition: not
+            declared; gone: declared, and no longer in the code.
         name: as the code calls it.
         location: in the code, as `barista.py:12`; empty if it is gone.
         text: a sentence for people.
     """
 
-    kind: DriftKind
+    kind: str
     name: str
     location: str
     text: str
@@ -63,13 +56,12 @@ def models_of(code: Iterable[str], roots: Sequence[Path]) -> tuple[list[CodeMode
     return models, problems
 
 
-def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[TestResult] | None) -> list[Drift]:
+def drifts(models: Sequence[CodeModel], testbench: Testbench) -> list[Drift]:
     """Find parts of the code that the testbench lacks.
 
     Args:
         models: of the packages under test.
         testbench: of the project.
-        tests: of a report, whose runs tell which states and transitions were reached; None if there is none.
     """
     by_key: dict[str, Drift] = {}
     for code in models:
@@ -78,8 +70,6 @@ def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[Te
             *_messages(code, testbench),
             *_values(code, testbench, machine),
             *(_machine(machine, testbench) if machine is not None else ()),
-            *(_states_not_reached(machine, tests) if machine is not None and tests else ()),
-            *_parameters(code, testbench),
         ):
             by_key.setdefault(drift.key, drift)
     return [*by_key.values()]
@@ -128,55 +118,6 @@ def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
         if (source, target) not in moves:
             text = f"the testbench has a transition from {source} to {target}, which the code no longer has"
             yield Drift("gone", f"{source}->{target}", "", text)
-
-
-def _states_not_reached(machine: StateMachine, tests: Sequence[TestResult]) -> Iterator[Drift]:
-    """States and transitions that no test reaches: no plan of the model leads there."""
-    topic, _, field = machine.field.partition(".")
-    states: set[str] = set()
-    moves: set[tuple[str, str]] = set()
-    for test in tests:
-        visited = [*_publications(test, topic, field)]
-        states |= {*visited}
-        moves |= {*pairwise(visited)}
-    if not states:
-        return
-    of_tests = f"of {len(tests)} tests" if len(tests) > 1 else "of the one test"
-    for state in machine.states:
-        if state.name not in states:
-            text = f"no plan leads to state {state.name}: none {of_tests} reaches it"
-            yield Drift("state", state.name, str(state.location), text)
-    for transition in machine.transitions:
-        move = transition.source, transition.target
-        if move not in moves and {*move} <= states:
-            text = f"no plan leads from {move[0]} to {move[1]}: none {of_tests} goes there"
-            yield Drift("transition", f"{move[0]}->{move[1]}", str(transition.location), text)
-
-
-def _publications(test: TestResult, topic: str, field: str) -> Iterator[str]:
-    for line in test.timeline.messages if test.timeline is not None else ():
-        _, _, sent, fields = line.split("\t", 3)
-        if sent == topic:
-            yield str(json.loads(fields)[field])
-
-
-def _parameters(code: CodeModel, testbench: Testbench) -> Iterator[Drift]:
-    varied = {*testbench.concretization.run}
-    for samplers in testbench.concretization.commands.values():
-        varied |= {*samplers}
-    for parameter in (*code.parameters, *_of_entry(code)):
-        # A switch or a number with a unit is what tests can vary; other arguments belong to the world.
-        if parameter.name not in varied and parameter.unit and parameter.type in ("float", "int", ""):
-            text = f"{parameter.owner}.{parameter.name} ({parameter.default or 'no default'}) is never varied"
-            yield Drift("parameter", parameter.name, str(parameter.location), text)
-
-
-def _of_entry(code: CodeModel) -> Iterator[Parameter]:
-    """The numbers that the code is called with."""
-    entry = code.entry
-    for port in () if entry is None else (*entry.ports, *entry.method_ports):
-        if entry is not None and port.role == "parameter":
-            yield Parameter(port.name, entry.name, port.annotation, port.default, unit_of(port.name), port.location)
 
 
 def split(drift: Sequence[Drift], known: Mapping[str, str]) -> tuple[list[Drift], list[Drift], list[str]]:

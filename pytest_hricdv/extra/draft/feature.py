@@ -1,8 +1,8 @@
-"""Drift in a session: its options, and the search after the last test."""
+"""Drift in a session: its options, and the comparison after the last test."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -11,10 +11,10 @@ from pytest_hricdv.session.option import Flag, OptionReader, Repeatable, usage_e
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.draft.drift import Drift
-    from pytest_hricdv.results.model import Report, TestResult
+    from pytest_hricdv.results.model import Report
     from pytest_hricdv.session.run_context import RunContext
 
-KINDS = ("message", "value", "state", "transition", "gone", "parameter")
+KINDS = ("message", "value", "transition", "gone")
 """Kinds of drift: the first word of each description."""
 
 
@@ -53,21 +53,21 @@ class DriftResult:
 
 
 class DriftFeature(Feature[DriftOptions]):
-    """Compares the code under test with what the testbench declares of it, and with what the tests reached."""
+    """Compares the code under test with what the testbench declares of it."""
 
     name = "draft"
     group = "verdict"
     options = (
         Flag(
             "fail-on-drift",
-            "fail when the code under test has a message, value, state, transition or parameter that testbench and "
-            "tests lack (see: hricdv update)",
+            "fail when the code under test has a message, value, state or transition that the testbench lacks "
+            "(see: hricdv update)",
         ),
         Repeatable(
             "known-drift",
             "DRIFT",
-            "drift that may be there, as 'parameter settle_s'",
-            "one a line, 'parameter settle_s: reason': drift that may be there",
+            "drift that may be there, as 'message alarm'",
+            "one a line, 'message alarm: reason': drift that may be there",
             shown=False,
         ),
     )
@@ -80,8 +80,8 @@ class DriftFeature(Feature[DriftOptions]):
             kind, _, name = key.strip().partition(" ")
             if kind not in KINDS or not name:
                 raise usage_error(
-                    f"hri_known_drift: {line!r}: expected 'KIND NAME: reason', as 'parameter settle_s: fixed by the "
-                    f"hardware'; KIND is {', '.join(KINDS[:-1])} or {KINDS[-1]}"
+                    f"hri_known_drift: {line!r}: expected 'KIND NAME: reason', as 'message alarm: of the next "
+                    f"release'; KIND is {', '.join(KINDS[:-1])} or {KINDS[-1]}"
                 )
             known[key.strip()] = reason.strip()
         return DriftOptions(reader.flag("fail_on_drift"), known)
@@ -96,7 +96,7 @@ class DriftFeature(Feature[DriftOptions]):
         if session.interrupted or not settings.fails:
             return report
         session.done.add(self.name)
-        result = find_drift(session.context, report.tests if session.is_whole else None, settings.known)
+        result = find_drift(session.context, settings.known)
         session.warnings += [f"drift: {text}" for text in (*result.problems, *result.outdated)]
         if result.new:
             shown = "; ".join(f"{drift.text} ({drift.location or 'declared'})" for drift in result.new[:MAX_SHOWN])
@@ -111,12 +111,11 @@ FEATURE = DriftFeature()
 """Whether code and testbench have drifted apart."""
 
 
-def find_drift(context: RunContext, tests: Sequence[TestResult] | None, known: Mapping[str, str]) -> DriftResult:
-    """Compare the code under test of a session with its testbench and the tests that ran.
+def find_drift(context: RunContext, known: Mapping[str, str]) -> DriftResult:
+    """Compare the code under test of a session with its testbench.
 
     Args:
         context: of a session.
-        tests: that tell which states were reached; None if that is not known.
         known: key -> reason, of drift that may be there.
     """
     import sys
@@ -129,8 +128,6 @@ def find_drift(context: RunContext, tests: Sequence[TestResult] | None, known: M
         [Path(context.collection.config.rootpath), Path.cwd(), *(Path(folder or ".") for folder in sys.path)]
     )
     models, problems = models_of(testbench.code, [root for root in roots if root.is_dir()])
-    new, declared, gone = split(drifts(models, testbench, tests), known)
-    if tests is None:  # what was reached is not known, so neither whether a state still is not
-        gone = [key for key in gone if key.partition(" ")[0] not in ("state", "transition")]
+    new, declared, gone = split(drifts(models, testbench), known)
     outdated = [f"hri_known_drift has {key!r}, which is none any more" for key in gone]
     return DriftResult(new, declared, outdated, problems)

@@ -1,4 +1,4 @@
-"""`hricdv update`: what the code has that model and testbench lack.
+"""`hricdv update`: what the code has that the testbench lacks.
 
 It compares in a process that configures pytest, so that the testbench is that of a session.
 """
@@ -14,9 +14,6 @@ from pathlib import Path
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.draft.feature import FEATURE, find_drift
-from pytest_hricdv.results import journal
-from pytest_hricdv.results.codec import ReportError, load
-from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.child_process import NO_REWRITE_WARNING, run_configured
 from pytest_hricdv.session.run_context import RunContext
 
@@ -39,35 +36,18 @@ def update(folder: Path) -> int:
 
 def compare(context: RunContext, say: Callable[[str], None]) -> int:
     """Tell the drift; returns the exit status: 1 if there is some."""
-    tests, of_tests = _tests(context)
-    result = find_drift(context, tests, FEATURE.settings(context.options).known)
-    for text in (of_tests, *result.problems, *result.outdated):
-        if text:
-            say(text)
+    result = find_drift(context, FEATURE.settings(context.options).known)
+    for text in (*result.problems, *result.outdated):
+        say(text)
     for drift in result.new:
         say(f"{drift.location or 'conftest.py'}: {drift.text}  [{drift.key}]")
     if result.known:
         say(f"known: {', '.join(drift.key for drift in result.known)}")
     if not result.new:
-        say("no drift: testbench and tests have what the code has")
+        say("no drift: the testbench has what the code has")
         return 0
     say("what may be so goes to hri_known_drift, a line each: KIND NAME: reason")
     return 1
-
-
-def _tests(context: RunContext) -> tuple[tuple[TestResult, ...] | None, str]:
-    """The tests of the last report of whole suites, and a note if there are none."""
-    folder = context.options.report
-    try:
-        report = load(folder)
-        if report.full_report:
-            return load((folder / report.full_report).parent).tests, ""
-    except ReportError:
-        return None, f"no report in {folder}: run pytest first, and states that no plan leads to are told, too"
-    kept = folder / journal.NAME
-    if kept.is_file() and not journal.read(kept).is_whole:
-        return None, f"the report in {folder} is of a part of the suites: run all tests first, to be told of states"
-    return report.tests, ""
 
 
 # --- the process

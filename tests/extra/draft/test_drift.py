@@ -9,15 +9,12 @@ from pathlib import Path
 from typing import Literal, cast
 
 import pytest
-from msgspec.structs import replace
 
 from pytest_hricdv.extra.draft.drift import Drift, drifts, models_of, split
 from pytest_hricdv.extra.draft.feature import FEATURE
-from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.option import OptionReader
-from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Run, StateField, Testbench, Uniform
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Run, StateField, Testbench
 from tests.docs.page import blocks, write_files
-from tests.report import sample
 
 CODE = """
 from dataclasses import dataclass
@@ -82,13 +79,13 @@ def _run(run: Run) -> Outcome:
     return Outcome("nothing")
 
 
-def bench(folder: Path, *messages: type, **run: Uniform) -> Testbench:
+def bench(folder: Path, *messages: type) -> Testbench:
     (folder / "lift.mas2j").write_text("MAS lift { agents: meta; human; }", encoding="utf-8")
     return Testbench(
         name="lift",
         model=Model(folder / "lift.mas2j"),
         beliefs=BeliefSpace(start=("a",), groups={}),
-        concretization=Concretization({"call": {}}, run=run),
+        concretization=Concretization({"call": {}}),
         requirements=folder / "requirements.toml",
         messages=messages,
         signals={},
@@ -103,13 +100,12 @@ def of_lift(tmp_path: Path) -> list[Drift]:
     (tmp_path / "lift.py").write_text(CODE, encoding="utf-8")
     model, problems = models_of(["lift"], [tmp_path])
     assert problems == []
-    return drifts(model, bench(tmp_path, Call, State), None)
+    return drifts(model, bench(tmp_path, Call, State))
 
 
-def test_a_new_message_and_a_parameter_that_is_never_varied_are_told(of_lift: list[Drift]) -> None:
+def test_a_new_message_is_told(of_lift: list[Drift]) -> None:
     keys = [drift.key for drift in of_lift]
     assert "message alarm" in keys
-    assert "parameter patience_s" in keys
     assert not [key for key in keys if key in ("message call", "message state")]
     [message] = [drift for drift in of_lift if drift.kind == "message"]
     assert message.text == "the code publishes Alarm, which is none of the testbench's messages"
@@ -126,26 +122,8 @@ def test_transitions_are_compared_both_ways(of_lift: list[Drift]) -> None:
 def test_what_the_testbench_has_is_no_drift(tmp_path: Path) -> None:
     (tmp_path / "lift.py").write_text(CODE, encoding="utf-8")
     model, _ = models_of(["lift"], [tmp_path])
-    made = drifts(model, bench(tmp_path, Call, State, Alarm, patience_s=Uniform(1.0, 9.0, "s")), None)
+    made = drifts(model, bench(tmp_path, Call, State, Alarm))
     assert {drift.kind for drift in made} == {"transition", "gone"}
-
-
-def told(*states: str) -> TestResult:
-    report: Report = sample.typed(sample.data(tests=1))
-    [test] = report.tests
-    assert test.timeline is not None
-    lines = tuple(f'{place}\trobot\tstate\t{{"name": "{state}"}}' for place, state in enumerate(states))
-    return replace(test, timeline=replace(test.timeline, messages=lines))
-
-
-def test_states_that_no_test_reaches_are_told(tmp_path: Path) -> None:
-    (tmp_path / "lift.py").write_text(CODE, encoding="utf-8")
-    model, _ = models_of(["lift"], [tmp_path])
-    made = drifts(model, bench(tmp_path, Call, State), [told("Idle", "Moving"), told("Idle")])
-    texts = {drift.key: drift.text for drift in made}
-    assert texts["state Stuck"] == "no plan leads to state Stuck: none of 2 tests reaches it"
-    assert texts["transition Moving->Idle"] == "no plan leads from Moving to Idle: none of 2 tests goes there"
-    assert "state Idle" not in texts
 
 
 def test_what_is_known_is_not_new_and_what_is_gone_is_said(of_lift: list[Drift]) -> None:
@@ -160,28 +138,6 @@ def test_a_package_that_is_not_there_is_said(tmp_path: Path) -> None:
     assert model == []
     assert len(problems) == 1
     assert "nowhere" in problems[0]
-
-
-@pytest.mark.slow
-def test_the_whole_report_counts_after_a_part_of_the_tests(tmp_path: Path) -> None:
-    write_files(blocks("vacuum.md"), tmp_path)
-
-    def run(*command: str) -> str:
-        ran = subprocess.run(
-            [sys.executable, "-m", *command], cwd=tmp_path, capture_output=True, text=True, check=False
-        )
-        return ran.stdout + ran.stderr
-
-    update = ("pytest_hricdv", "update")
-    assert "no report in" in run(*update)
-    session = ("pytest", "-q", "--hri-tests=3", "test_vacuum.py")
-    run(*session, "-k", "relaxed")
-    assert "is of a part of the suites: run all tests first" in run(*update)
-    run(*session)
-    whole = run(*update)
-    assert "a part of the suites" not in whole
-    run(*session, "-k", "relaxed")
-    assert run(*update) == whole
 
 
 @pytest.mark.slow
@@ -225,6 +181,6 @@ def test_known_drift_of_no_kind_is_refused() -> None:
             return ("settle_s: why",)
 
     with pytest.raises(
-        pytest.UsageError, match="expected 'KIND NAME: reason', as 'parameter settle_s: fixed by the hardware'"
+        pytest.UsageError, match="expected 'KIND NAME: reason', as 'message alarm: of the next release'"
     ):
         FEATURE.read(cast("OptionReader", Reader()))

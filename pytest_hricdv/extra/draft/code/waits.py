@@ -1,4 +1,4 @@
-"""How the code waits, its numbers with units, what can be set from outside, and what keeps it from running."""
+"""How the code waits, its numbers with units, and what keeps it from running."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pytest_hricdv.extra.draft.code.constants import UnknownConstantError, evalu
 from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Module, Sources, name_with_dots, resolve_import
-from pytest_hricdv.extra.draft.code_model import CodeConstant, Entry, Parameter, Problem, Wait
+from pytest_hricdv.extra.draft.code_model import CodeConstant, Problem, Wait
 
 VIRTUAL = {"time": "time", "datetime": "time", "sched": "time", "threading": "threading", "queue": "threading",
            "concurrent": "threading", "asyncio": "asyncio"}  # fmt: skip
@@ -85,19 +85,6 @@ def _constants_of(sources: Sources, module: Module, statement: ast.Assign | ast.
                 continue
             if isinstance(number, int | float) and not isinstance(number, bool):
                 yield CodeConstant(name.id, float(number), unit_of(name.id), module.location(statement))
-
-
-def parameters(sources: Sources, entry: Entry | None) -> Iterator[Parameter]:
-    """Fields of the settings that the entry gets."""
-    ports = (*entry.ports, *entry.method_ports) if entry is not None else ()
-    settings = {port.annotation.rpartition(".")[2] for port in ports if port.role == "settings"}
-    for scope in sources.classes:
-        assert isinstance(scope.node, ast.ClassDef)
-        for statement in scope.node.body if scope.node.name in settings else ():
-            if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
-                name, default = statement.target.id, ast.unparse(statement.value) if statement.value else ""
-                written, location = ast.unparse(statement.annotation), scope.module.location(statement)
-                yield Parameter(name, scope.node.name, written, default, unit_of(name), location)
 
 
 def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
