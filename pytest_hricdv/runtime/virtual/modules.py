@@ -17,12 +17,13 @@ from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from functools import partial, wraps
 from threading import Condition, local
-from types import BuiltinMethodType, MethodType, ModuleType
+from types import ModuleType
 from typing import Any
 
+from pytest_hricdv.runtime.virtual.holders import Reference, with_others
 from pytest_hricdv.runtime.virtual.prohibition import is_keyboard, refuse_in_nodes
 from pytest_hricdv.runtime.virtual.reach import Reach, is_initializing, is_module
-from pytest_hricdv.runtime.virtual.references import Reference, ReferenceSearch
+from pytest_hricdv.runtime.virtual.references import ReferenceSearch
 
 _PROVIDERS = {
     "time": "clocks",
@@ -79,8 +80,8 @@ class Replacements:
         return id(value) in self._by_identity or self.is_renewed(value) or issubclass(_kind(value), local)
 
     def is_renewed(self, value: object) -> bool:
-        """Whether it is a lock or a queue, or a method of one."""
-        return type(value) in self._renewed or type(_owner(value)) in self._renewed
+        """Whether it is a lock or a queue."""
+        return type(value) in self._renewed
 
     def of(self, value: object) -> object:
         """The replacement for a value; the value itself if there is none.
@@ -94,11 +95,6 @@ class Replacements:
         if other is value and type(value) in self._renewed:
             return self._renewed[type(value)](value)
         return other
-
-
-def _owner(value: Any) -> object:
-    """The object of a bound method, also of one in C; None for anything else."""
-    return value.__self__ if type(value) in (MethodType, BuiltinMethodType) else None
 
 
 def _kind(value: object) -> type:
@@ -154,12 +150,16 @@ class VirtualModules:
     def _restore_in(self, names: Set[str]) -> None:
         """Give modules that were imported in the run the originals of what others gave them, as a lock."""
         originals = {id(made): value for value, made in self._made.values() if made is not value}
+
+        def original(value: object) -> object:
+            return originals[id(value)] if id(value) in originals else with_others(value, original)
+
         for name in sorted(names):
             module = sys.modules.get(name)
             if name in self._reach and module is not None and is_module(module):
                 search = ReferenceSearch(lambda value: id(value) in originals, self._reach)
                 for value, put in [*search.find(vars(module))]:
-                    put(originals[id(value)])
+                    put(original(value))
                 _IN_LIBRARIES.pop(module, None)
 
     def _make_import(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
@@ -217,10 +217,10 @@ class VirtualModules:
 
     def _replacement(self, value: object) -> object:
         """What stands for a value: one for all of its users, as modules that share a queue meet in it."""
-        if _REPLACEMENTS.is_renewed(_owner(value)):
-            return getattr(self._replacement(_owner(value)), value.__name__)  # type: ignore[attr-defined]
         if id(value) not in self._made:
             made: Any = refuse_in_nodes(value) if is_keyboard(value) else _REPLACEMENTS.of(value)
+            if made is value:
+                made = with_others(value, self._replacement)
             if type(value) is Condition:  # its lock may have a name of its own, or be that of another condition
                 made = type(made)(self._replacement(vars(value)["_lock"]))
             self._made[id(value)] = value, made

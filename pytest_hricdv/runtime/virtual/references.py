@@ -6,16 +6,28 @@ In copies of modules of Python's library, some names or imports are replaced.
 from __future__ import annotations
 
 import builtins
+import gc
 import importlib.util
 import sys
 from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from contextvars import ContextVar
 from functools import partial, partialmethod
-from itertools import islice
-from types import BuiltinFunctionType, CellType, FunctionType, MemberDescriptorType, MethodType, ModuleType
+from types import (
+    AsyncGeneratorType,
+    BuiltinFunctionType,
+    CellType,
+    CoroutineType,
+    FunctionType,
+    GeneratorType,
+    MappingProxyType,
+    MemberDescriptorType,
+    ModuleType,
+)
 from typing import Any
 
+from pytest_hricdv.runtime.virtual.holders import MAX_ITEMS, Reference, held_by, items_of
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 
 
@@ -46,13 +58,14 @@ def copy(name: str, imports: Mapping[str, ModuleType]) -> ModuleType:
     return made
 
 
+_CONTAINERS = (dict, OrderedDict, defaultdict, list, deque, set)
+_CLOSED = (GeneratorType, CoroutineType, AsyncGeneratorType, ContextVar, MappingProxyType)
+"""Classes of objects whose contents nobody can replace; only Python's collector of garbage tells them."""
+_PLAIN = frozenset({"builtins", "collections", "enum", "functools", "sched", "types", "weakref"})
+"""Modules of Python's library whose objects are looked into. Others, as of `logging`, serve the session, too."""
+
 MAX_DEPTH = 6
 """Objects in objects of a module's globals that are looked into: a client in a registry in a dataclass is at 4."""
-MAX_ITEMS = 1000
-"""Items of a list or dictionary that are looked at: longer ones are data."""
-
-Reference = tuple[object, Callable[[object], object]]
-"""An object, and the function that puts another one in its place."""
 
 
 class ReferenceSearch:
@@ -66,22 +79,35 @@ class ReferenceSearch:
     def __init__(self, is_wanted: Callable[[object], bool], modules: Container[object]) -> None:
         self._is_wanted = is_wanted
         self._modules = modules
-        self._seen: set[int] = set()
+        self._seen: dict[int, object] = {}
+        """What was looked into, by identity: it is kept, as another object would get the identity."""
+        self._holding: set[int] = set()
+        """Identities of objects that keep what is wanted, and cannot be changed."""
         self._names: dict[str, Any] = {}
+        self._name = ""
 
     def find(self, names: dict[str, Any]) -> Iterator[Reference]:
         """References in the globals of a module."""
         self._names = names
         for name, value in [*names.items()]:
+            self._name = name
             yield from self._look(value, partial(names.__setitem__, name), 0)
 
     def _look(self, value: object, put: Callable[[object], object], depth: int) -> Iterator[Reference]:
-        if self._is_wanted(value):
+        if self._is_wanted(value) or id(value) in self._holding:
             yield value, put
         elif depth <= MAX_DEPTH and id(value) not in self._seen:
-            self._seen.add(id(value))
-            for item, put_item in self._items(value):
-                yield from self._look(item, put_item, depth + 1)
+            self._seen[id(value)] = value
+            held, holds = held_by(value), False
+            for item, put_item in self._items(value) if held is None else ((item, _hold) for item in held[:MAX_ITEMS]):
+                for found, put_found in self._look(item, put_item, depth + 1):
+                    if put_found is _hold:
+                        holds = True
+                    else:
+                        yield found, put_found
+            if holds:
+                self._holding.add(id(value))
+                yield value, put
 
     def _items(self, value: Any) -> Iterable[Reference]:
         kind = type(value)
@@ -89,30 +115,30 @@ class ReferenceSearch:
             return self._of_function(value) if self._is_searched(value) else ()
         if issubclass(kind, type):
             return self._of_class(value) if self._is_searched(value) else ()
-        if kind is defaultdict:
-            return _of_default_dict(value)
-        if kind in (dict, OrderedDict):
-            items = [*value.items()][:MAX_ITEMS]
-            return ((item, partial(value.__setitem__, key)) for key, item in items)
-        if kind in (list, deque):
-            return ((item, partial(value.__setitem__, n)) for n, item in enumerate([*islice(value, MAX_ITEMS)]))
-        if kind is tuple:
-            return ((item, _keep) for item in value[:MAX_ITEMS])
         if kind is partial:
             return _of_partial(value)
         if kind is partialmethod:
             return _of_partial_method(value)
-        if kind is MethodType:
-            return ((value.__func__, _keep), (value.__self__, _keep))
-        if kind in (staticmethod, classmethod):
-            return ((value.__func__, _keep),)
-        if kind.__module__ == "functools":  # what remembers results, or a property
-            return _of_instance(value)
-        if kind is property:
-            return ((function, _keep) for function in (value.fget, value.fset, value.fdel) if function is not None)
-        if kind.__module__ in self._modules and not issubclass(kind, ModuleType):
-            return _of_instance(value)
-        return ()
+        if kind in _CLOSED or kind.__module__ == "itertools":
+            return ((item, self._make_refusal(value, item)) for item in gc.get_referents(value))
+        if issubclass(kind, ModuleType) or not (kind.__module__ in _PLAIN or kind.__module__ in self._modules):
+            return ()
+        return (*items_of(value), *(() if kind in _CONTAINERS else _of_instance(value)))
+
+    def _make_refusal(self, holder: object, item: Any) -> Callable[[object], object]:
+        """Refuse to replace what nobody can reach, such as a variable of a generator."""
+        name = f"{self._names.get('__name__')}.{self._name}"
+        owner, own = getattr(item, "__module__", None), getattr(item, "__name__", f"a {type(item).__name__}")
+        kept = f"{owner}.{own}" if owner and hasattr(item, "__name__") else own
+
+        def refuse(value: object) -> None:
+            if value is not item:
+                raise ProhibitedError(
+                    f"{name} keeps {kept} in a {type(holder).__name__}, where virtual "
+                    "time cannot replace it: make it in a function of the code that is called in the run"
+                )
+
+        return refuse
 
     def _is_searched(self, value: Any) -> bool:
         """Whether a function or class is looked into here: not if another module has it, which is searched itself."""
@@ -145,25 +171,16 @@ class ReferenceSearch:
                 yield base, partial(_put_base, kind, index)
         yield from _of_factories(kind)
         for name, value in [*vars(kind).items()]:
-            if isinstance(value, staticmethod) and self._is_wanted(value.__func__):
-                yield value.__func__, partial(_put_static, kind, name)
-            else:
-                yield value, partial(_put_attribute, kind, name)
+            yield value, partial(_put_attribute, kind, name)
 
 
-def _keep(value: object) -> None:
-    """Items of a tuple stay: whoever made the tuple may have given it to others."""
+def _hold(value: object) -> None:
+    """An item of an object that cannot be changed stays: who has the object gets another one instead."""
 
 
 def _of_cell(cell: CellType) -> Iterator[Reference]:
     with suppress(ValueError):  # it is empty
         yield cell.cell_contents, partial(setattr, cell, "cell_contents")
-
-
-def _of_default_dict(value: defaultdict[Any, Any]) -> Iterator[Reference]:
-    yield value.default_factory, partial(setattr, value, "default_factory")
-    for key, item in [*islice(value.items(), MAX_ITEMS)]:
-        yield item, partial(value.__setitem__, key)
 
 
 def _of_partial(value: partial[Any]) -> Iterator[Reference]:
@@ -175,7 +192,7 @@ def _of_partial(value: partial[Any]) -> Iterator[Reference]:
         value.__setstate__((value.func, arguments, value.keywords, vars(value)))  # type: ignore[attr-defined]
 
     yield value.func, put
-    yield value.keywords, _keep
+    yield value.keywords, _hold
     yield from ((argument, partial(put_argument, index)) for index, argument in enumerate(value.args))
 
 
@@ -184,7 +201,7 @@ def _of_partial_method(value: Any) -> Iterator[Reference]:
         value.args = _with_item(value.args, index, argument)
 
     yield value.func, partial(setattr, value, "func")
-    yield value.keywords, _keep
+    yield value.keywords, _hold
     yield from ((argument, partial(put_argument, index)) for index, argument in enumerate(value.args))
 
 
@@ -200,7 +217,7 @@ def _of_instance(value: object) -> Iterator[Reference]:
     if type(own) is dict:
         for name, item in [*own.items()]:
             yield item, partial(own.__setitem__, name)
-    for kind in type(value).__mro__:
+    for kind in (kind for kind in type(value).__mro__ if "__slots__" in vars(kind)):
         for slot in [member for member in vars(kind).values() if type(member) is MemberDescriptorType]:
             try:
                 item = slot.__get__(value)
@@ -291,7 +308,3 @@ def _put_attribute(kind: type, name: str, value: Any) -> None:
     is_bound = type(value) is FunctionType and type(vars(kind)[name]) is BuiltinFunctionType
     # A function in C is no method of its class, but one in Python is.
     setattr(kind, name, staticmethod(value) if is_bound else value)
-
-
-def _put_static(kind: type, name: str, value: Any) -> None:
-    setattr(kind, name, staticmethod(value))

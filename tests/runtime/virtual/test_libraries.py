@@ -197,6 +197,91 @@ def rest(wait_s):
     time.sleep(wait_s)
     assert stamps["after"] - before == wait_s
 """,
+    "in_a_tuple": """
+ways = {"slow": (1, (time.sleep, time.monotonic))}
+def rest(wait_s, ways=ways):
+    began_s = ways["slow"][1][1]()
+    ways["slow"][1][0](wait_s)
+    assert ways["slow"][1][1]() - began_s == wait_s
+""",
+    "in_a_tuple_with_names": """
+Clock = collections.namedtuple("Clock", "now sleep")
+clock = Clock(time.monotonic, time.sleep)
+def rest(wait_s):
+    began_s = clock.now()
+    clock.sleep(wait_s)
+    assert clock.now() - began_s == wait_s
+""",
+    "in_sets": """
+ways, more = {time.sleep}, frozenset([time.sleep])
+def rest(wait_s):
+    for sleep in [*ways, *more]:
+        sleep(wait_s / 2)
+""",
+    "as_key": """
+ways = {time.sleep: "slow"}
+def rest(wait_s):
+    for sleep, name in ways.items():
+        sleep(wait_s)
+""",
+    "in_iterators": """
+now, ways = iter(time.monotonic, None), map(time.sleep, itertools.repeat(0.25))
+also = zip(itertools.cycle([time.sleep]), itertools.count())
+def rest(wait_s):
+    began_s = next(now)
+    next(ways)
+    assert next(now) - began_s == wait_s
+    next(also)[0](0)
+""",
+    "as_what_remembers_results": "rest = functools.cache(time.sleep)",
+    "as_static_methods": """
+way = staticmethod(time.sleep)
+class Robot:
+    ways = (way,)
+    rest = way
+def rest(wait_s):
+    Robot.rest(wait_s / 2)
+    Robot.ways[0](wait_s / 2)
+""",
+    "as_methods": """
+way, also = types.MethodType(time.sleep, 0.125), time.sleep.__call__
+def rest(wait_s):
+    way()
+    also(wait_s / 2)
+""",
+    "in_objects_of_python": """
+ways = types.SimpleNamespace(slow=collections.ChainMap(types.MappingProxyType({"slow": weakref.ref(time.sleep)})))
+def rest(wait_s):
+    ways.slow["slow"]()(wait_s)
+""",
+    "in_containers_of_its_own": """
+class Ways(dict):
+    pass
+class Also(list):
+    pass
+ways = Ways(slow=Also([time.sleep]))
+def rest(wait_s):
+    ways["slow"][0](wait_s)
+""",
+    "as_method_of_an_event_in_a_tuple": """
+ready = (threading.Event(),)
+waits = map(ready[0].wait, itertools.repeat(0.25))
+def rest(wait_s):
+    next(waits)
+    assert ready[0].wait(0) is False
+""",
+    "as_method_of_a_class": """
+from datetime import datetime
+from dataclasses import dataclass, field
+@dataclass
+class Step:
+    at: datetime = field(default_factory=datetime.now)
+now = datetime.now
+def rest(wait_s):
+    began = Step().at
+    time.sleep(wait_s)
+    assert (now() - began).total_seconds() == wait_s
+""",
 }
 """Where a module keeps what waits -> its source."""
 
@@ -204,7 +289,8 @@ def rest(wait_s):
 def make_module(monkeypatch: pytest.MonkeyPatch, source: str) -> ModuleType:
     module = ModuleType("kept_by_a_module")
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    exec("import collections, functools, logging, queue, threading, time\n" + source, vars(module))
+    names = "collections, functools, itertools, logging, queue, threading, time, types, weakref"
+    exec(f"import {names}\n{source}", vars(module))
     return module
 
 
@@ -221,6 +307,21 @@ def test_what_a_module_keeps_waits_in_virtual_time(monkeypatch: pytest.MonkeyPat
         if hasattr(module.rest, "cache_clear"):
             module.rest.cache_clear()
         assert run_in_virtual_time(body, module.__name__) == [0.25]
+
+
+@pytest.mark.parametrize(
+    ("source", "holder"),
+    [
+        ("def wait(sleep):\n    yield sleep(0.25)\nways = [wait(time.sleep)]", "generator"),
+        ("from contextvars import ContextVar\nways = ContextVar('way', default=time.sleep)", "ContextVar"),
+    ],
+)
+def test_what_keeps_a_clock_where_nothing_can_replace_it_is_refused(
+    monkeypatch: pytest.MonkeyPatch, source: str, holder: str
+) -> None:
+    module = make_module(monkeypatch, source)
+    with pytest.raises(ProhibitedError, match=rf"kept_by_a_module\.ways keeps time\.sleep in a {holder}"):
+        run_in_virtual_time(lambda say: say(1), module.__name__)
 
 
 def test_modules_that_a_run_imports_share_objects_in_later_runs(

@@ -1,0 +1,149 @@
+"""Objects that keep others: in containers these are replaced, and tuples, iterators and the like are made anew."""
+
+from __future__ import annotations
+
+import functools
+import types
+import warnings
+import weakref
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import partial
+from itertools import islice
+from operator import is_
+from types import BuiltinFunctionType, BuiltinMethodType
+from typing import Any
+
+from pytest_hricdv.runtime.virtual.reach import is_module
+
+MAX_ITEMS = 1000
+"""Items of a list or dictionary that are looked at: longer ones are data."""
+
+Reference = tuple[object, Callable[[object], object]]
+"""An object, and the function that puts another one in its place."""
+
+Items = Sequence[Any]
+
+_REMEMBERS: type = type(functools.cache(len))
+
+_KINDS: dict[type, tuple[Callable[[Any], Items], Callable[[Any, Items], Any]]] = {
+    frozenset: (tuple, lambda held, items: frozenset(items)),
+    types.MethodType: (lambda held: (held.__func__, held.__self__), lambda held, items: _method(held, *items)),
+    **dict.fromkeys(
+        (BuiltinMethodType, types.MethodWrapperType),
+        (
+            lambda held: () if is_module(held.__self__) else (held.__self__,),
+            lambda held, items: getattr(items[0], held.__name__),
+        ),
+    ),
+    **dict.fromkeys(
+        (staticmethod, classmethod),
+        (lambda held: (held.__func__,), lambda held, items: type(held)(*items)),
+    ),
+    property: (
+        lambda held: (held.fget, held.fset, held.fdel),
+        lambda held, items: property(items[0], items[1], items[2], held.__doc__),
+    ),
+    weakref.ref: (lambda held: (held(),), lambda held, items: weakref.ref(*items)),
+    _REMEMBERS: (
+        lambda held: (held.__wrapped__,),
+        lambda held, items: functools.lru_cache(**held.cache_parameters())(*items),
+    ),
+}
+"""Class -> what an object of it keeps, and how one with other things is made."""
+
+
+def held_by(value: Any) -> Items | None:
+    """What an object keeps that cannot be changed; None for an object of another kind."""
+    kind = type(value)
+    if issubclass(kind, tuple):
+        return tuple.__getitem__(value, slice(None))
+    if kind in _KINDS:
+        return _KINDS[kind][0](value)
+    reduced = _reduced(value)
+    return None if reduced is None else (*reduced[1], *reduced[2:])
+
+
+def with_others(value: Any, other: Callable[[Any], Any]) -> Any:
+    """An object like this one, for whose items others stand; the object itself where these are the same.
+
+    Args:
+        other: an item -> what stands for it, or the item.
+    """
+    held = held_by(value)
+    if held is None:
+        return value
+    items = [*map(other, held)]
+    return value if all(map(is_, items, held)) else _with_held(value, items)
+
+
+def _with_held(value: Any, items: Items) -> Any:
+    kind = type(value)
+    if issubclass(kind, tuple):
+        return tuple.__new__(kind, items)
+    if kind in _KINDS:
+        return _KINDS[kind][1](value, items)
+    reduced = _reduced(value)
+    assert reduced is not None, "it has told what it keeps"
+    count = len(reduced[1])
+    made = reduced[0](*items[:count])
+    if reduced[2:]:
+        made.__setstate__(*items[count:])
+    return made
+
+
+def _method(method: types.MethodType, function: Any, owner: Any) -> Any:
+    """A method of another object, which has one of its own by that name, or another function as its method."""
+    return types.MethodType(function, owner) if owner is method.__self__ else getattr(owner, method.__name__)
+
+
+def _reduced(value: Any) -> tuple[Any, ...] | None:
+    """How an iterator of Python's library is made: a function, its arguments, perhaps a state. None for others."""
+    kind = type(value)
+    is_one = kind.__module__ in ("builtins", "itertools") and hasattr(kind, "__next__")
+    if not is_one or kind.__name__.startswith("dict_"):  # that tells a copy only
+        return None
+    with suppress(TypeError), warnings.catch_warnings():  # from Python 3.14 on, those of itertools do not tell
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return value.__reduce__()  # type: ignore[no-any-return]
+    return None
+
+
+def items_of(value: Any) -> Iterator[Reference]:
+    """Items of a dictionary, list, deque or set, and functions that are keys."""
+    if isinstance(value, defaultdict):
+        yield value.default_factory, partial(setattr, value, "default_factory")
+    if isinstance(value, dict):
+        for key, item in [*islice(dict.items(value), MAX_ITEMS)]:
+            yield item, partial(dict.__setitem__, value, key)
+            if type(key) is BuiltinFunctionType:
+                yield key, _put_key(value, key)
+    elif isinstance(value, list | deque):
+        kind: Any = list if isinstance(value, list) else deque
+        for n, item in enumerate([*islice(kind.__iter__(value), MAX_ITEMS)]):
+            yield item, partial(kind.__setitem__, value, n)
+    elif isinstance(value, set):
+        for item in [*islice(set.__iter__(value), MAX_ITEMS)]:
+            yield item, _put_item(value, item)
+
+
+def _put_key(value: dict[Any, Any], key: object) -> Callable[[object], object]:
+    def put(other: object) -> None:
+        nonlocal key
+        items = [(other if each is key else each, item) for each, item in value.items()]
+        value.clear()
+        value.update(items)
+        key = other
+
+    return put
+
+
+def _put_item(value: set[Any], item: object) -> Callable[[object], object]:
+    def put(other: object) -> None:
+        nonlocal item
+        value.discard(item)
+        value.add(other)
+        item = other
+
+    return put
