@@ -16,6 +16,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable
+from contextvars import Context, copy_context
 from types import FrameType
 from typing import NoReturn
 
@@ -62,6 +63,14 @@ def current_node() -> Node | None:
     return here.node if isinstance(here, _NodeGreenlet) else None
 
 
+def _copy_context() -> Context:
+    """The values of context variables here. The context of `decimal` is one of its own: code changes it in place."""
+    context = copy_context()
+    if decimal := sys.modules.get("decimal"):
+        context.run(lambda: decimal.setcontext(decimal.getcontext().copy()))
+    return context
+
+
 class Node:
     """One blocking activity; created by `Kernel.spawn`."""
 
@@ -80,6 +89,8 @@ class Node:
         """How many tasks of asyncio its first one has started, and those."""
         self.greenlet = _NodeGreenlet(body)
         self.greenlet.node = self
+        if current_node() is None:  # as a program's main thread; its other threads begin without values
+            self.greenlet.gr_context = _copy_context()
         self.wait = 0  # number of the current wait; heap entries of earlier waits are stale
         self.counted = 0  # of these, when its steps were counted last
         self.woken = False
@@ -491,7 +502,9 @@ class Kernel:
             if not (isinstance(error, (Exception, SystemExit)) or word_of(error)):
                 raise
             raised = error
-        node.ended = node.greenlet.dead
+        if node.greenlet.dead:
+            node.ended = True
+            del node.body  # and what it keeps, as a thread
         if isinstance(raised, BaseException):
             problem = f"failed at {self.now_s:.3f} s: {error_text(raised)}"
             raise NodeError(node.name, self.now_s, problem) from raised

@@ -42,11 +42,19 @@ def test_the_session_fails(lamps: pytest.Pytester, word: str, place: str, option
     assert report(lamps.path)["not_run"] == 0
 
 
-def test_code_that_ends_the_process_loses_no_result(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "lamps/guide.py", AT["code under test"][1], "    import os; os._exit(0)\n")
+@pytest.mark.parametrize(
+    ("line", "call"),
+    [
+        ("import os; os._exit(0)", "os._exit(0)"),
+        ("import signal; signal.raise_signal(15)", "signal.raise_signal(15)"),
+        ("import os; os.kill(os.getpid(), 1)", "os.kill(*, ...)"),
+    ],
+)
+def test_code_that_ends_the_process_loses_no_result(lamps: pytest.Pytester, line: str, call: str) -> None:
+    change(lamps.path, "lamps/guide.py", AT["code under test"][1], f"    {line}\n")
     result = lamps.runpytest_subprocess(SUITE)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
-    result.stdout.fnmatch_lines(["*os._exit(0) at *guide.py:*: it would end all tests at once*"])
+    result.stdout.fnmatch_lines([f"*{call} at *guide.py:*: it would end all tests at once*"])
 
 
 def test_the_test_functions_own_words_keep_their_meaning(lamps: pytest.Pytester) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import decimal
 import math
+from contextvars import ContextVar, copy_context
 from functools import partial
 
 import pytest
@@ -170,3 +172,24 @@ def test_a_world_that_returns_no_time_is_named_with_its_line(reached: object, sh
     assert str(raised.value).startswith(
         f"{__file__}:{line}: Lift.advance returned {shown}; expected the time that the "
     )
+
+
+def test_nodes_begin_with_the_context_variables_of_the_program_and_change_their_own() -> None:
+    speed: ContextVar[str] = ContextVar("speed")
+    seen: list[object] = []
+
+    def robot() -> None:
+        seen.extend((speed.get(), decimal.getcontext().prec))
+        speed.set("fast")
+        decimal.getcontext().prec = 3
+
+    def program() -> None:
+        speed.set("slow")
+        decimal.getcontext().prec = 7
+        for _ in range(2):
+            kernel = Kernel()
+            kernel.spawn("robot", robot)
+            kernel.run(1.0)
+
+    copy_context().run(program)
+    assert seen == ["slow", 7, "slow", 7]

@@ -63,6 +63,8 @@ class Replacements:
 
     def update(self) -> None:
         """Know those that were loaded since."""
+        for real, other in importlib.import_module(f"{__package__}.outside").REFUSALS:
+            self._by_identity.setdefault(id(real), (real, other))
         for name in [module for module in _PROVIDERS if module in sys.modules and module not in self._replaced]:
             self._replaced.add(name)
             real, other = sys.modules[name], _stand_in(name)

@@ -23,16 +23,23 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial, wraps
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any, NoReturn
 
 from pytest_hricdv._base.descriptors import keep_open, leave_open
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, TIME, real_wait
 from pytest_hricdv.runtime.kernel import Kernel, current_node
-from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
-from pytest_hricdv.runtime.virtual.prohibition import MAX_DEPTH, RIGHTS, WATCHDOGS, closes_own, is_harmless, takes_away
+from pytest_hricdv.runtime.virtual.prohibition import (
+    MAX_DEPTH,
+    RIGHTS,
+    WATCHDOGS,
+    closes_own,
+    ends_session,
+    is_harmless,
+    takes_away,
+)
 from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module, shows_virtual_time
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError, RealTimeError
 
@@ -48,8 +55,6 @@ if HAS_TERMINALS:
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 # As they are now: the code under test may replace them.
-_ENDS: dict[str, Callable[..., Any]] = {name: getattr(os, name) for name in ("_exit", "execv", "execve")}
-"""What ends the process at once, or makes another program of it; the other `os.exec...` call these."""
 _PID = os.getpid
 _REGISTER = abc.ABCMeta.register
 _SLEEP, _START = time.sleep, threading.Thread.start
@@ -90,12 +95,17 @@ _REFUSED: dict[str, Callable[..., Any]] = {
         for name in ("create", "run_string", "exec", "run_func", "call")
         if hasattr(interpreters, name)
     },
-    **{f"os.{name}": getattr(os, name) for name in ("close", "closerange", "dup2", *RIGHTS) if hasattr(os, name)},
+    **{
+        f"os.{name}": getattr(os, name)
+        for name in ("close", "closerange", "dup2", "kill", "killpg", "_exit", "execv", "execve", *RIGHTS)
+        if hasattr(os, name)
+    },
+    **{f"signal.{name}": getattr(signal, name) for name in ("raise_signal", "pthread_kill") if hasattr(signal, name)},
 }
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
 timers of the machine strike by its own clock, or never, as a run is over soon; another interpreter of the process has
-clocks and locks of its own. And what takes from the process what
-nobody can give back: the session would continue with less."""
+clocks and locks of its own. And what takes from the process what nobody can give back, or ends it or makes another
+program of it: the other `os.exec...` call these. They are as they are now: the code under test may replace them."""
 
 _REAP_S = 1.0
 """Time limit (s) for the end of a process whose wait was refused (chosen: it takes milliseconds)."""
@@ -137,6 +147,9 @@ class _Guard:
                 f"{place_of(sys._getframe(1))}: {name} takes from the whole process, pytest included, what the session "
                 "needs: let the code do so where it is started, which a test does not do, or in a process of its own"
             )
+        if self._is_ended_by(name, args, sys._getframe(2)):
+            call = f"{name}({', '.join(map(repr, args[:1]))}{', ...' * (len(args) > 1)})"
+            raise ProhibitedError(f"{call} at {place_of(sys._getframe(2))}: it would end all tests at once")
         if node is not None and self._is_node() and not is_harmless(name, args):
             if name.rpartition(".")[2] not in _CLOCKED:
                 self._refuse(name)
@@ -206,15 +219,11 @@ class _Guard:
         registered: type = self.call_or_refuse("abc.ABCMeta.register", _REGISTER, kind, subclass)
         return registered
 
-    def end(self, name: str, *args: Any, **keywords: Any) -> Any:
-        """One of `_ENDS`, in a process that the run has forked, and in other threads, such as those of time limits."""
-        caller = sys._getframe(2)
+    def _is_ended_by(self, name: str, args: tuple[Any, ...], caller: FrameType) -> bool:
+        """Whether a call ends the session: not in a process that the run has forked, nor in threads of time limits."""
         is_ours = str(caller.f_globals.get("__name__")).partition(".")[0] == _OURS  # a signal handler of the session
         is_beside = threading.current_thread() is not self._thread and not self._is_node()
-        if self.is_over or is_ours or is_beside or _PID() != self._pid:
-            return _ENDS[name](*args, **keywords)
-        call = f"os.{name}({', '.join(map(repr, args[:1]))}{', ...' * (len(args) > 1)})"
-        raise KernelError(f"{call} at {place_of(caller)}: it would end all tests at once, without results")
+        return ends_session(name, args) and not (is_ours or is_beside or _PID() != self._pid)
 
     def _is_node(self) -> bool:
         """Whether the caller is a node: a process that one forks is a copy of it, and none; who waits for it is."""
@@ -257,16 +266,12 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
     def register(kind: abc.ABCMeta, subclass: type) -> type:
         return guard.register(kind, subclass)
 
-    def make_end(name: str) -> Callable[..., Any]:
-        return wraps(_ENDS[name])(lambda *args, **keywords: guard.end(name, *args, **keywords))
-
-    others = {id(_SLEEP): sleep} | {id(real): _make_refusal(guard, name, real) for name, real in _REFUSED.items()}
+    others = {id(_SLEEP): sleep} | {id(real): other for real, other in REFUSALS}
     if HAS_TERMINALS and terminal_calls.is_of_session(sys.stdin):
         terminal_calls.STDIN.outside = sys.stdin
         put(sys, "stdin", terminal_calls.STDIN)
     try:
-        for name in _ENDS:
-            put(os, name, make_end(name))
+        _GUARDS.append(guard)
         for module in _modules_that_wait():
             for name, value in [*vars(module).items()]:
                 if id(value) in others:
@@ -281,7 +286,7 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
         put(subprocess.Popen, "wait", wait)
         put(abc.ABCMeta, "register", register)
         for name in ("stdout", "stderr"):
-            undo += _keep_open(guard, f"sys.{name}.close", getattr(sys, name))
+            undo += _keep_open(f"sys.{name}.close", getattr(sys, name))
         for kind in _SELECTORS:
             put(kind, "select", _make_select(guard, kind.select))
         for kind in filter(None, [getattr(sys.modules.get("socket"), "socket", None)]):
@@ -292,6 +297,7 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
         yield
     finally:
         guard.is_over = True
+        _GUARDS.remove(guard)
         for restore in reversed(undo):
             restore()
         leave_open()
@@ -300,12 +306,12 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
                 terminal.hang_up()
 
 
-def _keep_open(guard: _Guard, name: str, stream: Any) -> Iterator[Callable[[], object]]:
+def _keep_open(name: str, stream: Any) -> Iterator[Callable[[], object]]:
     """Refuse to close a stream and what it writes to; yields what allows it again."""
     parts: tuple[Any, Any] = stream, getattr(stream, "buffer", None)
     for part in parts:
         with suppress(AttributeError, TypeError):  # one of another kind, as somebody has put it there
-            part.close = _make_refusal(guard, name, part.close)
+            part.close = _make_refusal(name, part.close)
             yield partial(delattr, part, "close")
 
 
@@ -331,14 +337,21 @@ def _make_socket_call(guard: _Guard, name: str, real: Callable[..., Any]) -> Cal
     return call
 
 
-def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
+def _make_refusal(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def call_or_refuse(*args: Any, **keywords: Any) -> Any:
-        if guard.is_over or closes_own(name, args, sys._getframe(1)):  # who was imported meanwhile may have kept it
+        if not _GUARDS or closes_own(name, args, sys._getframe(1)):  # who was imported meanwhile may have kept it
             return real(*args, **keywords)
-        return guard.call_or_refuse(name, real, *args, **keywords)
+        return _GUARDS[-1].call_or_refuse(name, real, *args, **keywords)
 
     return call_or_refuse
+
+
+_GUARDS: list[_Guard] = []
+"""Of the runs that go on."""
+
+REFUSALS = tuple((real, _make_refusal(name, real)) for name, real in _REFUSED.items())
+"""What a run refuses to call, and what stands for it in modules; it does so for whatever else the code keeps it in."""
 
 
 def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], None]) -> None:
@@ -369,7 +382,7 @@ _CLOCKS: dict[int, object] = {
     if name in clocks.REPLACED
 }
 """A clock of Python's library -> the same in virtual time, for modules that the code under test does not name."""
-_WAITS = frozenset(map(id, (_SLEEP, *_REFUSED.values()))) | _CLOCKS.keys()
+_WAITS = frozenset(map(id, (_SLEEP, *(real for real, _ in REFUSALS)))) | _CLOCKS.keys()
 _TERMINAL_CALLS: dict[int, Callable[..., Any]] = {}
 if HAS_TERMINALS:
     _TERMINAL_CALLS |= {id(real): virtual for real, virtual in terminal_calls.REPLACED.values()}

@@ -176,6 +176,28 @@ def closes_own(name: str, args: tuple[Any, ...], caller: FrameType) -> bool:
     return is_own
 
 
+def ends_session(name: str, args: tuple[Any, ...]) -> bool:
+    """Whether a call ends this process, or sends it a signal by which the session ends: one that it handles.
+
+    Not SIGINT: the code may catch the exception, and else it has the line.
+    """
+    match name, args:
+        case (("os._exit" | "os.execv" | "os.execve"), _):
+            return True
+        case "signal.raise_signal", (int(number),):
+            pass
+        case "os.kill", (pid, int(number)) if pid in (os.getpid(), 0):
+            pass
+        case "os.killpg", (group, int(number)) if group in (os.getpgrp(), 0):
+            pass
+        case "signal.pthread_kill", (_, int(number)):
+            pass
+        case _:
+            return False
+    handler = signal.getsignal(number) if number in [*signal.Signals] and number != signal.SIGINT else None
+    return str(getattr(handler, "__module__", None)).startswith("pytest_hricdv.session.")
+
+
 def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
     """Whether it does not wait, as a poll, or a timer that is switched off."""
     match name.rpartition(".")[2]:
@@ -189,7 +211,9 @@ def is_harmless(name: str, args: tuple[Any, ...]) -> bool:
             return args[:1] != (getattr(resource, "RLIMIT_CPU", None),)
         case "addaudithook" | "setrecursionlimit" | "setswitchinterval" | "prlimit" | "signal" | "pthread_sigmask":
             return True
-        case "close" | "closerange" | "dup2" | "register":
+        case "close" | "closerange" | "dup2" | "register" | "_exit" | "execv" | "execve":
+            return True
+        case "kill" | "killpg" | "raise_signal" | "pthread_kill":
             return True
     return False
 

@@ -19,7 +19,6 @@ from typing import Any
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.source_location import place_of
-from pytest_hricdv.runtime.timeouts import PRUNE_AT
 from pytest_hricdv.runtime.virtual import clocks, locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.real_time import node_to_wait
@@ -37,22 +36,15 @@ class _Threads:
     def __init__(self, main: Node) -> None:
         self.main = main
         self.made = self.begun = 0
-        self._prune_at = PRUNE_AT
         first = Thread(name="MainThread", daemon=False)
         self.running: dict[Node, Thread] = {main: first}
         first.began(main, 1)
 
     def add(self, thread: Thread, node: Node) -> int:
-        """A thread begins; returns its number. Those that are over are forgotten, a few at a time."""
+        """A thread begins; returns its number."""
         self.begun += 1
         self.running[node] = thread
-        if len(self.running) > self._prune_at:
-            self.running = {node: thread for node, thread in self.running.items() if self._stays(node)}
-            self._prune_at = max(PRUNE_AT, 2 * len(self.running))
         return self.begun + 1
-
-    def _stays(self, node: Node) -> bool:
-        return node is self.main or not node.ended
 
     def number(self) -> int:
         """The number of a new thread without a name."""
@@ -143,6 +135,9 @@ class Thread:
             pass  # ends a thread silently
         finally:
             self._over.set()
+            threads = _threads()
+            if threads is not None and self._node is not None:
+                threads.running.pop(self._node)  # nothing else keeps it
 
     def run(self) -> None:
         """The thread's work; to be overridden, or given as `target`."""

@@ -324,6 +324,25 @@ def test_what_keeps_a_clock_where_nothing_can_replace_it_is_refused(
         run_in_virtual_time(lambda say: say(1), module.__name__)
 
 
+@pytest.mark.parametrize(
+    ("source", "refused"),
+    [
+        ("import os\ncall = functools.partial(os.system, 'touch made')", r"waits in real time, in os\.system"),
+        ("import os\ndef call(ways=(os.system,)):\n    ways[0]('touch made')", r"waits in real time, in os\.system"),
+        ("from os import _exit\ncall = functools.partial(_exit, 0)", r"os\._exit\(0\) at .*: it would end all tests"),
+        ("import os\ncall = [os.execv][0].__call__", r"os\.execv\('true', \.\.\.\) at .*: it would end all tests"),
+    ],
+)
+def test_what_no_run_may_call_is_refused_in_whatever_keeps_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, source: str, refused: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    module = make_module(monkeypatch, source)
+    with pytest.raises(NodeError, match=refused):
+        run_in_virtual_time(lambda _: module.call(*("true", ["true"])[: 2 * ("execv" in source)]), module.__name__)
+    assert not [*tmp_path.iterdir()]
+
+
 def test_modules_that_a_run_imports_share_objects_in_later_runs(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

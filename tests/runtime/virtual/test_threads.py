@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -166,6 +167,21 @@ def test_a_wait_that_a_library_does_in_a_thread_is_refused_with_the_line_that_be
         kernel.spawn("robot", body)
         with guard_run(kernel), pytest.raises(NodeError, match=rf"{__file__}:\d+: node robot: .* waits in real time"):
             kernel.run(10.0)
+
+
+def test_nothing_keeps_a_thread_that_is_over() -> None:
+    kept = list[object]()
+
+    def body() -> None:
+        thread = VIRTUAL.threading.Thread(target=VIRTUAL.time.sleep, args=(1.0,))
+        thread.start()
+        thread.join()
+        over = weakref.ref(thread)
+        del thread
+        kept.append(over())
+
+    in_virtual_time(body)
+    assert kept == [None]
 
 
 def test_an_error_of_a_call_without_a_line_names_the_one_that_gave_it_to_the_pool() -> None:
