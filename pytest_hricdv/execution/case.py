@@ -15,7 +15,7 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution import faults
-from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_features
+from pytest_hricdv.execution.execution_feature import Watcher, execution_features
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.influence import Influence, ParameterLog
 from pytest_hricdv.execution.run_monitors import MonitorFeed, formulas, log_of, mark_unknown
@@ -137,112 +137,164 @@ def execute(
         TestbenchError: the testbench's `run` returned no Outcome, or ended the test by `pytest.skip` or the like.
         NodeError: a node failed, and after that the testbench or the monitors could not finish the run.
     """
-    testbench, measurement, original = settings.testbench, settings.measurement, test
-    parameters = ParameterLog(original.run)
-    test = dataclasses.replace(original, run=parameters)
-    recorder = Recorder()
-    monitors = MonitorSet(formulas(settings.requirements))
-    followers = tuple(
-        follower for feature in execution_features() for follower in feature.followers(settings.requirements, test)
-    )
-    vocabulary = testbench.vocabulary()
-    watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
-    recorder.listeners += [MonitorFeed(watcher, vocabulary) for watcher in watchers]
-    # Disable the watchdog while debugging.
-    kernel = Kernel(stuck_after_s=math.inf if debugger() else testbench.time.stall_timeout_s)
-    code = CodeUnderTest(kernel, lambda body: measurement.measure(context, body))
-    begun(code)
-    run = Run(
-        test=test,
-        kernel=kernel,
-        bus=Bus(kernel, testbench.messages, recorder, code.is_running),
-        recorder=recorder,
-        measured=code.node,
-        monitors=monitors,
-        filming=filming,
-        fidelity=testbench.simulation.fidelity,
-        engine=testbench.simulation.engine,
-        disturbances=testbench.disturbances,
-        producing=producing,
-        actors=testbench.model.who_acts,
-        bystanders={bystander.name: bystander for bystander in testbench.people.bystanders},
-        may_go_round=bool({"limit", "cycle"}.intersection(testbench.time.allowed_endings)),
-    )
-    influence = Influence(kernel, run.bus, code.has, testbench.code)
-    deadlocks: list[str] = []
+    case = _CaseExecution(settings, test, context, watching)
+    begun(case.code)
+    case.prepare(filming, producing)
+    judgement = case.carry_out()
+    return case.sum_up(judgement)
 
-    def before_end() -> None:
-        influence.finish()
-        deadlocks.extend(find_deadlocks([node for node in kernel.nodes if code.has(node)]))
 
-    run.before_end = before_end
-    kernel.virtual = frozenset(testbench.time.apis)
-    modules = VirtualModules(testbench.code)
-    run.middleware = next(filter(None, (feature.middleware(testbench) for feature in execution_features())), None)
-    if run.middleware is not None:
-        modules = run.middleware.modules
-        kernel.virtual |= run.middleware.virtual
-    kernel.code = modules.packages
-    tampering: tuple[str, ...] = ()
-    try:
-        with (
-            _leave_host_loop(),
-            measurement.watch_imports(context),
-            modules.install(),
-            guard_run(kernel),
-            keep_builtins(),
-            process_state.hide_arguments(),
-            seed_run(test.seed),
-            kernel.supervision.watch(),
-            ExitStack() as stack,
-        ):
-            for feature in execution_features():
-                stack.enter_context(feature.surround(run, code, testbench))
-            state = process_state.ProcessState()
-            try:
-                outcome, verdicts, record = _finish(settings, followers, run)
-            finally:
-                tampering = state.put_back(testbench.code)
-    except BaseException as error:
-        failed = run.ending.error if isinstance(error, Exception) and run.ending is not None else None
-        raised = failed or error
-        for sentence in tampering:
-            (raised.__cause__ or raised).add_note(sentence)  # a cause is what is shown
-        if failed is not None:
-            raise failed from failed.__cause__  # what fails after it may be its consequence
-        if word_of(error):
-            raise TestbenchError(refusal(error)) from error
-        raise
-    finally:
-        measurement.settle()
-    cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
-    covered = measurement.take(context)
-    ended = [*faults.of_ending(run.ending, code, testbench.time.allowed_endings)] if run.ending else []
-    ended += faults.of_simulation(kernel, run.ending)
-    ended += [*deadlocks, *tampering]
-    ended += faults.of_actors(name for name in run.idle_actors() if _acts(name, testbench))
-    ended += run.middleware.stuck_nodes if run.middleware is not None else ()
-    return CaseResult(
-        test=dataclasses.replace(run.enacted, run=original.run),
-        outcome=outcome,
-        record=record,
-        sim_s=kernel.now_s,
-        verdicts=verdicts,
-        code=covered if code.has_run else None,
-        has_measured_node=code.has_run,
-        threads=code.threads,
-        unreached_waits=influence.waits if code.has_run else "",
-        unread=tuple(name for name in testbench.concretization.run if name in parameters.unread),
-        cross=cross,
-        action_times_s=tuple(run.action_times_s),
-        begun=tuple(run.begun),
-        bystander_events=tuple(run.bystander_events),
-        ending_faults=tuple(ended),
-        bin_faults=tuple(bin_faults),
-        error=run.ending.error if run.ending else None,
-        notes=run.middleware.notes if run.middleware is not None else (),
-        engine=testbench.simulation.engine,
-    )
+@dataclass(frozen=True)
+class _Judgement:
+    """What the testbench and the monitors say of a run."""
+
+    outcome: Outcome
+    verdicts: tuple[Verdict, ...]
+    record: Record
+
+
+class _CaseExecution:
+    """One run of a test, with what observes it."""
+
+    def __init__(self, settings: RunSettings, test: ConcreteTest, context: str, watching: Iterable[Watcher]) -> None:
+        testbench = settings.testbench
+        self._settings, self._context, self._original = settings, context, test
+        self._parameters = ParameterLog(test.run)
+        self._test = dataclasses.replace(test, run=self._parameters)
+        self._monitors = MonitorSet(formulas(settings.requirements))
+        self._followers = tuple(
+            follower
+            for feature in execution_features()
+            for follower in feature.followers(settings.requirements, self._test)
+        )
+        self._recorder = Recorder()
+        vocabulary = testbench.vocabulary()
+        for watcher in (self._monitors, *self._followers, *watching):
+            self._recorder.listeners.append(MonitorFeed(watcher, vocabulary))
+        # Disable the watchdog while debugging.
+        self._kernel = Kernel(stuck_after_s=math.inf if debugger() else testbench.time.stall_timeout_s)
+        self.code = CodeUnderTest(self._kernel, lambda body: settings.measurement.measure(context, body))
+        self._deadlocks: list[str] = []
+        self._tampering: tuple[str, ...] = ()
+
+    def prepare(self, filming: Callable[[Run], AbstractContextManager[None]] | None, producing: Actions | None) -> None:
+        """Make the run, and the modules that its code sees."""
+        testbench, kernel, code = self._settings.testbench, self._kernel, self.code
+        self._run = run = Run(
+            test=self._test,
+            kernel=kernel,
+            bus=Bus(kernel, testbench.messages, self._recorder, code.is_running),
+            recorder=self._recorder,
+            measured=code.node,
+            monitors=self._monitors,
+            filming=filming,
+            fidelity=testbench.simulation.fidelity,
+            engine=testbench.simulation.engine,
+            disturbances=testbench.disturbances,
+            producing=producing,
+            actors=testbench.model.who_acts,
+            bystanders={bystander.name: bystander for bystander in testbench.people.bystanders},
+            may_go_round=bool({"limit", "cycle"}.intersection(testbench.time.allowed_endings)),
+        )
+        self._influence = Influence(kernel, run.bus, code.has, testbench.code)
+        run.before_end = self._before_end
+        run.middleware = next(filter(None, (feature.middleware(testbench) for feature in execution_features())), None)
+        kernel.virtual = frozenset(testbench.time.apis)
+        self._modules = VirtualModules(testbench.code)
+        if run.middleware is not None:
+            self._modules = run.middleware.modules
+            kernel.virtual |= run.middleware.virtual
+        kernel.code = self._modules.packages
+
+    def _before_end(self) -> None:
+        self._influence.finish()
+        self._deadlocks += find_deadlocks([node for node in self._kernel.nodes if self.code.has(node)])
+
+    def carry_out(self) -> _Judgement:
+        """Run it to its end. Raises as `execute`."""
+        measurement, run = self._settings.measurement, self._run
+        try:
+            with (
+                _leave_host_loop(),
+                measurement.watch_imports(self._context),
+                self._modules.install(),
+                guard_run(self._kernel),
+                keep_builtins(),
+                process_state.hide_arguments(),
+                seed_run(self._test.seed),
+                self._kernel.supervision.watch(),
+                ExitStack() as stack,
+            ):
+                for feature in execution_features():
+                    stack.enter_context(feature.surround(run, self.code, self._settings.testbench))
+                return self._finish()
+        except BaseException as error:
+            failed = run.ending.error if isinstance(error, Exception) and run.ending is not None else None
+            raised = failed or error
+            for sentence in self._tampering:
+                (raised.__cause__ or raised).add_note(sentence)  # a cause is what is shown
+            if failed is not None:
+                raise failed from failed.__cause__  # what fails after it may be its consequence
+            if word_of(error):
+                raise TestbenchError(refusal(error)) from error
+            raise
+        finally:
+            measurement.settle()
+
+    def _finish(self) -> _Judgement:
+        settings, run = self._settings, self._run
+        state = process_state.ProcessState()
+        try:
+            outcome = settings.testbench.run(run)
+            if not isinstance(outcome, Outcome):
+                expected = "expected a pytest_hricdv.testbench.Outcome"
+                raise TestbenchError(f"the testbench's run returned {outcome!r}; {expected}")
+            record, end_s = run.recorder.finish(), self._kernel.now_s
+            log = log_of(record, end_s)
+            verdicts = explain(self._monitors.finish(end_s), formulas(settings.requirements), log)
+            verdicts += tuple(follower.finish(end_s) for follower in self._followers)
+            marked = tuple(mark_unknown(verdict, settings.known_when, log) for verdict in verdicts)
+            return _Judgement(outcome, marked, record)
+        finally:
+            self._tampering = state.put_back(settings.testbench.code)
+
+    def sum_up(self, judgement: _Judgement) -> CaseResult:
+        """The result, with what was measured."""
+        testbench, run, code, outcome = self._settings.testbench, self._run, self.code, judgement.outcome
+        cross, bin_faults = faults.of_bins(testbench, outcome, judgement.verdicts)
+        covered = self._settings.measurement.take(self._context)
+        return CaseResult(
+            test=dataclasses.replace(run.enacted, run=self._original.run),
+            outcome=outcome,
+            record=judgement.record,
+            sim_s=self._kernel.now_s,
+            verdicts=judgement.verdicts,
+            code=covered if code.has_run else None,
+            has_measured_node=code.has_run,
+            threads=code.threads,
+            unreached_waits=self._influence.waits if code.has_run else "",
+            unread=tuple(name for name in testbench.concretization.run if name in self._parameters.unread),
+            cross=cross,
+            action_times_s=tuple(run.action_times_s),
+            begun=tuple(run.begun),
+            bystander_events=tuple(run.bystander_events),
+            ending_faults=tuple(self._ending_faults()),
+            bin_faults=tuple(bin_faults),
+            error=run.ending.error if run.ending else None,
+            notes=run.middleware.notes if run.middleware is not None else (),
+            engine=testbench.simulation.engine,
+        )
+
+    def _ending_faults(self) -> Iterator[str]:
+        testbench, run = self._settings.testbench, self._run
+        if run.ending:
+            yield from faults.of_ending(run.ending, self.code, testbench.time.allowed_endings)
+        yield from faults.of_simulation(self._kernel, run.ending)
+        yield from self._deadlocks
+        yield from self._tampering
+        yield from faults.of_actors(name for name in run.idle_actors() if _acts(name, testbench))
+        if run.middleware is not None:
+            yield from run.middleware.stuck_nodes
 
 
 @contextmanager
@@ -274,17 +326,3 @@ def feature_criteria(testbench: Testbench) -> tuple[Criterion, ...]:
         RequirementError: a condition in it does not parse.
     """
     return tuple(criterion for feature in execution_features() for criterion in feature.criteria(testbench))
-
-
-def _finish(
-    settings: RunSettings, followers: tuple[Follower, ...], run: Run
-) -> tuple[Outcome, tuple[Verdict, ...], Record]:
-    """Run it to its end; returns the outcome, the verdicts, and the record."""
-    outcome = settings.testbench.run(run)
-    if not isinstance(outcome, Outcome):
-        raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
-    record, end_s = run.recorder.finish(), run.kernel.now_s
-    log = log_of(record, end_s)
-    verdicts = explain(run.monitors.finish(end_s), formulas(settings.requirements), log)
-    verdicts += tuple(follower.finish(end_s) for follower in followers)
-    return outcome, tuple(mark_unknown(verdict, settings.known_when, log) for verdict in verdicts), record
