@@ -280,7 +280,8 @@ def _at(revision: str, folder: Path) -> Path:
 
 def main() -> int:
     """Prints the figures, or the places."""
-    parser = argparse.ArgumentParser(prog="python -m studies.size", description=__doc__)
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="python -m studies.size", description=__doc__, formatter_class=raw)
     parser.add_argument("--at", metavar="REV", help="another revision")
     parser.add_argument("--broken", action="store_true", help="list the places that break a rule")
     parser.add_argument("--check", action="store_true", help="fail where a figure is over its limit")
