@@ -48,6 +48,10 @@ LEAVES_S = 1.6
 """So long after that it may drive on beside them, then it stops once more (chosen: 0.2 m at `near_speed_m_s`)."""
 
 
+REMEMBERS_S = 60.0
+"""So long it keeps away from where it met somebody who is out of sight (chosen: so long the longest way takes)."""
+
+
 class BlockedError(Exception):
     """No way to the goal within the time that the robot may take."""
 
@@ -63,6 +67,8 @@ class Driver:
         self._turning = False
         self._slow_until_s = 0.0
         self._leaves_until_s = 0.0
+        self._met: list[tuple[float, float, float]] = []
+        """Time (s) and place (m, m) of those in its way."""
         self._before = base.pose()
 
     async def drive_to(self, goal: Point) -> None:
@@ -175,7 +181,16 @@ class Driver:
         await self._stand(self._config.patience_s if way else LOOK_AGAIN_S)
         self._turning = False
         pose = self._base.pose()
-        return self._way(goal, tuple((other.x, other.y) for other in self._seen(pose)))
+        seen = tuple((other.x, other.y) for other in self._seen(pose))
+        met = tuple((x, y) for _, x, y in self._remembered(pose))
+        self._met += [(asyncio.get_running_loop().time(), x, y) for x, y in seen]
+        return (self._way(goal, (*seen, *met)) if met else []) or self._way(goal, seen)
+
+    def _remembered(self, pose: Pose) -> list[tuple[float, float, float]]:
+        """Those met a while ago who are out of sight now: forgotten, it would go back and forth between two of them."""
+        since_s = asyncio.get_running_loop().time() - REMEMBERS_S
+        self._met = [met for met in self._met if met[0] > since_s and _distance_m(pose, met[1:]) >= self._config.near_m]
+        return self._met
 
 
 def _distance_m(pose: Pose, point: Point) -> float:
