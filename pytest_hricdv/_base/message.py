@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 MAX_MESSAGE = 900
 """Greatest length of a message, in characters: half a screen. Whoever prints it may put a few words before it."""
@@ -134,5 +134,18 @@ def nearest(name: str, allowed: Iterable[str]) -> str:
         return "; nearest: " + ", ".join(similar)
     if not names:
         return ""
-    shown = ", ".join(names[:SHOWN])
-    return f"; known: {shown}" + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+    return f"; known: {list_names(names, SHOWN)}"
+
+
+def list_names(names: Sequence[str], most: int = 3) -> str:
+    """The first names, and how many more there are.
+
+    >>> list_names(["a", "b", "c", "d", "e"])
+    'a, b, c and 2 more'
+    """
+    return ", ".join(names[:most]) + and_more(len(names) - most)
+
+
+def and_more(count: int) -> str:
+    """` and 2 more`; empty if there are none."""
+    return f" and {count:,} more" if count > 0 else ""

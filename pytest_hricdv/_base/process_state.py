@@ -29,6 +29,7 @@ import pytest
 
 from pytest_hricdv._base import self_check
 from pytest_hricdv._base.descriptors import StandardDescriptors
+from pytest_hricdv._base.message import list_names
 from pytest_hricdv._base.self_check import places_of_change
 
 # As they are now: restoring inspects the process with them.
@@ -265,9 +266,8 @@ def _folder() -> str:
 
 def complaint(names: Sequence[str], code: Iterable[str]) -> str:
     """A sentence on what was restored, and where modules under test had changed it."""
-    shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
     place = next((f" at {place}" for place in places_of_change(names, code)), "")
     return (
-        f"the code under test changed {shown} for the whole process{place}, pytest included; it was restored: "
-        "change it in the code's own modules only"
+        f"the code under test changed {list_names(names, 5)} for the whole process{place}, pytest included; it was "
+        "restored: change it in the code's own modules only"
     )

@@ -15,6 +15,7 @@ from pathlib import Path
 import msgspec
 
 from pytest_hricdv._base.hash_seed import own_hash_seed
+from pytest_hricdv._base.message import list_names
 
 SOURCES = (".py", ".toml", ".ini", ".asl", ".mas2j")
 """Files of a project that runs can depend on."""
@@ -73,9 +74,7 @@ def differences(before: Mapping[str, str], now: Mapping[str, str]) -> str:
     """The differences on one line; empty if there are none."""
     names = sorted(before.keys() | now.keys())
     changed = [name for name in names if before.get(name) != now.get(name)]
-    more = len(changed) - _SHOWN
-    shown = (_difference(name, before.get(name), now.get(name)) for name in changed[:_SHOWN])
-    return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+    return list_names([_difference(name, before.get(name), now.get(name)) for name in changed], _SHOWN)
 
 
 def _difference(name: str, before: str | None, now: str | None) -> str:

@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import list_names, visible
 from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.monitor import NearMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement, enumerate_names, plural, quantity, seconds, split_first
@@ -130,8 +130,7 @@ def counts(result: RequirementResult) -> str:
 
 def near_miss(miss: NearMiss) -> str:
     """Why nothing was checked, in a line: `nearest at 41.2 s: only reading.pressure was missing`."""
-    first, more = split_first(miss.missing, 6)
-    shown = ", ".join(first) + (f" and {more} more" if more else "")
+    shown = list_names(miss.missing, 6)
     text = f"only {shown} was missing" if len(miss.missing) == 1 else f"{shown} were missing"
     distance = f", by {quantity(miss.distance)}" if miss.distance is not None else ""
     return f"nearest at {seconds(miss.time_s)}: {text}{distance}"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import list_names, visible
 from pytest_hricdv.execution.judge import ENGINE_SENSITIVE
-from pytest_hricdv.report.formatting import Line, and_more, listing, pad, plural, split_first, width, wrap
+from pytest_hricdv.report.formatting import Line, listing, pad, plural, split_first, width, wrap
 from pytest_hricdv.report.view import FailureCause, FailureCauses, failure_causes
 from pytest_hricdv.report.violations import is_known, order_failures
 from pytest_hricdv.results.model import Report, TestResult
@@ -109,9 +109,11 @@ class FailingTests:
             yield Line(f"  and {more} more: -v lists all")
 
     def _also(self, nodeids: Sequence[str], columns: int | None) -> Line:
-        first, more = split_first([visible(self.tests[nodeid].id) for nodeid in nodeids], MAX_CAUSES)
-        text = ", ".join(first) + and_more(more)
-        return Line(f"  also   {text if columns is None else listing(first, columns - 9, more)}")
+        names = [visible(self.tests[nodeid].id) for nodeid in nodeids]
+        if columns is None:
+            return Line(f"  also   {list_names(names, MAX_CAUSES)}")
+        first, more = split_first(names, MAX_CAUSES)
+        return Line(f"  also   {listing(first, columns - 9, more)}")
 
     def rows(self, nodeids: Sequence[str], columns: int | None = None) -> Iterator[Line]:
         """`id  R29 R21  replay`: ids are never cut, and commands are complete or left out."""

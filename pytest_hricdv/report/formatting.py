@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import and_more, visible
 from pytest_hricdv.declarations.model_oracle import MODEL
 
 Item = TypeVar("Item")
@@ -169,11 +169,6 @@ def listing(items: Sequence[str], columns: int, more: int = 0) -> str:
 def split_first(items: Sequence[Item], most: int) -> tuple[Sequence[Item], int]:
     """The first of the items, and how many more there are."""
     return items[:most], max(0, len(items) - most)
-
-
-def and_more(count: int) -> str:
-    """`, and N more`, or nothing."""
-    return f", and {count} more" if count else ""
 
 
 def wrap(words: Iterable[str], columns: int) -> list[str]:

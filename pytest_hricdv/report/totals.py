@@ -7,11 +7,12 @@ from itertools import groupby
 from operator import attrgetter, itemgetter
 from typing import Literal
 
+from pytest_hricdv._base.message import list_names
 from pytest_hricdv.coverage.cross_product import CrossCoverage
 from pytest_hricdv.coverage.gaps import near_miss
 from pytest_hricdv.coverage.records import WaiverRecord
 from pytest_hricdv.execution.outcome import FAILING, XFAILED, TestOutcome
-from pytest_hricdv.report.formatting import and_more, branches, by_requirement, line_ranges, natural, plural, share
+from pytest_hricdv.report.formatting import branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.holes import holes_of_suite
 from pytest_hricdv.report.view import views
 from pytest_hricdv.report.violations import margin_unit
@@ -176,9 +177,8 @@ def list_vacuity_warnings(report: Report) -> tuple[str, ...]:
     ran = plural(len(passed), "test")
     if not names:
         return (f"nothing was checked: the testbench has no requirement, so {ran} passed vacuously",)
-    shown = ", ".join(names[:5]) + and_more(len(names[5:]))
     return (
-        f"nothing was checked: no test triggered a requirement ({shown}), so {ran} passed vacuously",
+        f"nothing was checked: no test triggered a requirement ({list_names(names, 5)}), so {ran} passed vacuously",
         *_nearest(report, names),
         "see in the report what was published and recorded in a run: a message or signal that is missing there, or an "
         "antecedent that asks for more than happens",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import datetime
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from pytest_hricdv._base.message import list_names
 from pytest_hricdv.coverage.gaps import near_miss
 from pytest_hricdv.registry import offers
 from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, baseline_of
@@ -76,11 +77,11 @@ class _SuiteComparison:
             new = sorted(set(tests) - set(old))
             if new:
                 grown = f": grown from {len(old)} to {len(tests)} tests" if len(tests) > len(old) > 0 else ""
-                text = f"{requirement} is newly violated by {_list_names(new)}{grown}"
+                text = f"{requirement} is newly violated by {list_names(new)}{grown}"
                 yield self._test_difference(f"{requirement} violated", old, tests, new, text, worse=True)
         new = sorted(set(self.now.broken) - set(self.before.broken))
         if new:
-            text = f"newly in error or at fault: {_list_names(new)}"
+            text = f"newly in error or at fault: {list_names(new)}"
             yield self._test_difference(
                 "in error or at fault", self.before.broken, self.now.broken, new, text, worse=True
             )
@@ -92,7 +93,7 @@ class _SuiteComparison:
             still = self.now.violations.get(requirement, ())
             fixed = sorted(set(tests) - set(still))
             if fixed:
-                text = f"{requirement} is no longer violated by {_list_names(fixed)}"
+                text = f"{requirement} is no longer violated by {list_names(fixed)}"
                 yield self._test_difference(f"{requirement} violated", tests, still, fixed, text, worse=False)
         yield from self._triggers()
         for kind in _PERCENT:
@@ -123,7 +124,7 @@ class _SuiteComparison:
                 missing = sorted(points - others.get(kind, set()))
                 if missing:
                     counts = (str(len(before.get(kind, ()))), str(len(now.get(kind, ()))))
-                    text = f"{word} {kind}: {_list_names(missing)}"
+                    text = f"{word} {kind}: {list_names(missing)}"
                     yield self._difference(kind, counts, text, items=tuple(missing), worse=worse)
 
     def _test_difference(
@@ -148,11 +149,6 @@ def _points(suite: SuiteBaseline) -> dict[str, set[str]]:
     """The covered points by name: plans of each agent, and bins of each cross product."""
     plans = {f"plans of {agent}": set(plans) for agent, plans in suite.plans.items()}
     return plans | {f"bins of {name}": {" x ".join(bin_) for bin_ in bins} for name, bins in suite.bins.items()}
-
-
-def _list_names(names: list[str], most: int = 3) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
 
 
 def gates_of(

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
+from pytest_hricdv._base.message import list_names
 from pytest_hricdv.runtime.kernel import Kernel
 from pytest_hricdv.runtime.record import RecordedMessage, Recorder
 
@@ -54,10 +55,8 @@ class Cycle:
     messages: tuple[str, ...]
 
     def __str__(self) -> str:
-        named, others = self.messages[:8], self.messages[8:]
-        shown, more = ", ".join(named), f" and {len(others)} more" if others else ""
         often = f"{self.times} times, every {self.period_s:.3g} s"
-        return f"nothing new since {self.since_s:.3f} s, and {often}: {shown}{more}"
+        return f"nothing new since {self.since_s:.3f} s, and {often}: {list_names(self.messages, 8)}"
 
 
 class RepetitionDetector:

@@ -13,14 +13,14 @@ import shlex
 import shutil
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import TextIO
 
 from msgspec import structs
 
-from pytest_hricdv._base.message import harmless_line, visible
+from pytest_hricdv._base.message import harmless_line, list_names, visible
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign.database import LOST
@@ -287,20 +287,14 @@ def _failures(made: Report) -> Iterator[str]:
     if result.not_run:
         yield f"{result.not_run:,} of {result.expected:,} runs have no outcome: totals are lower bounds"
     if result.lost:
-        yield f"{len(result.lost):,} runs were lost: {_some(run.id for run in result.lost)}"
+        yield f"{len(result.lost):,} runs were lost: {list_names(sorted(run.id for run in result.lost), _SHOWN)}"
     if result.differing:
         yield f"{len(result.differing):,} of {result.repeated:,} repeated runs differ elsewhere"
     for outcome in FAILING:
         count = result.outcomes.get(outcome, 0)
         if count:
-            names = _some(test.id for test in made.tests if test.outcome == outcome)
+            names = list_names(sorted(test.id for test in made.tests if test.outcome == outcome), _SHOWN)
             yield f"{count:,} of {result.stored:,} runs: {outcome}: {names}"
-
-
-def _some(names: Iterable[str]) -> str:
-    ordered = sorted(names)
-    more = f" and {len(ordered) - _SHOWN:,} more" if len(ordered) > _SHOWN else ""
-    return ", ".join(ordered[:_SHOWN]) + more
 
 
 def export(options: argparse.Namespace) -> int:

@@ -20,7 +20,6 @@ from pytest_hricdv.extra.closing.records import (
 )
 from pytest_hricdv.report.formatting import (
     Line,
-    and_more,
     by_requirement,
     pad,
     percent,
@@ -82,7 +81,7 @@ class ClosingView(View):
         for point in _select_points(result.open):
             yield Line(visible(f"  open: {point_text(point.point)}: {evidence_text(point)}"), "warn")
         if len(result.open) > _MAX_OPEN:
-            yield Line(f"  open:{and_more(len(result.open) - _MAX_OPEN).removeprefix(', and')}: see the report", "warn")
+            yield Line(f"  open: {len(result.open) - _MAX_OPEN} more: see the report", "warn")
 
     def section(self, report: Report) -> PageSection | None:
         """A part of the view of closure."""

@@ -8,10 +8,10 @@ from typing import Any
 from msgspec import to_builtins
 from msgspec.structs import replace
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import list_names, visible
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, SuspiciousPlace
 from pytest_hricdv.report.explanation import replay_command
-from pytest_hricdv.report.formatting import Line, and_more, fit, plural, seconds, width, wrap
+from pytest_hricdv.report.formatting import Line, fit, plural, seconds, width, wrap
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.report.violations import describe_violation, first_violation, order_failures, unit_of
@@ -116,8 +116,7 @@ def title_of(number: int, cause: Cause, status: str = "") -> str:
 
 def summary_of(cause: Cause) -> str:
     """`R29, R21 in 6 tests, first in the state releasing`."""
-    names, left = cause.requirements[:_MAX_REQUIREMENTS], len(cause.requirements) - _MAX_REQUIREMENTS
-    listed = ", ".join(names) + and_more(max(left, 0))
+    listed = list_names(cause.requirements, _MAX_REQUIREMENTS)
     where = f", first in the state {cause.state}" if cause.state else ""
     many = plural(len(cause.tests), "test")
     if (share := cause.probability) is not None:

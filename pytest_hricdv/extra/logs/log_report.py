@@ -14,6 +14,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from pytest_hricdv._base.message import list_names
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.reachability import skip_exploration
@@ -22,7 +23,7 @@ from pytest_hricdv.extra.logs.feature import UNKNOWN
 from pytest_hricdv.extra.logs.judging import JudgedRun
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.report.formatting import and_more, natural
+from pytest_hricdv.report.formatting import natural
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.model import ConcreteParameters, GateResult, Report, RerunOptions, TestResult
 from pytest_hricdv.results.report_builder import GeneratedSuite, SessionInfo, declare_report
@@ -91,7 +92,7 @@ class Occurrences:
             yield f"  {title}: nothing"
         for kind, names in kinds.items():
             if names:
-                yield f"  {title}: {len(names)} {kind}: {', '.join(names[:SHOWN])}{and_more(len(names[SHOWN:]))}"
+                yield f"  {title}: {len(names)} {kind}: {list_names(names, SHOWN)}"
 
 
 SUITE = "logs"

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import and_more, list_names, visible
 from pytest_hricdv.extra.mutation.records import (
     MUTATION,
     MutantResult,
@@ -12,7 +12,7 @@ from pytest_hricdv.extra.mutation.records import (
     MutationScore,
     OracleScore,
 )
-from pytest_hricdv.report.formatting import Line, Style, and_more, natural, pad, percent, plural, seconds, width
+from pytest_hricdv.report.formatting import Line, Style, natural, pad, percent, plural, seconds, width
 from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
 
@@ -117,8 +117,8 @@ def notes(result: MutationResult) -> Iterator[str]:
     if partly and most is not None:
         yield f"{partly} that were not killed were tried on {plural(most, 'test')} of a suite, and more execute them"
     if result.excluded_tests:
-        excluded_tests = plural(len(result.excluded_tests), "test")
-        yield f"{excluded_tests} took no part, failing or unmeasured without a fault: {_names(result.excluded_tests)}"
+        excluded = plural(len(result.excluded_tests), "test")
+        yield f"{excluded} took no part, failing or unmeasured without a fault: {list_names(result.excluded_tests)}"
     if result.end_reason != "done":
         why = {"seconds": "time ran out", "lost": "their process was lost"}.get(result.end_reason, "it was interrupted")
         yield f"{plural(result.total.not_run, 'mutant')} not tried: {why}"
@@ -147,9 +147,7 @@ def _example_lines(mutants: Sequence[MutantResult], status: MutantStatus) -> Ite
         if mutant.difference:
             yield Line(visible(f"      {mutant.difference}"), "dim")
     if len(mutants) > _MAX_EXAMPLES:
-        yield Line(
-            f"    ... and {and_more(len(mutants) - _MAX_EXAMPLES).removeprefix(', and ')}: see the report", "dim"
-        )
+        yield Line(f"    ...{and_more(len(mutants) - _MAX_EXAMPLES)}: see the report", "dim")
 
 
 def _place(mutant: MutantResult) -> str:
@@ -184,7 +182,3 @@ def _common_length(first: Sequence[str], second: Sequence[str]) -> int:
     return next(
         (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
     )
-
-
-def _names(names: Sequence[str], most: int = 3) -> str:
-    return ", ".join(names[:most]) + (and_more(len(names) - most) if len(names) > most else "")

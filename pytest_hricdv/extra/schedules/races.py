@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from pytest_hricdv._base.message import list_names
 from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, unpack_steps
 from pytest_hricdv.extra.schedules.scheduler import HeldNode
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate
@@ -162,7 +163,7 @@ def words(candidate: ScheduleCandidate, race: ScheduleRace) -> str:
         )
         between = dict.fromkeys(place.rstrip("=") for place, _ in held.between)
         others = ", ".join(dict.fromkeys(node for _, node in held.between))
-        during = f" while {others} executes {_few([*between])}" if between else ""
+        during = f" while {others} executes {list_names([*between])}" if between else ""
         parts.append(f"{held.node} waits {before} for {held.for_s:.6g} s{during}")
     parts += [wait for wait in race.ran.waits if wait not in candidate.usual.waits]
     orders = [decision for decision in race.test.schedule if decision.kind == "order"]
@@ -176,8 +177,3 @@ def _moves(usual: ConcreteTest, test: ConcreteTest) -> Iterator[str]:
         for name, value in action.parameters.items():
             if value != (usually := before.parameters[name]):
                 yield f"{name} of action {number}, {action.command}, is {value:.6g} instead of {usually:.6g}"
-
-
-def _few(places: Sequence[str], most: int = 3) -> str:
-    left = len(places) - most
-    return ", ".join(places[:most]) + (f" and {left} more" if left > 0 else "")

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from pytest_hricdv._base import atomic_file
+from pytest_hricdv._base.message import list_names
 from pytest_hricdv.extra.draft.analysis import NO_INPUTS
 from pytest_hricdv.extra.draft.code.sources import DraftError, find_around
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, CodeLine, Question
@@ -64,10 +65,9 @@ def _questions(draft: Draft) -> Iterator[Question]:
         if not is_answered:
             yield question
     if draft.dropped:
-        listed = ", ".join(f"*{subject}*" for subject in draft.dropped[:MAX_SUBJECTS])
-        more = f", and {len(draft.dropped) - MAX_SUBJECTS} more" if len(draft.dropped) > MAX_SUBJECTS else ""
+        listed = list_names([f"*{subject}*" for subject in draft.dropped], MAX_SUBJECTS)
         text = f"Which of these are required? They did not hold in the first runs, or few tests checked them: {listed}"
-        yield Question(text + more, "requirements", None)
+        yield Question(text, "requirements", None)
 
 
 def _weight(draft: Draft, question: Question) -> int:
