@@ -1,6 +1,4 @@
-"""The lanes of a run: the actions of each of several actors, handed to the node that enacts them, in a requested
-order.
-"""
+"""The lanes of a run: hands the actions of each actor to the node that enacts them, in a requested order."""
 
 from __future__ import annotations
 

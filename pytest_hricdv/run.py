@@ -370,7 +370,7 @@ class Run:
                     self.kernel.skip(self.kernel.now_s + INSTANT_S)
                 # An instant is judged once it is over, and what happened at the last one may have met a deadline.
                 self._go_on(self.kernel.now_us + 1)
-                # Later triggers do not count: a topic at 10 Hz that nobody answers would go on for ever.
+                # Later triggers do not count: a topic at 10 Hz that nobody answers would continue for ever.
                 self._go_on()
             except NodeError as error:
                 if isinstance(error.__cause__, MonitorError | TestbenchError):

@@ -1,5 +1,6 @@
-"""The parser of commands, where a misspelt command or option suggests the right one; and a closed output pipe, as in
-`hricdv init hri --from robot | head -3`.
+"""The parser of the commands, which suggests the nearest name for a misspelt command or option.
+
+Also output whose reader has gone, as in `hricdv init hri --from robot | head -3`: it ends no command and no session.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ def call_within(limit_s: float, function: Callable[[], T]) -> T:
 
     def leave(number: int, frame: FrameType | None) -> None:
         if is_due and getcurrent() is calling:  # the watchdog's own timer says nothing of this call
-            # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would go on.
+            # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would continue.
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(calling))
             here.throw(OvertimeError())
 

@@ -1,5 +1,6 @@
-"""What the runs of a project depend on besides its tests: its files and installed packages. The identity of a
-process consists of them.
+"""What the runs of a project depend on besides its tests: its files and installed packages, by their hashes.
+
+Together they are the identity of a process, which campaigns, clusters and resumed sessions compare.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
-"""A coupled agent, which pauses before each act and resumes when the run reports that the act has been done; and the
-run of such agents, whose clock the simulation sets.
+"""Coupled agents: each pauses before an act, and resumes when the simulated run reports that the act has been done.
+
+`CoupledRun` is the run of such agents; the simulation sets its clock.
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ class CoupledRun(SystemRun):
         self.settle()
 
     def wait_until(self, time_s: float) -> None:
-        """The clock has reached `time_s`, and no wait is over before it: agents go on whose wait is over by now.
+        """The clock has reached `time_s`, and no wait is over before it: agents continue whose wait is over by now.
 
         Raises:
             BdiError: as `settle`; or an agent waits again and again for no time.

@@ -1,6 +1,4 @@
-"""Declared events of a run: the literals that they stand for in an agent, and their detection in messages and in
-changes of signals.
-"""
+"""Declared events of a run: the literal that each stands for in an agent, and its detection in messages and signals."""
 
 from __future__ import annotations
 
@@ -200,7 +198,7 @@ class Events:
     def advance(self, time_s: float) -> Iterator[EventOccurrence]:
         """Time has reached `time_s`: what has happened before, also what only takes time.
 
-        `rise(historically[0:2](near))` becomes true when somebody was near for 2 s, whatever else is going on then.
+        `rise(historically[0:2](near))` becomes true when somebody was near for 2 s, whatever else happens then.
         """
         yield from self.flush()
         # The monitors' clock is ahead by the instants that were kept apart, and may not go back.

@@ -1,5 +1,6 @@
-"""Cross-product coverage: named coordinates with named bins; a hit is one bin of each. A report holds what was
-declared, what is impossible, and what was hit.
+"""Cross products: named coordinates with named bins; a hit is one bin of each coordinate.
+
+Also their records in reports: what was declared, what is impossible, and what was hit.
 """
 
 from __future__ import annotations

@@ -100,7 +100,7 @@ class ImportCoverage:
         import coverage
 
         current = coverage.Coverage.current()
-        lost = {name for name, by in self._users.items() if by is not current}  # with a measurement that went on
+        lost = {name for name, by in self._users.items() if by is not current}  # with a measurement that continued
         files = [(name, file) for name, file in list_loaded_files() if file in self._files]
         loaded = [name for name, _ in files if name in lost or name not in self.watch.files]
         if loaded:

@@ -1,5 +1,6 @@
-"""Measures in a separate process what importing modules covers, if they were loaded here before imports could be
-followed.
+"""A separate process that measures what importing a module covers.
+
+It is for modules that this process had loaded before it could follow imports.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Declares the ROS 2 system of a testbench: what requirements name of its graph, and the nodes that are started.
+"""Declares the ROS 2 system of a testbench: topics, services and actions by type, and the nodes to start.
 
-Its interface in a run is for testbenches and for the execution; `extra.ros2` implements it.
+Also the protocols of a started system, which testbenches and the execution use; `extra.ros2` implements them.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ class RosServedGoal(Protocol):
         """Whether a client has asked to cancel it, and may."""
 
     def wait(self, timeout_s: float) -> bool:
-        """Go on with the goal for `timeout_s`; True, at once, when it is to be cancelled, or is over."""
+        """Wait for `timeout_s`; True, at once, when the goal is to be cancelled, or is over."""
 
     def feedback(self, **fields: Any) -> None:
         """Publish feedback that has these fields."""
@@ -321,7 +321,7 @@ class Middleware(Protocol):
         """Start nodes, each as if in a process of its own; the seed of the test is that of when messages arrive.
 
         Raises:
-            InputError: a node cannot be start.
+            InputError: a node cannot be started.
         """
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:

@@ -66,7 +66,7 @@ class CaseResult:
     has_measured_node: bool = True
     """Whether the testbench's `run` wrapped a node with `run.measured`: otherwise nothing of the code was measured."""
     threads: int = 0
-    """Number of nodes of the code under test: threads, nodes of ROS 2, and tasks of asyncio beside the first."""
+    """Number of nodes of the code under test: threads, nodes of ROS 2, and tasks of asyncio except the first."""
     error: NodeError | None = None
     """The failure of a node that ended the run; it is one of the faults."""
     notes: tuple[str, ...] = ()

@@ -1,5 +1,4 @@
-"""Faults of a run besides its requirements. A run with a fault fails its test, and keeps its
-verdicts, its film and its replay file.
+"""Faults of a run besides its requirements. A run with a fault fails its test, and keeps its verdicts and files.
 
 A node that fails, a run that reaches its time limit, code under test that returns while its world continues, a bin that
 cannot or must not be hit: without faults, each would look like a run with unchecked requirements.
@@ -71,7 +70,7 @@ class CodeUnderTest:
 
     @property
     def threads(self) -> int:
-        """How many nodes it has had, threads and nodes of ROS 2, and tasks of asyncio beside the first."""
+        """How many nodes it has had, threads and nodes of ROS 2, and tasks of asyncio except the first."""
         return len(self._nodes) + sum(node.tasks for node in self._nodes)
 
     def is_running(self) -> bool:

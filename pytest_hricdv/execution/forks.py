@@ -112,7 +112,7 @@ class InFork:
     writing: int
 
     def send(self, message: bytes) -> None:
-        """Send a message, and go on."""
+        """Send a message, and continue."""
         data = len(message).to_bytes(_HEAD, "big") + message
         while data:
             data = data[os.write(self.writing, data) :]

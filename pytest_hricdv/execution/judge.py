@@ -19,7 +19,7 @@ FunctionEnd = Literal["returned", "raised", "xfailed"]
 
 
 class Discrepancy(Protocol):
-    """Something that came out otherwise on a second physics engine."""
+    """A difference between the results on two physics engines."""
 
     @property
     def what(self) -> str:
@@ -46,7 +46,7 @@ def judge_run(
     Args:
         result: of the run, with that on a second engine where engines check each other; None if it did not end.
         known_violations: requirement -> why its violation is known; none in a strict session.
-        differences: what came out otherwise on the second engine.
+        differences: between this run and the one on the second engine.
         mismatch: that the run of a replay is another one than the recorded one, without a reason for it.
     """
     if result is None:

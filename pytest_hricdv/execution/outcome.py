@@ -10,7 +10,7 @@ TestOutcome = Literal[
     "failed",  # a violation that nobody declared, a fault, another run than the replayed one, or the test's own failure
     "error",  # no run came to its end, so nothing was checked
     "expected-failure",  # the test function's own xfail ended it
-    "engine-sensitive",  # on a second engine it came out otherwise, by no more than margins may differ
+    "engine-sensitive",  # another result on a second engine, within the tolerances of margins
     "known-violation",  # it violated only what is declared as known to be violated
     "passed",
     "not-run",

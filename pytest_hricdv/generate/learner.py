@@ -210,7 +210,7 @@ def policy_subsets(
 
     The rule: walks begin with each start belief in turn and draw their size as learning did. Each step takes one of
     the best beliefs in the current state that are not yet in the subset, each equally likely; how many of the best is
-    `alternatives` (2: the best or the second best). Walks go on until there are enough distinct subsets. After
+    `alternatives` (2: the best or the second best). Walks continue until there are enough distinct subsets. After
     `patience` walks in a row without a new subset, all subsets of the policy are enumerated, shortest first. So fewer
     than `count` are returned only if fewer exist. Each round of learning has its own random stream.
     """

@@ -1,7 +1,7 @@
 """Schedules: the order in which nodes of the code under test proceed, as parameters of a concrete test.
 
-Without decisions, nodes go on in the order in which they began to wait, and code takes no time. A decision changes one
-thing about this.
+Without decisions, nodes continue in the order in which they began to wait, and code takes no time. A decision changes
+one thing about this.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class ScheduleDecision:
     Args:
         kind: `hold`: before the statement, the node waits until another node of the code has run, at most as long as
             the code may be slow. `delay`: before the statement, it waits for a fixed time. `order`: of the nodes that
-            are ready, or wait for a lock or a queue, another one than the first goes on. `delivery`: a message arrives
+            are ready, or wait for a lock or a queue, not the first one continues. `delivery`: a message arrives
             later; those with its sender and topic stay in order.
         place: of the statement, `file:line`; of a delivery, the topic; empty for `order`.
         number: which execution of the statement, message of the topic, or choice of the run, from 1; or `EACH_TIME`.

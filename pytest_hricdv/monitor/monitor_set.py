@@ -112,11 +112,11 @@ class MonitorSet:
     def _add(self, monitor: FormulaMonitor, name: str) -> None:
         self._monitors[monitor] = name
         self._kinds.update(monitor.kinds)
-        for name, kind in monitor.kinds.items():
-            if "." in name:
-                self._kinds[field_of(name)] = kind
+        for source, kind in monitor.kinds.items():
+            if "." in source:
+                self._kinds[field_of(source)] = kind
             else:
-                self._monitors_by_source.setdefault(name, [])
+                self._monitors_by_source.setdefault(source, [])
         for topic in sorted(monitor.program.topics):
             self._fields[topic] = fields_read(self._kinds, topic)
         always = monitor.program.always_sources

@@ -29,7 +29,7 @@ class Violation(PlainRecord, frozen=True):
             `eventually` (s).
         values: the last values, at `time_s`, of the signals and fields in the requirement that had a value.
         margin: the least signed distance to the bound while the violation lasted; for a missed `eventually`, minus how
-            late the response came, or, if it did not come, how long the run went on without it (s); None if the
+            late the response came, or, if it did not come, how long the run continued without it (s); None if the
             violated condition compares nothing.
         outside: violations of this requirement are known under a condition that did not hold at `time_s` (added by
             whoever knows of such conditions).

@@ -5,7 +5,7 @@ nothing, the person waits: for a message of another one, for something of the ru
 `.wait`. What a person waits for is not in the test that the run becomes. So the test has, of what another one did, that
 the action comes after it, and of all else how long the person paused.
 
-For the run and its test to be the same bit by bit, a person that waited goes on a moment later than it could, each at
+For the run and its test to be the same bit by bit, a person that waited continues a moment later than it could, each at
 a moment of its own: then it does not matter who noticed at which instant that there is something to do.
 """
 
@@ -136,7 +136,7 @@ class OnlinePeople:
         self._wake()
 
     def _wake(self) -> None:
-        """Let those go on waiting, or do something, who have something to listen to or are ready for something."""
+        """Let those continue waiting, or do something, who have something to listen to or are ready for something."""
         for person in self._people.values():
             if person.node is not None and (person.inbox.has_events or person.agent.ready_acts):
                 node, person.node = person.node, None
@@ -204,7 +204,7 @@ class OnlinePeople:
         return bool(person.agent.ready_acts) or self._waits(person)
 
     def _go_on_after(self, person: _Person) -> None:
-        """The agent goes on after its action, unless it has given up meanwhile what the action was part of."""
+        """The agent continues after its action, unless it has given up meanwhile what the action was part of."""
         assert person.activity is not None, "somebody has asked"
         (number, done), person.activity = person.activity, None
         if done in person.agent.ready_acts:

@@ -158,7 +158,7 @@ def pad(text: str, columns: int) -> str:
 
 
 def listing(items: Sequence[str], columns: int, more: int = 0) -> str:
-    """Names separated by commas, as many as fit, and how many more there are, beside `more` others."""
+    """Names separated by commas, as many as fit, and how many are left out, with `more` that are not in `items`."""
     for shown in range(len(items), 0, -1):
         text = ", ".join(items[:shown]) + and_more(len(items) - shown + more)
         if width(text) <= columns:

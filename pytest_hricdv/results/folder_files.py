@@ -46,7 +46,7 @@ def write_progress(folder: Path, progress: LoopProgress) -> None:
 
 
 def remove_progress(folder: Path) -> None:
-    """The loop has ended."""
+    """Remove the progress of a loop that has ended."""
     with contextlib.suppress(OSError):
         inside(folder, PROGRESS_FILE).unlink(missing_ok=True)
 
@@ -72,18 +72,18 @@ class LockedError(Exception):
 
 
 class FolderLock:
-    """Held from its making to `release`.
+    """A lock on a folder, held from construction to `release`.
 
-    A lock of POSIX, which the kernel takes back when the process dies. Forked children do not have it, as they would
-    one of BSD: a child that survives its session keeps nobody out. File systems without locks are not locked.
+    It is a POSIX lock, which the kernel releases when the process dies. Unlike a BSD lock, forked children do not
+    inherit it, so a child that survives its session keeps nobody out. File systems without locks are not locked.
 
     Args:
-        folder: it exists.
-        name: of the file of the lock.
+        folder: an existing folder.
+        name: of the lock file.
 
     Raises:
         LockedError: another process holds it.
-        OSError: the file of the lock cannot be written.
+        OSError: the lock file cannot be written.
     """
 
     def __init__(self, folder: Path, name: str = NAME) -> None:
@@ -109,5 +109,5 @@ class FolderLock:
             os.pwrite(self._file, b"%d\n" % os.getpid(), 0)
 
     def release(self) -> None:
-        """Let others in."""
+        """Release the lock."""
         os.close(self._file)

@@ -31,7 +31,7 @@ NAME = "journal.jsonl"
 
 
 class StartRecord(msgspec.Struct, frozen=True, tag="began", tag_field="record"):
-    """A session began, or went on with this journal: when (UTC), and what its results depend on, name -> value."""
+    """A session began, or continued with this journal: when (UTC), and what its results depend on, name -> value."""
 
     utc: str
     depends_on: Mapping[str, str]
@@ -86,7 +86,7 @@ JournalRecord = StartRecord | SelectionRecord | ResultRecord | NoResultRecord | 
 _DECODER: msgspec.json.Decoder[JournalRecord] = msgspec.json.Decoder(JournalRecord)
 _WRITE = os.write  # as it is now: the code under test may replace it for the whole process
 MAX_BYTES = 2_000_000_000
-"""Greatest size of a journal: four times that of the largest report, for sessions that went on with it."""
+"""Greatest size of a journal: four times that of the largest report, for sessions that continued with it."""
 
 MAX_LINE_BYTES = 200_000_000
 """Greatest size of a line: as of the result of a test that is unpacked. What is longer is no record, as zeros are that

@@ -1,6 +1,4 @@
-"""The origin of a report: when it was made, by which command, of which revision of the project; and how its suites
-were generated.
-"""
+"""The origin of a report: time, command and revision of the project, and how its suites were generated."""
 
 from __future__ import annotations
 

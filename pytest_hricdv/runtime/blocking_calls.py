@@ -1,4 +1,4 @@
-"""Error messages for code that waits in real time, which a simulated run has not."""
+"""Error messages for code that waits in real time: the line, the call, and how it can wait in virtual time."""
 
 from __future__ import annotations
 

@@ -95,18 +95,18 @@ class Node:
         self.counted = 0  # of these, when its steps were counted last
         self.woken = False
         self.abandoned = False
-        """It goes on whatever is raised in it, and is left where it is."""
+        """It catches whatever is raised in it, and is left where it is."""
         self.blocked_s = 0.0
         """When the node began to wait (s of simulated time), if it waits."""
-        self.blocked = False  # it waits, and is not among those that go on at this instant
+        self.blocked = False  # it waits, and is not among those that continue at this instant
 
     def leave_for_ever(self) -> None:
-        """It does not go on, whatever comes: it is left where it is."""
+        """It is never resumed again: it is left where it is."""
         self.ended = self.abandoned = True
         if self.kernel.inside is self:  # one that waits has left already
             for leave in self.leaving:
                 leave()
-        # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would go on.
+        # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would continue.
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(self.greenlet))
 
     @property
@@ -533,7 +533,7 @@ class Kernel:
                 notice()
 
     def _make_runnable(self, node: Node) -> None:
-        """Once only: a node that is resumed twice would go on from its next wait at once."""
+        """Once only: a node that is resumed twice would continue from its next wait at once."""
         if node.blocked:
             node.blocked = False
             node.wait += 1

@@ -1,5 +1,4 @@
-"""Errors of a run in virtual time, and the end of a test as pytest signals it (skip, fail, exit), told apart from
-them.
+"""Errors of a run in virtual time, as opposed to the exceptions by which pytest ends a test (skip, fail, exit).
 
 `pytest.skip`, `pytest.xfail`, `pytest.exit` and `unittest.SkipTest` are exceptions. Raised by the code under
 test, its world or a handler, they would end a test as if its author had said so: without a verdict, and without a

@@ -336,7 +336,7 @@ def _prepare_fork() -> None:
 
 
 def _restore_after_fork() -> None:
-    """Python's own `random` has just drawn a new seed: a fork within a run goes on as its parent would."""
+    """Python's own `random` has just drawn a new seed: a fork within a run continues as its parent would."""
     if _before_fork:
         random.setstate(_before_fork.pop())  # type: ignore[arg-type]
 

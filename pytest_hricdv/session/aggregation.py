@@ -1,4 +1,4 @@
-"""Aggregation: the results of all workers. Registered in the controlling process only."""
+"""Collects the results of all workers, and names tests without a result. Registered in the controlling process only."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pytest_hricdv.session.run_context import RunContext
 
 _DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
 BY_FILE = ("loadscope", "loadfile")
-"""Ways of xdist to hand out tests that keep those of a file, or of a module, together."""
+"""Modes of xdist that keep the tests of a file, or of a module, on one worker."""
 
 FASTEST = 1
 """Level of compression: a quarter of the size in half a millisecond; the best one saves little more."""
@@ -82,13 +82,13 @@ class EachWorker:
         self._ran.setdefault(nodeid, {})[worker] = msgspec.json.decode(result, type=_Ran)
 
     def note(self) -> str:
-        """How the figures of the report go with those of pytest; empty if no test ran twice."""
+        """Why the report counts fewer tests than pytest; empty if no test ran twice."""
         workers = sorted({worker for ran in self._ran.values() for worker in ran})
         tests = plural(len(self._ran), "test")
         return f"--dist=each: {tests} ran on each of {', '.join(workers)}, and count once" if len(workers) > 1 else ""
 
     def differences(self) -> list[str]:
-        """Tests that came out otherwise on another worker."""
+        """Tests with different results on two workers, a sentence each."""
         return [
             f"{nodeid} is not the same on each worker: "
             + "; ".join(
@@ -160,8 +160,8 @@ class Aggregation:
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: object) -> None:
         """With xdist: stores a worker's hash seed: one on another machine does not take it from this process."""
-        said = getattr(node, "workeroutput", {}).get(WORKER_HASH_SEED)
-        self.worker_hash_seeds |= {said} if said else set()
+        seed = getattr(node, "workeroutput", {}).get(WORKER_HASH_SEED)
+        self.worker_hash_seeds |= {seed} if seed else set()
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, node: object, ids: list[str]) -> None:
@@ -179,7 +179,7 @@ class Aggregation:
         Before other plugins, as their hooks may raise: the result is safe by then. A report without a result says why
         there is none: skipped, a fixture that failed, a worker that crashed.
         """
-        self._note(report)
+        self._note_times(report)
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
             delattr(report, ATTRIBUTE)  # pytest keeps reports to the end
@@ -194,7 +194,7 @@ class Aggregation:
             if report.nodeid in self.chosen:
                 self.journaling.hinder(report.nodeid, reason)
 
-    def _note(self, report: pytest.TestReport) -> None:
+    def _note_times(self, report: pytest.TestReport) -> None:
         if hasattr(report, DONE):
             return
         node = getattr(report, "node", None)  # xdist's
@@ -234,9 +234,9 @@ class Aggregation:
         """Notes on the effects of xdist's distribution modes on this session, a sentence each."""
         note = self.each_worker.note()
         one_file = len({nodeid.partition("::")[0] for nodeid in self.chosen}) == 1
-        way = str(self.collection.config.getoption("dist", "no"))
-        if self.workers > 1 and len(self.chosen) > 1 and one_file and way in BY_FILE:
-            return [f"--dist={way} gave all tests to one worker, as they are of one file; --dist=load spreads them"]
+        mode = str(self.collection.config.getoption("dist", "no"))
+        if self.workers > 1 and len(self.chosen) > 1 and one_file and mode in BY_FILE:
+            return [f"--dist={mode} gave all tests to one worker, as they are of one file; --dist=load spreads them"]
         return [note] if note else []
 
     def losses(self) -> list[str]:

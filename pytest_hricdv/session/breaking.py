@@ -173,8 +173,8 @@ class BreakpointRunner:
 def _stop_in_ide(frame: FrameType | None) -> None:
     """Let the attached debugger stop: pydevd (VS Code, PyCharm) in this frame, as soon as control is back there.
 
-    That is at once, and before time goes on: events are told synchronously. In a frame of this module it would not stop
-    where the IDE shows its user's own code only, since for it this is a library.
+    That is at once, before time advances: events are delivered synchronously. It would not stop in a frame of this
+    module where the IDE shows only its user's own code, since for it this is a library.
     """
     pydevd = sys.modules.get("pydevd")
     if pydevd is None or frame is None:

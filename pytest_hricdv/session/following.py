@@ -1,4 +1,4 @@
-"""Follows the imports of a session from before its conftests, so that no module has to be imported twice.
+"""Follows the imports of a session from before its conftests, so that their coverage needs no second import.
 
 What is imported while conftests are loaded is measured before it is known what the code under test is: so all of the
 project's own modules are followed, and those of installed packages from when the testbench has named them.

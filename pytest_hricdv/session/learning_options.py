@@ -1,4 +1,4 @@
-"""Options for learning the suite `rl`: of testbench, ini file and command line, in increasing precedence."""
+"""Options for learning the suite `rl`: the command line overrides the ini file, which overrides the testbench."""
 
 from __future__ import annotations
 

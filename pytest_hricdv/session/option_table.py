@@ -145,7 +145,7 @@ EXPORTS = tuple(Value(name, "FILE", description, shown=False) for name, descript
 
 
 TESTPATHS = "hri_testpaths"
-"""The only key of the ini file that has no option beside it."""
+"""The only key of the ini file without an option."""
 
 
 _GROUPS: Mapping[OptionGroup, tuple[str, tuple[Option, ...]]] = {

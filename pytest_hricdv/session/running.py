@@ -145,9 +145,9 @@ class TestRunner:
         return report  # type: ignore[return-value]
 
     def _finish(self, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
-        """The result with what the parts add; a time limit of the test that is over meanwhile fails the test only.
+        """Let features complete the result. If the test's time limit ends meanwhile, only the test fails.
 
-        pytest-timeout raises wherever the test is, and out of this hook that would end the session.
+        pytest-timeout raises wherever the test is; raised from this hook, it would end the session.
         """
         finished = result
         try:
@@ -188,11 +188,11 @@ class TestRunner:
         raise explain_failure(failure)
 
     def _begin(self, code: CodeUnderTest) -> None:
-        """Messages are logged at the simulated time from now on."""
+        """Log messages with simulated times from now on."""
         self._log.now_s = lambda: code.now_s
 
     def _run_to_breakpoint(self, test: ConcreteTest) -> CaseResult:
-        """The result of a run; where it violates what was asked for, another one stops there."""
+        """The result of a run; if it violates a requirement to stop at, a second run stops there in a debugger."""
         from pytest_hricdv.session.breaking import BreakpointRunner  # it loads pdb
 
         files = [file.path for file in self.context.code.files]
@@ -270,9 +270,9 @@ class TestRunner:
 
 
 def refuse_failed_import(error: BaseException, item: pytest.Item) -> None:
-    """Ends the session, with one message, where a module cannot be imported that the testbench's run needs.
+    """Ends the session, with one message, if the testbench's run needs a module that cannot be imported.
 
-    Each further test would say the same. In a node of the code under test it is a failure of that run.
+    Every other test would fail alike. In a node of the code under test, it is a failure of that run.
     """
     imports = item.config.stash.get(IMPORTS, None)
     failed = None if imports is None or isinstance(error, KernelError) else imports.watch.find_failure(error)
@@ -288,7 +288,7 @@ def refuse_failed_import(error: BaseException, item: pytest.Item) -> None:
 
 
 def refuse_missing_part(error: BaseException, item: pytest.Item) -> None:
-    """Ends the session, with one message, where the code that the testbench's run starts is not there."""
+    """Ends the session, with one message, if the code that the testbench's run starts does not exist."""
     if isinstance(error, UnstartableError):
         item.session.shouldfail = str(error)
         FAIL(f"{error}. No further test is run.", pytrace=False)
@@ -307,12 +307,12 @@ def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:
 
 
 def raise_for(judgement: Judgement, result: CaseResult, explain: Callable[[], str]) -> None:
-    """End a test as its run was judged; one that passed goes on.
+    """End a test as its run was judged; one that passed continues.
 
     Args:
         judgement: of the run.
         result: of the run.
-        explained: why it failed, in full, for people.
+        explain: makes the text that says why it failed.
     """
     if judgement.outcome in XFAILED:
         pytest.xfail(judgement.reason)  # with pytest's --runxfail this does nothing, and the test fails

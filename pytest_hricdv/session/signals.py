@@ -1,11 +1,11 @@
 """Signals that end a session: SIGTERM is handled like Ctrl-C, and neither interrupts the writing of the report.
 
-SIGHUP, which comes when a terminal is closed, is as SIGTERM, and so are others that end Python unless somebody handles
-them, as those by which batch systems say that the time is up. That ends a session within 5 s, whatever the code under
-test does: a node that goes on is left where it is, and where even that does not help, as in code of the testbench that
-catches everything, what has been reached becomes a report without the process that is stuck, which then ends. So it is
-where the main thread is in code in C that does not return: Python calls no handler then, and a thread hears of the
-signal by Python's wake-up descriptor.
+SIGHUP, which a closed terminal sends, is handled like SIGTERM, and so are other signals that end Python by default,
+such as those of batch systems whose time is up. A session ends within 5 s, whatever the code under test does: a node
+that ignores the signal is left where it is. If that does not help either, as in code of the testbench that catches
+everything, the report of what was reached is made from the journal, and the stuck process ends. The same holds where
+the main thread is in C code that does not return: Python calls no handler then, and a thread notices the signal by
+Python's wake-up descriptor.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from typing import Any
 from pytest_hricdv.runtime.kernel import current_node
 
 LETS_GO_WITHIN_S = 2.0
-"""How long code may go on after SIGTERM (s): two of the five seconds within which a session ends. The rest is for the
-report; Docker kills 10 s after SIGTERM."""
+"""How long code may run on after SIGTERM (s): two of the five seconds within which a session ends. The rest is for
+the report; Docker kills 10 s after SIGTERM."""
 
 WORKERS_END_WITHIN_S = 0.5
 """How long workers may take to end after SIGTERM before they are killed (s), of the same five seconds: their results
@@ -62,7 +62,7 @@ class Signals:
     """Handles both signals in a session, from before its suites are generated to its report.
 
     `pending` says that one came while none was let through. `terminated` says that SIGTERM came. `interrupted` says
-    that a part ended early and went on with what was reached.
+    that a part ended early and continued with what was reached.
 
     Args:
         terminating: called at SIGTERM, once, before it is raised.
@@ -85,7 +85,7 @@ class Signals:
         self._holding = False
         self._raised_s = -math.inf
         self._let_go_s: float | None = None
-        """Since when nothing goes on that SIGTERM should end (by `time.monotonic`); None: something does."""
+        """Since when nothing runs that SIGTERM should end (by `time.monotonic`); None: something does."""
 
     def begin(self) -> None:
         """Make signals raise from now on. Without effect if they do already: the first one counts."""
@@ -190,7 +190,7 @@ class Signals:
             self._stuck()
 
     def _insist(self) -> None:
-        """Raise once more in code that goes on after SIGTERM, and end the process where nothing helps."""
+        """Raise once more in code that ignored SIGTERM, and end the process where nothing helps."""
         received_s, main = time.monotonic(), threading.main_thread()
         waiting = _thread.allocate_lock()
         waiting.acquire()

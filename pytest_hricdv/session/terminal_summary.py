@@ -249,7 +249,7 @@ class _Example:
 
 
 def example_lines(texts: Iterable[str], columns: int | None) -> Iterator[Line]:
-    """The lines of a failure's text with their styles; what is too long goes on below, but for commands."""
+    """The lines of a failure's text with their styles; what is too long continues below, but for commands."""
     for number, text in enumerate(texts):
         is_command = text.startswith("  pytest ")
         is_bad = number == 0 or _HEAD.match(text) is not None or "  --> " in text

@@ -169,7 +169,7 @@ def _several_random(invocation: Invocation, most: int) -> Iterator[object]:
 def _find_text(invocation: Invocation) -> Iterator[object]:
     """Where the first argument is in the second; if either is free, what is between two places of the other.
 
-    The fourth argument is the place of the last character where the text is looked for, and the one after it otherwise.
+    The fourth argument is the index of the last character in a search for the text, otherwise the index after it.
     """
     part_is_free = invocation.is_free(0)
     if len(invocation.args) > 2 and (part_is_free or invocation.is_free(1)) and not invocation.is_free(2):

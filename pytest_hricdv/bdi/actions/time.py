@@ -1,4 +1,4 @@
-"""Waiting, and the virtual clock."""
+"""Internal actions that wait, schedule events, and read the virtual clock."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class AgentState:
         self.deadlines: list[HardDeadline] = []
         """The deadlines of goals, in the order of posting; some goals may have ended."""
         self.woken: list[Intention] = []
-        """Intentions that will go on in the next cycle: what they waited for has happened in this one."""
+        """Intentions that will continue in the next cycle: what they waited for has happened in this one."""
         self.suspended: list[Intention] = []
         self.held_events: list[Event] = []
         """Events of goals that were suspended before a plan was selected for them."""

@@ -177,7 +177,7 @@ def _handle(agent: AgentState, intention: Intention, start: int, annots: tuple[T
 
 
 def _gives_up_branch(agent: AgentState, branch: Intention) -> bool:
-    """Whether a failed branch is of a disjunction (`|||`), whose other branches go on.
+    """Whether a failed branch is of a disjunction (`|||`), whose other branches continue.
 
     As in Jason, the intention ends with the last branch, without a failure event.
     """

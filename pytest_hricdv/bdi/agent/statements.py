@@ -271,7 +271,7 @@ def _leave_loop(agent: AgentState, intention: Intention, means: IntendedMeans, l
 
 
 def _fork(agent: AgentState, intention: Intention, means: IntendedMeans, statement: ForkStatement) -> None:
-    """Start an intention for each branch; this one goes on when they are done."""
+    """Start an intention for each branch; this one continues when they are done."""
     if intention.atomic:
         raise EvaluationError(f"{statement}: an atomic plan has no statements side by side")
     forked = ForkedIntention(intention, statement.needs_all)
@@ -300,4 +300,4 @@ EXECUTE: dict[type, Callable[[AgentState, Intention, IntendedMeans, Any], None]]
 """Executes a statement that an intention is at; afterwards the intention is queued, waiting, failed or ended.
 
 Raises an EvaluationError if the statement fails because something in it has no value, and a BdiError if the run cannot
-go on."""
+continue."""

@@ -95,7 +95,7 @@ def substitute_all(terms: tuple[Term, ...], bindings: Bindings, functions: Funct
 
 
 def _substitute_structure(term: Structure, bindings: Bindings, functions: Functions) -> Structure:
-    WORK.left -= 1  # the size of terms ends what would go on without end
+    WORK.left -= 1  # the size of terms ends what would continue without end
     args = substitute_all(term.args, bindings, functions)
     if not term.annots and term.annots_tail is None:
         return Structure(term.functor, args, (), term.negated)

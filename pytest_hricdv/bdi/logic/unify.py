@@ -92,7 +92,7 @@ def occurs(variable: Variable, term: Term, bindings: Bindings) -> bool:
 def _unify_structures(pattern: Structure, target: Structure, bindings: Bindings, trail: Trail) -> bool:
     if pattern.key != target.key:
         return False
-    # Variables bound to each other's terms can make this go on for 2 to the power of their number.
+    # Variables bound to each other's terms can make this continue for 2 to the power of their number.
     WORK.left -= 1
     if WORK.left < 0:
         raise too_much_work()

@@ -1,4 +1,4 @@
-"""The memo of a multi-agent system."""
+"""`Memo`: runs a multi-agent system, and executes no segment of a run twice; see the package for how."""
 
 from __future__ import annotations
 

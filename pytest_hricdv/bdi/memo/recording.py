@@ -23,7 +23,7 @@ from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.bdi.run.system_run import SystemRun
 
 _CUT = "cut"
-"""How a run has ended that is at the end of a segment, to go on from there."""
+"""How a run has ended that is at the end of a segment, to continue from there."""
 _UNCERTAIN = "uncertain"
 """How a run has ended that other runs must not rely on."""
 _SHORTEST = 3
@@ -48,7 +48,7 @@ class RecordingRun(SystemRun):
         seed: of the run's random numbers.
         templates: the agents.
         dependencies: where to note what the run depends on.
-        states: the states of the agents to go on from; None at the beginning of a run.
+        states: the states of the agents to continue from; None at the beginning of a run.
     """
 
     def __init__(
@@ -131,7 +131,7 @@ class RecordingRun(SystemRun):
         return None
 
     def do_round(self) -> bool:
-        """Do a round, and decide whether the segment ends with it, or the run must not go on."""
+        """Do a round, and decide whether the segment ends with it, or the run must not continue."""
         acted = super().do_round()
         if acted:
             self._end_round()

@@ -123,11 +123,6 @@ class Environment:
         self.percepts_of(agent).show(shown)
         self.changes += 1
 
-    def clear_percepts(self, agent: str) -> None:
-        """Let an agent perceive nothing."""
-        if self.percepts_of(agent).sources():
-            self.show(agent, ())
-
     def percepts_of(self, agent: str) -> Percepts:
         """The percepts of an agent, as an object that follows their changes."""
         percepts = self._percepts.get(agent)

@@ -35,7 +35,7 @@ _LEFT_OUT = frozenset({".git", ".hg", ".tox", ".nox", ".venv", "venv", "node_mod
 """Folders that hold nothing that a test reads as data."""
 
 _MAX_FILES = 20_000
-"""Files of a project that are looked at: a second at most."""
+"""Files of a project that are compared: it takes a second at most."""
 
 
 class Auditor:
@@ -225,7 +225,7 @@ class Auditor:
 
 
 _COARSE_S = 0.01
-"""File systems take the time of a file from a clock that goes on by some milliseconds at a time (Linux: 4 or 10)."""
+"""File systems take the time of a file from a clock that advances by some milliseconds at a time (Linux: 4 or 10)."""
 
 
 def _test_at(time_s: float, runs: Sequence[tuple[str, TestTimes]]) -> str:

@@ -1,4 +1,4 @@
-"""What a report has of the audit."""
+"""Records of the audit in a report: which tests ran again, which of them differed, and why."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
-"""Campaigns: the tests of suites with many seeds each, on one machine or many, resumable.
+"""Campaigns: each test of a suite runs with many seeds, on one machine or many; an interrupted campaign resumes.
 
-`plan` says what is run, `store` keeps each run, `execution` lets a cluster do what is missing, `audit` has some runs
-repeated elsewhere, `statistics` sums up, and `reporting`, `page` and `table` show it. The process that runs tests is
-`session.run_process`.
+`plan` says what runs, `store` keeps each run, `execution` sends missing runs to a cluster and repeats some elsewhere,
+`reporting` sums up all runs, and `view` and `table` show them. Tests run in processes of `session.run_process`.
 """

@@ -1,8 +1,8 @@
-"""Implements the commands of `hricdv campaign`.
+"""The commands of `hricdv campaign`: `run`, `status`, `cancel`, `report`, `export`.
 
-Exit status: 0 if all is well; 1 if runs failed or were lost, a repeated run differs, or a gate fails; 2 where the
-campaign cannot be run or read; 3 where it was ended before all was done. Progress is one line that is rewritten
-on a terminal, and ten lines elsewhere.
+Exit status: 0 if all is well; 1 if runs failed or were lost, a repeated run differs, or a gate fails; 2 if the
+campaign cannot be run or read; 3 if it ended before all was done. Progress is one line that is rewritten on a
+terminal, and ten lines elsewhere.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign.database import LOST
 from pytest_hricdv.extra.campaign.execution import CancelledError, Execution, audit
-from pytest_hricdv.extra.campaign.plan import FOLLOWS_TESTS, CampaignError, CampaignPlan, plan
+from pytest_hricdv.extra.campaign.plan import FOLLOWS_TESTS, CampaignError, CampaignPlan, make_plan
 from pytest_hricdv.extra.campaign.records import CAMPAIGN
 from pytest_hricdv.extra.campaign.reporting import campaign_report
 from pytest_hricdv.extra.campaign.store import Counts, Store
@@ -38,6 +38,12 @@ from pytest_hricdv.results.model import GateResult, Report
 from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.remote import ClusterError, Remote, RemoteProject, remote
 
+OK, FAILED_RUNS, USAGE, UNFINISHED = 0, 1, 2, 3
+
+MAX_LISTED = 7000
+"""A page with more tests takes seconds to open."""
+
+_SHOWN = 10
 STEPS = 10  # a log of CI has ten lines, however long the campaign is
 EVERY_S = 1.0  # counting a million rows takes 0.13 s, and this is called with each answer
 
@@ -107,33 +113,24 @@ class CampaignProgress:
         return stored * STEPS // max(1, self._expected)
 
 
-OK, FAILED_RUNS, USAGE, UNFINISHED = 0, 1, 2, 3
-
-MAX_LISTED = 7000
-"""A page with more tests takes seconds to open."""
-
-_SHOWN = 10
-
-
 def run(options: argparse.Namespace) -> int:
     """Begin a campaign, or continue with it."""
-    root = Path.cwd()
-    now = plan(_arguments(options), options.concretizations, root)
-    of_project = (root / now.planned.rootdir).resolve()
-    state, hidden = options.state.resolve(), options.send_hidden
+    folder, state = Path.cwd(), options.state.resolve()
+    plan = make_plan(_arguments(options), options.concretizations, folder)
+    root = (folder / plan.planned.rootdir).resolve()
     project = cluster_of_campaign().project(
-        of_project, root.resolve(), send=options.send_code, state=state, hidden=hidden
+        root, folder.resolve(), send=options.send_code, state=state, hidden=options.send_hidden
     )
-    with closing(_open_store(state, now)) as store:
+    with closing(_open_store(state, plan)) as store:
         if options.retry_lost:
             store.forget_lost()
-        store.begin(datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), now)
-        progress = CampaignProgress(store, now.runs)
-        progress.say(_headline(options, now, store.counts()))
-        for name in now.planned.left_out:
+        store.begin(datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), plan)
+        progress = CampaignProgress(store, plan.runs)
+        progress.say(_headline(options, plan, store.counts()))
+        for name in plan.planned.left_out:
             progress.say(f"left out: {name}: {FOLLOWS_TESTS}")
-        why = _execute(options, now, store, project, progress)
-        return _tell_end(options.state, now, store, progress, why)
+        why = _execute(options, plan, store, project, progress)
+        return _tell_end(options.state, plan, store, progress, why)
 
 
 def cluster_of_campaign() -> Remote:
@@ -150,15 +147,15 @@ def _arguments(options: argparse.Namespace) -> tuple[str, ...]:
     return (f"--hri-suite={options.suite}", f"--hri-seed={options.seed}", *tests, *options.pytest)
 
 
-def _open_store(path: Path, now: CampaignPlan) -> Store:
+def _open_store(path: Path, plan: CampaignPlan) -> Store:
     """The store, new or old, locked against other writers. Raises CampaignError if it is of another campaign."""
     if not path.exists():
-        store = Store.create(path, now)
+        store = Store.create(path, plan)
         store.hold()
         return store
     store = Store.open(path)
     store.hold()
-    differ = store.plan().difference(now)
+    differ = store.plan().difference(plan)
     if differ:
         stored = store.counts().runs
         store.close()
@@ -169,14 +166,14 @@ def _open_store(path: Path, now: CampaignPlan) -> Store:
     return store
 
 
-def _headline(options: argparse.Namespace, now: CampaignPlan, counts: Counts) -> str:
-    tests = f"{len(now.planned.tests):,} abstract tests, {now.concretizations} seeds of each"
+def _headline(options: argparse.Namespace, plan: CampaignPlan, counts: Counts) -> str:
+    tests = f"{len(plan.planned.tests):,} abstract tests, {plan.concretizations} seeds of each"
     done = f"; {counts.runs:,} are done" if counts.runs else ""
-    return f"campaign {options.state}: {tests}: {now.runs:,} runs{done}; on {options.cluster}"
+    return f"campaign {options.state}: {tests}: {plan.runs:,} runs{done}; on {options.cluster}"
 
 
 def _execute(
-    options: argparse.Namespace, now: CampaignPlan, store: Store, project: RemoteProject, progress: CampaignProgress
+    options: argparse.Namespace, plan: CampaignPlan, store: Store, project: RemoteProject, progress: CampaignProgress
 ) -> str:
     """Run what is missing; returns why it ended before all was done."""
     began_s = time.monotonic()
@@ -184,7 +181,7 @@ def _execute(
         with cluster_of_campaign().connect(options.cluster, progress.say) as workers:
             if workers.dashboard:
                 progress.say(f"dashboard of the cluster: {workers.dashboard}")
-            execution = Execution(now, store, workers, options.run_seconds, project, progress.show)
+            execution = Execution(plan, store, workers, options.run_seconds, project, progress.show)
             execution.run()
             audit(execution, options.audit)
     except CancelledError:
@@ -198,13 +195,13 @@ def _execute(
     return ""
 
 
-def _tell_end(state: Path, now: CampaignPlan, store: Store, progress: CampaignProgress, why: str) -> int:
+def _tell_end(state: Path, plan: CampaignPlan, store: Store, progress: CampaignProgress, why: str) -> int:
     counts = store.counts()
     if why:
         progress.say(f"ended before all was done: {why}")
-    for text in _summary(now, store, counts):
+    for text in _summary(plan, store, counts):
         progress.say(text)
-    if counts.runs < now.runs or why:
+    if counts.runs < plan.runs or why:
         progress.say("the same command resumes it")
         return UNFINISHED
     progress.say(f"its report: hricdv campaign report --state={state}")
@@ -212,30 +209,30 @@ def _tell_end(state: Path, now: CampaignPlan, store: Store, progress: CampaignPr
     return FAILED_RUNS if failed or counts.differing else OK
 
 
-def _summary(now: CampaignPlan, store: Store, counts: Counts) -> Iterator[str]:
+def _summary(plan: CampaignPlan, store: Store, counts: Counts) -> Iterator[str]:
     """The progress of a campaign, and its problems."""
-    yield f"expected {now.runs:,}, stored {counts.runs:,}: {outcomes(counts.outcomes)}"
-    if 0 < now.runs - counts.runs <= _SHOWN:
+    yield f"expected {plan.runs:,}, stored {counts.runs:,}: {outcomes(counts.outcomes)}"
+    if 0 < plan.runs - counts.runs <= _SHOWN:
         done = store.keys()
-        yield f"missing: {', '.join(now.name(key) for key in now.run_keys() if key not in done)}"
+        yield f"missing: {', '.join(plan.name(key) for key in plan.run_keys() if key not in done)}"
     yield f"repeated {counts.repeated:,}, on another worker if there is one; {counts.differing:,} differ"
     lost = store.losses()
     for key, reason in lost[:_SHOWN]:
-        yield f"lost: {now.name(key)}: {reason}"
+        yield f"lost: {plan.name(key)}: {reason}"
     if len(lost) > _SHOWN:
         yield f"lost: and {len(lost) - _SHOWN:,} more"
     hashes = store.hashes(repeat.key for repeat in store.repeats())
     for repeat in [repeat for repeat in store.repeats() if repeat.sha256 != hashes[repeat.key]][:_SHOWN]:
-        yield f"differs: {now.name(repeat.key)}: {repeat.parting}"
+        yield f"differs: {plan.name(repeat.key)}: {repeat.parting}"
 
 
 def status(options: argparse.Namespace) -> int:
     """The progress of a campaign, and the workers that took part."""
     with closing(Store.open(options.state.resolve())) as store:
-        now, counts = store.plan(), store.counts()
-        command = visible(shlex.join(now.planned.arguments))
-        print(f"campaign {options.state}: pytest {command}, {now.concretizations} seeds of a test")
-        for text in _summary(now, store, counts):
+        plan, counts = store.plan(), store.counts()
+        command = visible(shlex.join(plan.planned.arguments))
+        print(f"campaign {options.state}: pytest {command}, {plan.concretizations} seeds of a test")
+        for text in _summary(plan, store, counts):
             print(harmless_line(text))
         speed = f", {counts.sim_s / counts.wall_s:,.0f} a second" if counts.wall_s else ""
         print(f"{counts.sim_s:,.0f} s simulated in {counts.wall_s:,.0f} s{speed}")
@@ -259,10 +256,10 @@ def cancel(options: argparse.Namespace) -> int:
 def report(options: argparse.Namespace) -> int:
     """Write the report of all runs, and check the gates of the project."""
     with closing(Store.open(options.state.resolve())) as store:
-        now = store.plan()
+        plan = store.plan()
         if not store.counts().runs:
             raise CampaignError(f"{options.state}: no run is stored yet: there is nothing to report")
-        made, problem = campaign_report(store, now, options.most, options.output)
+        made, problem = campaign_report(store, plan, options.most, options.output)
     checked = check_gates(
         made, gates_of(made, fail_on_nc=True), None, datetime.datetime.now(datetime.UTC).date(), whole=True
     )
@@ -280,9 +277,9 @@ def report(options: argparse.Namespace) -> int:
     return FAILED_RUNS if failed else OK
 
 
-def _failures(made: Report) -> Iterator[str]:
+def _failures(report: Report) -> Iterator[str]:
     """The failures of a campaign besides the gates of a session, a sentence each."""
-    result = CAMPAIGN.of(made)
+    result = CAMPAIGN.of(report)
     assert result is not None, "it is a campaign's"
     if result.not_run:
         yield f"{result.not_run:,} of {result.expected:,} runs have no outcome: totals are lower bounds"
@@ -293,7 +290,7 @@ def _failures(made: Report) -> Iterator[str]:
     for outcome in FAILING:
         count = result.outcomes.get(outcome, 0)
         if count:
-            names = list_names(sorted(test.id for test in made.tests if test.outcome == outcome), _SHOWN)
+            names = list_names(sorted(test.id for test in report.tests if test.outcome == outcome), _SHOWN)
             yield f"{count:,} of {result.stored:,} runs: {outcome}: {names}"
 
 

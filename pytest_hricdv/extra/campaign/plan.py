@@ -28,7 +28,7 @@ RunKey = tuple[int, int]
 
 
 class CampaignError(InputError):
-    """A campaign cannot begin, or go on; the text says why, and what to do."""
+    """A campaign cannot begin, or continue; the text says why, and what to do."""
 
 
 class PlannedTest(msgspec.Struct, frozen=True):
@@ -153,7 +153,7 @@ class _PlanFile(msgspec.Struct):
     concretizations: int
 
 
-def plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> CampaignPlan:
+def make_plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> CampaignPlan:
     """Let pytest collect the tests of a campaign.
 
     Args:

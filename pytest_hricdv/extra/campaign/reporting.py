@@ -1,6 +1,6 @@
-"""The report of a campaign: that of a session, with the sums over all runs.
+"""The report of a campaign: sums over all runs, and as tests all runs or those worth keeping.
 
-It has statistics over all runs, and the runs worth keeping. Rows are read one by one to save memory.
+Rows are read one by one to save memory.
 """
 
 from __future__ import annotations

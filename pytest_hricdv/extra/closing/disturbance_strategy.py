@@ -54,7 +54,7 @@ Disturbances = Mapping[str, Mapping[str, Sampler]]
 
 
 class DisturbanceStrategy:
-    """See the module.
+    """Adds interventions to tests so that interactions end as none has ended yet.
 
     Args:
         pool: of abstract tests.

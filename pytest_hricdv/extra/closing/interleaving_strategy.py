@@ -136,7 +136,7 @@ def meetings_of(lines: Iterable[str]) -> Iterator[Encounter]:
 
 
 class InterleavingStrategy:
-    """See the module.
+    """Adds turns to tests of several actors, so that their actions meet in an order that was not seen.
 
     Args:
         pool: of abstract tests.

@@ -19,7 +19,7 @@ MIN_CHANCE = 0.1
 
 
 class ModelStrategy:
-    """See the module.
+    """Selects undisturbed tests that probably hit open targets.
 
     Args:
         pool: of abstract tests.
@@ -76,7 +76,7 @@ REPEATED = "repeated"
 
 
 class FallbackStrategy:
-    """See the module.
+    """Tests that were not run yet; then again those whose runs differ.
 
     Args:
         pool: of abstract tests.

@@ -29,7 +29,7 @@ REPEATING = 0.5
 
 
 class NearestStrategy:
-    """See the module.
+    """Varies the runs that came nearest to open points.
 
     Args:
         pool: of abstract tests.

@@ -72,13 +72,13 @@ def violation_points(
 
 
 class _StateTimeline:
-    """The states that the code under test reported over a run: read once, as a run may have a violation per event."""
+    """The states that the code under test reported in a run: read once, as each event may be a violation."""
 
     def __init__(self, result: CaseResult, state: str) -> None:
         topic, _, name = state.partition(".")
-        said = [message for message in result.record.messages if message.topic == topic]
-        self._times_s = [message.time_s for message in said]  # ascending, as they were recorded
-        self._names = [str(message.fields[name]) for message in said]
+        messages = [message for message in result.record.messages if message.topic == topic]
+        self._times_s = [message.time_s for message in messages]  # ascending, as they were recorded
+        self._names = [str(message.fields[name]) for message in messages]
 
     def at(self, time_s: float) -> str:
         """The state at a time (s); empty if it had named none."""

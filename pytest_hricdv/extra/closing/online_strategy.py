@@ -1,7 +1,7 @@
-"""The strategy `online`: the agent of the model decides during the run what the person does, from what happens there.
+"""The strategy `online`: interactive agents decide during a run what people do, depending on what happens there.
 
-It is the only one that uses the declaration `online` of a testbench. Decisions are drawn at random; learning them from
-earlier runs gained nothing on the table.
+It needs a testbench with `people.agents`. Choices are drawn at random: learning them from earlier runs gained nothing
+on the table assembly.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ NAME = "online"
 
 
 class OnlineStrategy:
-    """See the module.
+    """Proposes runs in which interactive agents decide what people do.
 
     Args:
-        people: how many decide.
+        people: the number of interactive agents.
     """
 
     name = NAME

@@ -54,7 +54,7 @@ def may_fork() -> bool:
 
 @dataclass(frozen=True)
 class ForkRunner(Generic[T]):
-    """See the module.
+    """Runs tests in forks of this process, and describes each run in a line.
 
     Args:
         execute: runs a test.

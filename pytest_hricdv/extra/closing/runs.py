@@ -1,5 +1,6 @@
-"""The runs of a closing loop, seen from the session: in a subprocess, or on a cluster. Viewers see its progress in a
-small file in the report folder, written after each generation.
+"""The runs of a closing loop, seen from the session: in a subprocess, or on a cluster.
+
+After each generation, a small file in the report folder tells viewers how far the loop is.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
-"""Search strategies: each proposes tests from the archive of all runs alone, which has the targets that are still open,
-and the best test for each point.
+"""The interface of search strategies, and the archive of all runs, from which alone they propose tests.
+
+The archive has the targets that are still open, and the best test for each point.
 """
 
 from __future__ import annotations

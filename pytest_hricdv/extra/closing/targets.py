@@ -1,5 +1,6 @@
-"""Targets: the points to be hit, of the code, the model, the cross products and the requirements. Of each that is open,
-the run that came closest to it, what this lacked, and how to declare it impossible.
+"""Targets: the points to hit, of the code, the model, the cross products and the requirements.
+
+For each open one: the run that came closest, what this run lacked, and how to declare the point impossible.
 """
 
 from __future__ import annotations

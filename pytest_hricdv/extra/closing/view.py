@@ -118,7 +118,7 @@ _LISTED_ANYWAY = frozenset({"statement", "branch", "plan", "bin"})
 
 
 def _select_points(points: Sequence[OpenPoint]) -> list[OpenPoint]:
-    """Some points of each kind, those that most runs were aimed at; last the kinds that every summary lists."""
+    """Some points of each kind, those with most tries; the kinds that every summary lists come last."""
     most_tried = sorted(points, key=lambda point: -point.tries)
     places: Counter[str] = Counter()
     ranked = []
@@ -180,7 +180,7 @@ def kinds_left_text(estimate: ViolationEstimate) -> str:
 
 
 def nearest_first(result: ClosingResult) -> list[NearestRun]:
-    """Requirements that are not violated, those first whose least margin is small beside how much margins differ."""
+    """Requirements that are not violated, ordered by least margin relative to the spread of their margins."""
     violated = {violation.requirement for violation in result.violations}
     near = [
         run for run in result.closest_runs if run.requirement not in violated and run.margin is not None and run.spread
@@ -189,7 +189,7 @@ def nearest_first(result: ClosingResult) -> list[NearestRun]:
 
 
 def near_text(near: NearestRun, report: Report) -> str:
-    """`R7 by 1.5 s (closure-x)`: how near a requirement came."""
+    """`R7 by 1.5 s`: how near a requirement came to a violation."""
     margin = margin_text(near.margin or 0.0, margin_unit(report, near.requirement))
     return f"{near.requirement} by {margin}"
 

@@ -53,7 +53,7 @@ class Aim:
 
 
 class ViolationStrategy:
-    """See the module.
+    """Varies the parameters of the runs that came nearest to a violation.
 
     Args:
         requirements: their ids, in order.

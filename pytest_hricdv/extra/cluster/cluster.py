@@ -79,7 +79,7 @@ class Cluster:
                         if result is not None:
                             yield question, result
                 except GONE as error:
-                    queue.extendleft(reversed([*pending.values()]))  # it turns the order round
+                    queue.extendleft(reversed([*pending.values()]))  # extendleft reverses the order
                     pending.clear()
                     self._renew(error)
         finally:
@@ -146,12 +146,12 @@ class Cluster:
         self._checked.pop(worker, None)
 
     def look_at_workers(self) -> None:
-        """Note which workers there are; waits for one. Raises ClusterError if none comes, or none can be asked."""
+        """Update the list of workers; wait for the first. Raises ClusterError if none comes, or none can be used."""
         with self._lock:
             self._await_workers()
 
     def _await_workers(self) -> None:
-        """Notes which workers there are; each is checked when it is new. Raises ClusterError if there is none."""
+        """As `look_at_workers`, with the lock held; new workers are checked."""
         began_s = time.monotonic()
         while True:
             present = self._threads_of_workers()
@@ -172,7 +172,7 @@ class Cluster:
                     f"{self.address}: no worker has come in {WAIT_FOR_WORKERS_S:.0f} s: start one with "
                     f"'dask worker {self.address}'"
                 )
-            time.sleep(TICK_S / 5)  # it only asks again: what it waits for is a worker that may be asked
+            time.sleep(TICK_S / 5)  # not a synchronization: it polls for a worker that may be used
 
     def _threads_of_workers(self) -> dict[str, int]:
         if not self.connection.is_open:

@@ -1,4 +1,4 @@
-"""Private folders, in which no other user of the machine can add, change or exchange a file."""
+"""Private folders, in which no other user of the machine can add, change or replace a file."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ _ALL_IDS = "4294967295"
 
 
 class UnsafeFolderError(OSError):
-    """Another user can exchange what is in a folder; the text says which folder, why, and what to do."""
+    """Another user can replace files in a folder; the text says which folder, why, and what to do."""
 
 
 @contextmanager
 def private_folder(purpose: str, parent: Path | None = None) -> Iterator[Path]:
-    """A new folder with a name that cannot be foreseen, for this user only; in the end it is removed.
+    """A new folder with an unpredictable name, for this user only; it is removed at the end.
 
     Args:
         purpose: a word of its name.
-        parent: the folder that it is made in; None: that for temporary files.
+        parent: where it is made; None: the system's folder for temporary files.
 
     Raises:
-        UnsafeFolderError: another user can exchange what is in that one.
+        UnsafeFolderError: another user can replace files in the parent.
         OSError: no folder can be made there.
     """
     place = (parent or Path(tempfile.gettempdir())).resolve()
@@ -41,11 +41,11 @@ def private_folder(purpose: str, parent: Path | None = None) -> Iterator[Path]:
 
 
 def require_safe(folder: Path) -> None:
-    """Raise UnsafeFolderError where another user can exchange a folder, or an entry of ours in it.
+    """Raise UnsafeFolderError if another user can replace a folder, or an entry of ours in it.
 
-    As sshd does with its files: from the root down, each folder belongs to root or to this user, and where others may
-    write to it, it is sticky, as `/tmp` is. A link on the way is followed, and where it leads is looked at.
-    Nothing is looked at on Windows, where the folder for temporary files is the user's own.
+    The rule is that of sshd: from the root down, each folder belongs to root or to this user, and is sticky, as `/tmp`,
+    if others may write to it. Links on the way are followed, and their targets checked.
+    Nothing is checked on Windows, where the folder for temporary files is the user's own.
     """
     if not hasattr(os, "getuid"):
         return

@@ -2,7 +2,7 @@
 
 Statements are ranked by how probably they contain the fault of a cause. Coverage says what failing tests execute and
 others do not; where all tests execute the same, it says nothing. What ran *when* says more: what runs only after the
-violation cannot have led to it, and what ran last before it, or was going on then, has probably.
+violation cannot have led to it, and what ran last before it, or was in progress then, has probably.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Causes of a merged report."""
+"""Causes of reports that no session diagnosed: merged reports, reports of campaigns, and those rebuilt from journals.
+
+Merged reports use the experiments of all their parts, campaigns association only, since they make no experiments.
+"""
 
 from __future__ import annotations
 
@@ -19,17 +22,17 @@ from pytest_hricdv.results.proportion import share
 
 
 def merge(reports: Sequence[Report], merged: Report) -> Report:
-    """The merged report with the causes of all its failures: what experiments have shown is put together."""
+    """The merged report with the causes of all its failures, by the experiments of all reports."""
     subject = Subject.of(merged)
-    of_each = {canonical(basis): basis for report in reports if (basis := DIAGNOSIS.of(report)) is not None}
-    bases = [of_each[content] for content in sorted(of_each)]  # the same in any order, and a report twice counts once
+    by_text = {canonical(basis): basis for report in reports if (basis := DIAGNOSIS.of(report)) is not None}
+    bases = [by_text[text] for text in sorted(by_text)]  # the same in any order, and a report twice counts once
     if not subject.failures or not bases:
         return merged
     before = [cause for report in reports for cause in CAUSES.of(report)]
-    shown = dict.fromkeys(experiment for basis in bases for experiment in basis.experiments)
-    experiments = tuple(sorted(shown, key=canonical))
+    unique = dict.fromkeys(experiment for basis in bases for experiment in basis.experiments)
+    experiments = tuple(sorted(unique, key=canonical))
     evidence = evidence_of(experiments)
-    made = (
+    causes = (
         cause_of(subject, group, evidence, _decision_of(subject, group, before), rank_places(subject, group, ()))
         for group in subject.groups(evidence)
     )
@@ -40,11 +43,11 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
         end_reason=max((basis.end_reason for basis in bases), key=DIAGNOSIS_ENDS.index),
         experiments=experiments,
     )
-    return DIAGNOSIS.put(CAUSES.put(merged, tuple(_add_trace(cause, before) for cause in made)), basis)
+    return DIAGNOSIS.put(CAUSES.put(merged, tuple(_add_trace(cause, before) for cause in causes)), basis)
 
 
 def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Decision | None:
-    """The decision on a cause of one of the reports, if the same failure is in this group."""
+    """The deciding change that a report found for a failure of this group; None if none did."""
     failures = {(subject.tests[failure.nodeid].id, failure.requirement) for failure in group.failures}
     decided = (
         cause.minimal_pair
@@ -59,7 +62,7 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
 
 
 def _add_trace(cause: Cause, before: Sequence[Cause]) -> Cause:
-    """The cause with the places of the report that has most of its tests: there, runs were traced."""
+    """The cause with the locations that the report with most of its tests found by tracing runs."""
     same = sorted((other for other in before if other.id == cause.id), key=canonical)
     largest = max(same, key=lambda other: (len(other.tests), canonical(other)), default=cause)
     cause = replace(cause, locations=largest.locations or cause.locations)
@@ -73,7 +76,7 @@ def associate(report: Report, *, is_of_all_runs: bool) -> Report:
     """The report of a campaign with the causes of its failures, by association over its runs, without experiments.
 
     Args:
-        is_of_all_runs: its tests are all runs, so that it is known how probable each cause is.
+        is_of_all_runs: the report lists all runs, so the probability of each cause is known.
     """
     subject = Subject.of(report)
     if not any(test.fails for test in report.tests) or not subject.failures:

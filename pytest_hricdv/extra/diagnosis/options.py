@@ -1,4 +1,4 @@
-"""How failures are diagnosed."""
+"""The options of the diagnosis: how many runs its experiments may take."""
 
 from __future__ import annotations
 

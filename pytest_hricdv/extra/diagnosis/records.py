@@ -146,7 +146,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         locations: the most suspicious statements first; empty if no code was measured.
         stood: where each node of the code was at the violation, `file:line in function`; of a traced run only.
         deciding_change: what makes the difference between failing and passing, in words; empty if nobody tried.
-        minimal_pair: how this came out, and where both runs part; None if nobody tried.
+        minimal_pair: the result of the search for a minimal pair; None without a search.
         confirmed: number of tests that, as an experiment has shown, fail for it.
         is_known: all of its violations are known ones.
         probability: in a campaign all runs of which are in the report; else None.

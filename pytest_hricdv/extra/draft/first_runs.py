@@ -72,7 +72,7 @@ class FirstRuns:
         raising: commands of each test that ended with an error. calm: those of each other test.
         last: the last command of each test that ended with an error.
         libraries: top-level names of the modules that the code was in when it raised.
-        problems: why the session fails beside its tests and requirements, a sentence each.
+        problems: why the session fails besides its tests and requirements, a sentence each.
         used_s: processor time of the runs (s).
         seen: what the stand-ins observed.
         missing: lines of the code that no test executed, by file.

@@ -1,4 +1,4 @@
-"""`hricdv record --package PKG -- COMMAND`: a recording of what crosses the border of a package."""
+"""`hricdv record --package PKG -- COMMAND`: records the calls between a package and the rest of a program."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def add_command(commands: Any) -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("hricdv-recording.json"), metavar="FILE",
                         help="where the recording goes (default: %(default)s)")  # fmt: skip
     parser.add_argument("--timeout", type=float, default=600.0, metavar="S",
-                        help="end the program after so many seconds (default: %(default)g)")  # fmt: skip
+                        help="end the program after S seconds (default: %(default)g)")  # fmt: skip
     parser.add_argument("program", nargs=argparse.REMAINDER, metavar="-- COMMAND", help="the program, as in a shell")
     parser.set_defaults(do=_do)
 

@@ -74,7 +74,7 @@ class FilmMaker:
             made = _without("not filmed: it was interrupted")
             try:
                 made = self._film_here(result)
-            finally:  # whatever is raised, as by a signal, the fork is not to go on as the session
+            finally:  # whatever is raised, as by a signal, the fork is not to continue as the session
                 process.send_and_end(msgspec.json.encode(made))
         try:
             return msgspec.json.decode(process.message(), type=FilmResult)

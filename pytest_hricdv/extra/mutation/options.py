@@ -1,4 +1,4 @@
-"""Options: how mutants are tried."""
+"""The options of mutation testing: how mutants are tried."""
 
 from __future__ import annotations
 

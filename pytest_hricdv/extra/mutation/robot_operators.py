@@ -1,8 +1,8 @@
 """Mutation operators for robot code: messages, waits, times and speeds, states, resets, commands, decisions.
 
 An operator is a function of a node, its file and the names of the code; it yields pairs of a node and its replacement.
-They complete the operators of a mutation library, which change single expressions, by faults of whole statements and
-of what robot code is about. A fault that a type checker finds is none of them.
+The operators of a mutation library change single expressions; these change whole statements, and what robot code is
+about. None makes a fault that a type checker finds.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def order_exchanged(node: cst.CSTNode, source: Source, names: Names) -> Iterator
     body = list(block.body)
     here = body.index(node)
     pair = body[here : here + 2]
-    if len(pair) == 2 and all(_acts(statement) for statement in pair) and not _assignment(pair[0]) & _read(pair[1]):
+    if len(pair) == 2 and all(map(_acts, pair)) and not _target_names(pair[0]) & _names_in(pair[1]):
         body[here : here + 2] = reversed(pair)
         yield block, block.with_changes(body=body)
 
@@ -99,7 +99,7 @@ def states_swapped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[
     if isinstance(node, cst.DictElement):
         yield from _other_value(node, source)
     elif isinstance(node, cst.Return):
-        yield from _other_text(node, _return_value(source.around(node, cst.FunctionDef)))
+        yield from _other_text(node, _return_texts(source.around(node, cst.FunctionDef)))
     elif isinstance(node, cst.Assign):
         yield from _other_text(node, names.assigned.get(last_name(node.targets[0].target), ()))
     elif isinstance(node, cst.Attribute):
@@ -208,17 +208,17 @@ def _leaves(statement: cst.CSTNode) -> bool:
     return isinstance(statement, cst.SimpleStatementLine) and isinstance(statement.body[-1], _LEAVING)
 
 
-def _assignment(node: cst.CSTNode) -> set[str]:
+def _target_names(node: cst.CSTNode) -> set[str]:
     targets = matchers.findall(node, matchers.AssignTarget() | matchers.NamedExpr())
     return {
         name
         for target in targets
         if isinstance(target, cst.AssignTarget | cst.NamedExpr)
-        for name in _read(target.target)
+        for name in _names_in(target.target)
     }
 
 
-def _read(node: cst.CSTNode) -> set[str]:
+def _names_in(node: cst.CSTNode) -> set[str]:
     return {name.value for name in matchers.findall(node, matchers.Name()) if isinstance(name, cst.Name)}
 
 
@@ -272,7 +272,7 @@ def _other_text(node: cst.Return | cst.Assign, texts: Sequence[str]) -> Iterator
         yield node.value, cst.parse_expression(repr(other))
 
 
-def _return_value(function: cst.CSTNode | None) -> Sequence[str]:
+def _return_texts(function: cst.CSTNode | None) -> Sequence[str]:
     """The texts that a function returns."""
     if function is None:
         return ()

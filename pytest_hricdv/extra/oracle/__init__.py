@@ -2,7 +2,7 @@
 
 - `execution` (its part in the execution of tests)
 - `oracle` (`declarations.model_oracle` of a testbench, checked against model and vocabulary, and made ready)
-- `follower` (the agent, which goes on only when what it does has been observed)
+- `follower` (the agent, which continues only when what it does has been observed)
 - `product` (agent and observed events step by step: what is expected, and what deviates)
 - `conformance_monitor` (follows one run, and gives the verdict)
 """

@@ -18,7 +18,7 @@ class ConformanceMonitor:
     """Listens to a run, as the monitors of requirements do.
 
     An input just before a time-out of the agent may come after that of the code under test, and both is right. So where
-    a run deviates after such a race, it is followed once more with the input heard later, and goes on like that if it
+    a run deviates after such a race, it is followed once more with the input heard later, and continues like that if it
     conforms. The last two races are tried.
 
     Args:

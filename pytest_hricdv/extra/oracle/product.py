@@ -82,7 +82,7 @@ class ModelFollower:
         self.run.tell(self.agent, literal, source, goal)
 
     def observe(self, act: ReadyAct, succeeded: bool = True) -> None:
-        """An act for which the agent is ready has been observed: it goes on."""
+        """An act for which the agent is ready has been observed: it continues."""
         self.agent.go_on_after(act, succeeded)
         self.run.settle()
 

@@ -1,6 +1,6 @@
-"""QoS events (DDS 1.4, 2.2.4.1): matched and incompatible endpoints, missed deadlines.
+"""QoS events of publishers and subscriptions (DDS 1.4, 2.2.4.1): matches, mismatches, deadlines, liveliness, losses.
 
-A message that was lost is noticed by the next one of its publisher that arrives, as a reader of DDS notices it.
+As in DDS, a reader notices a lost message when the next one of its publisher arrives.
 """
 
 from __future__ import annotations
@@ -151,12 +151,12 @@ class EndpointEvents:
         self.wake()
 
     def lose(self, count: int) -> None:
-        """Number of messages that did not arrive."""
+        """Count messages that did not arrive."""
         self.message_lost.count(count)
         self.wake()
 
     def wake(self) -> None:
-        """Let those that wait for one of them look again."""
+        """Wake the nodes that wait for one of these events."""
         for handle in self.handles:
             handle.wake()
 
@@ -189,7 +189,7 @@ class Lease:
         self._lease_ns = profile.finite_lease_ns if profile.liveliness == MANUAL_BY_TOPIC else 0
         self._asserted_ns: int | None = None
         self.is_alive = True
-        """Whether it is, as far as it was looked at."""
+        """Whether it was alive when last checked."""
 
     def end_ns(self) -> int | None:
         """When it ends (ns of the kernel's time); None if it does not, or has already."""
@@ -209,7 +209,7 @@ class Lease:
             endpoint.events.wake()  # who waits for the end of the lease waits longer
 
     def look(self) -> None:
-        """See whether it has ended."""
+        """Check whether it has ended."""
         end_ns = self.end_ns()
         if end_ns is not None and end_ns <= self._publisher.kernel.now_us * 1000:
             self._publisher.events.liveliness_lost.count()

@@ -261,7 +261,7 @@ def events_executor(executors: Any) -> type[Any]:
                 self._spins = False
 
         def _run_next(self, end_ns: int | None) -> bool:
-            """Run the tasks that go on, or the next callback, or wait for one; whether anything was run."""
+            """Run the tasks that continue, or the next callback, or wait for one; whether anything was run."""
             begun = self._tasks_begun()
             if any(self._step(task, entity, node) for task, entity, node in begun):
                 return True

@@ -314,7 +314,7 @@ def _prepare(
         try:
             transport = processes.start(cmd, env)
             transport.is_expected_to_fail = _says_what_follows(made)
-        except Exception as error:  # the launch system would log it, and go on
+        except Exception as error:  # the launch system would log it, and continue
             fail(error)
             transport = Transport(processes.kernel, 0)
         return transport, protocol_of(loop, made, transport)

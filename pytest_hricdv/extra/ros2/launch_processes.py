@@ -234,7 +234,7 @@ def _run_to_its_end(main: Callable[[], object], transport: Transport, process: P
     """The body of a process: what raises in it fails the run, but for what a signal raised."""
 
     def end(code: int) -> None:
-        process.at_end.append(partial(transport.end, code))  # its threads may go on
+        process.at_end.append(partial(transport.end, code))  # its threads may continue
 
     try:
         main()

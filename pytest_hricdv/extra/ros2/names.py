@@ -1,5 +1,7 @@
-"""Names of topics, services and nodes: checked and expanded as ROS 2 defines it (design article "Topic and Service name
-mapping")."""
+"""Names of topics, services and nodes, checked and expanded as ROS 2 does.
+
+Source: the ROS 2 design article "Topic and Service name mapping".
+"""
 
 from __future__ import annotations
 

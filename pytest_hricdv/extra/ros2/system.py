@@ -1,5 +1,6 @@
-"""A ROS 2 system in a run: starts its nodes as the code under test, and gives the world its side of the graph; and
-finds nodes that wait for ever, where, and for what.
+"""A ROS 2 system in a run: starts its nodes as the code under test, and gives the world its side of the graph.
+
+After the run it names nodes that wait for ever: where, and for what.
 """
 
 from __future__ import annotations

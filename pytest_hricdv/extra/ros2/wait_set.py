@@ -121,7 +121,7 @@ def block_until_woken(kernel: Kernel, entities: Sequence[Waitable], until_ns: in
     for queue in queues:
         queue.append(node)
     try:
-        # Rounded up, so that what is due then is due when the node goes on.
+        # Rounded up, so that what is due then is due when the node continues.
         wait_us = None if until_ns is None else max(-(-until_ns // 1000) - kernel.now_us, 0)
         kernel.block(None if wait_us is None else wait_us / US_PER_S)
     finally:

@@ -15,13 +15,13 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.schedule import EACH_TIME, ScheduleDecision
 
 LONGEST_S = 10.0
-"""Up to this delay (s) a budget is looked for: longer than any reaction of a robot to a person may take."""
+"""Largest delay (s) that is tried for a budget: longer than any reaction of a robot to a person may take."""
 
 PRECISION_S = 0.001
 """A budget is a number of milliseconds, which is as fine as the clocks of robots' middleware tick."""
 
 PAIRED = 3
-"""Of so many of the smallest budgets, the pairs are measured: a table that still fits on a screen."""
+"""Number of the smallest budgets whose pairs are measured: the table still fits on a screen."""
 
 
 def measure_budgets(

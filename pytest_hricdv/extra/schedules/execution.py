@@ -1,4 +1,4 @@
-"""Schedules in the execution of tests: runs a test under its schedule, if it has one."""
+"""Runs a test under its schedule, if it has one: an order of the code's nodes other than the usual one."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _HERE = Path(__file__).parent
 
 @dataclass
 class Instrumentation:
-    """Of this process, if all of its runs are noted: the points of the code, and what scheduled the last run."""
+    """Where all runs of this process are recorded: the points of the code, and the scheduler of the last run."""
 
     points: CodePoints | None = None
     last: Scheduler | None = None
     is_debugged: bool = False
     """Whether a debugger stops where a node is about to be held up."""
     quit: BaseException | None = None
-    """What a person who quits the debugger raises: not where it stops, as it would be taken for a fault of the code."""
+    """Raised after the run if a person quit the debugger: raised where it stops, it would be a fault of the code."""
 
 
 INSTRUMENTATION = Instrumentation()
@@ -60,7 +60,7 @@ def _schedule(run: Run, code: CodeUnderTest, testbench: Testbench) -> Iterator[N
 
 
 def _stop(header: str) -> None:
-    """Give the statement that waits to pdb: the frame that called the hook."""
+    """Open pdb at the statement that waits, in the frame that called the hook."""
     import pytest
     from _pytest.debugging import pytestPDB
 

@@ -27,8 +27,8 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
         previous: what the first one's thread executes before, and which execution of it that is: perhaps it takes a
             lock that the second one needs.
         next: likewise, what it executes next: the second one may come right after the first one.
-        is_in_one_node: both are tasks of one loop: neither goes on while the other one is held up.
-        awaited: what another node executes before the first one's task goes on, and which execution of it that is.
+        is_in_one_node: both are tasks of one loop: neither continues while the other one is held up.
+        awaited: what another node executes before the first one's task continues, and which execution of it that is.
     """
 
     first: str
@@ -163,7 +163,7 @@ class ExecutedSteps:
         return self.places[self.steps[index][0]], self._numbers[index]
 
     def _wake_up(self, first: int) -> tuple[str, int] | None:
-        """What another node executes before a task goes on; None where it is not the next one to execute anything."""
+        """What another node executes before a task continues; None where it is not the next one to execute anything."""
         thread = self.steps[first][1]
         for index in range(first + 1, len(self.steps)):
             other = self.steps[index][1]

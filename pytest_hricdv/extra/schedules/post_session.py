@@ -24,10 +24,10 @@ from pytest_hricdv.session.feature import DecidingRun, FeatureSession
 from pytest_hricdv.session.replaying import name_test
 
 SLOWEST_S = 0.05
-"""For so long (s) a node is held up at most where the testbench declares nothing: what a busy machine may take."""
+"""Longest hold of a node (s) where the testbench declares none: as long as a busy machine may take."""
 
 RUNS_OF_A_TEST = 4
-"""For so many runs, one more test is noted."""
+"""Runs of the budget for each test that is searched."""
 
 MAX_OPEN = 200
 """Number of open pairs that are listed."""
@@ -50,7 +50,7 @@ def search_schedules(
 
 
 def measure_session_budgets(session: FeatureSession, results: Sequence[TestResult], tests: int) -> list[BudgetRecord]:
-    """How slow each function and loop of the code may be, over so many of the tests that passed."""
+    """How slow each function and loop of the code may be, over this number of passed tests."""
     session.say(f"hricdv: measuring time budgets with {plural(tests, 'test')} ...")
     starts = points_of(session.rerunner.settings.testbench.code)[0].starts
     made: list[BudgetRecord] = []
@@ -77,7 +77,7 @@ def _keep_broken(session: FeatureSession, candidate: ScheduleCandidate, budget: 
 def _candidates(
     session: FeatureSession, run: RunTest, results: Sequence[TestResult], most: int
 ) -> tuple[list[ScheduleCandidate], int]:
-    """At most so many tests that pass, known violations aside, evenly from the shortest to the longest.
+    """At most `most` tests that pass, known violations aside, evenly from the shortest to the longest.
 
     Returns:
         These, and how many were left out, as they do not pass in a process of their own.

@@ -26,7 +26,7 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
         words: what happens.
         least_s: the least delay that does it (s).
         is_counted: it fails the session; a late one does where `Timing(slowest_s=...)` is declared.
-        found_after: so many runs.
+        found_after: the number of runs until it was found.
         id: of the test with this schedule.
         replay: of this.
     """
@@ -44,11 +44,11 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
 
 
 class NodeLane(PlainRecord, frozen=True, kw_only=True):
-    """When a thread of the code went on around the decisions of a schedule.
+    """When a thread of the code ran around the decisions of a schedule.
 
     Args:
         node: its name.
-        switches: when another thread stopped and it went on (s of simulated time), and the statement there.
+        switches: when another thread stopped and this one resumed (s of simulated time), and the statement there.
         held: from when to when it was held up (s), and before which statement.
     """
 
@@ -85,7 +85,7 @@ class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         runs: with schedules, of those asked for.
         tests: whose runs were noted.
-        slowest_s: for so long a node was held up at most (s).
+        slowest_s: the longest time for which a node was held up (s).
         races: the first of each kind.
         pairs: of statements of different nodes on the same data that came right after each other in some run.
         both: of these, how many came in either order.

@@ -207,7 +207,7 @@ class Scheduler:
         return (arrival_us - now_us) / US_PER_S
 
     def pick(self, count: int) -> int:
-        """Which of so many nodes, callbacks or waiters that are ready goes first."""
+        """The index of the node, callback or waiter that goes first, of `count` that are ready."""
         if len(self.choices) < MAX_CHOICES:
             self.choices.append((count, len(self.steps)))
         chosen = self._picks.get(len(self.choices), 0)
@@ -225,7 +225,7 @@ class Scheduler:
                 self.waits.append(begin)
 
     def end_holds(self, node: Node) -> None:
-        """A node has given control back: if it executed anything, who waited for another one to run goes on."""
+        """A node has given control back: if it executed anything, who waited for another one to run continues."""
         if self._ran is node:
             self._ran = None
             for waiting in [other for other in self._waiting if other is not node]:

@@ -43,7 +43,7 @@ DELAY_EACH = 3
 """Of what reverses pairs, each third is a delay; the others are holds."""
 
 MAX_REPEATS = 20
-"""After so many draws that were made before, one is made again."""
+"""Number of successive draws that repeat earlier ones, after which one is accepted."""
 
 FIRST = 0.75
 """The share of pairs and choices tried where a test has them first: a start, or the first event; others anywhere."""
@@ -73,7 +73,7 @@ class ScheduleSearch:
     """Draws schedules for tests, and keeps which pairs were tried.
 
     Args:
-        slowest_s: for so long a node is held up at most (s).
+        slowest_s: the longest time for which a node is held up (s).
         seed: of the session.
     """
 
@@ -185,7 +185,7 @@ class ScheduleSearch:
         return candidate, replace(test, schedule=_sort_decisions(decisions))
 
     def _order(self, rng: Random, candidates: Sequence[ScheduleCandidate]) -> TestSchedule | None:
-        """Another choice of what goes on, before a place where that was tried least."""
+        """Another choice of what runs next, before a place where that was tried least."""
         candidate = rng.choice([*candidates])
         choices: dict[tuple[str, int], list[int]] = {}
         for number, (ready, place) in enumerate(candidate.usual.ready, 1):
@@ -220,7 +220,7 @@ class ScheduleSearch:
 
     def _inside(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[ConcreteTest]:
         """The test with one more decision while a node is held up: a hold of another one, too, or another choice of
-        what goes on. Threads that execute the same code need that: their pairs are not new."""
+        what runs next. Threads that execute the same code need that: their pairs are not new."""
         for held in run.held:
             begin, end = held.steps
             inside = {_holds(conflict)[0]: None for conflict in run.conflicts if begin <= conflict.step < end}
@@ -313,7 +313,7 @@ TURNS: tuple[DrawSchedule, ...] = (
 
 
 def _holds(conflict: DataConflict) -> tuple[tuple[str, int] | None, ...]:
-    """Where to hold a thread up for a pair, so many as `HOLDS`: before the first one, right after it, earlier still."""
+    """Where to hold a thread up for a pair, `HOLDS` places: before the first one, right after it, earlier still."""
     if conflict.is_in_one_node:
         return (conflict.awaited,) * HOLDS
     return (conflict.first, conflict.number), conflict.next, conflict.previous

@@ -34,7 +34,7 @@ class SchedulesView(View):
     scripts = ("schedule_lanes",)
 
     def of_test(self, report: Report, test: TestResult) -> Mapping[str, Any]:
-        """When its nodes went on, where it has a schedule."""
+        """When each node ran, where the test has a schedule."""
         return {"nodes": [to_builtins(lane) for lane in lanes]} if (lanes := LANES.of(test)) else {}
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:

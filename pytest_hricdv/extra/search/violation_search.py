@@ -27,7 +27,7 @@ STARTS = 5
 
 @dataclass(frozen=True)
 class ViolationSearch:
-    """Looks for violations beside a suite: varies the tests that came nearest to violating a requirement.
+    """Searches for violations in addition to a suite: varies the tests that came nearest to violating a requirement.
 
     The suite has checked its own tests already, so every run of a search is a new test. A requirement that the suite
     itself violates needs no search; one that no test triggers has no margin to follow.

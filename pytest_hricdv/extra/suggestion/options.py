@@ -1,4 +1,4 @@
-"""Options: how requirements are suggested."""
+"""The options of suggestions: how many requirements, from how many faults and further tests."""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
-"""Templates of order and time. Response: an event is followed by another one, within one time and not before another.
-Precedence: an event happens only after another one, and at most once after each. Absence: an event never follows a
-message with one value, though it follows other values.
+"""Templates of order and time: response, precedence and absence, after Dwyer et al.
+
+- Response: an event is followed by another one, within one time and not before another.
+- Precedence: an event happens only after another one, and at most once after each.
+- Absence: an event never follows a message with one value, though it follows other values.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ class RecordingJob:
         processes: at the same time.
         run_s: a run that takes more processor time (s) does not end.
         seconds: no version is begun after this time; None: no limit.
-        formulas: more requirements to judge runs by; a run goes on until they are decided.
+        formulas: more requirements to judge runs by; a run continues until they are decided.
     """
 
     arguments: tuple[str, ...]

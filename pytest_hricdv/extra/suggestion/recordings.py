@@ -81,7 +81,7 @@ class Recordings:
         Args:
             tests: to be run.
             what: they are, for people.
-            formulas: further requirements; a run goes on until they are decided, and `failed` has those that failed.
+            formulas: further requirements; a run continues until they are decided, and `failed` has those that failed.
 
         Raises:
             RecordingError: they cannot be made.

@@ -19,16 +19,16 @@ from pytest_hricdv.runtime.world import Body, World
 from pytest_hricdv.testbench import Run
 
 SCENE_PERIOD_US = 50_000
-"""Shapes are looked at twenty times a second: films of viewers look smooth, and files stay small."""
+"""Period of samples of the shapes, twenty a second: playback in viewers is smooth, and files stay small."""
 
 
 class ObservedWorld:
-    """A world whose shapes are noted while it advances. It advances as it would alone: it stops nowhere for this.
+    """A world whose shapes are sampled while it advances, without additional stops.
 
     Args:
         world: of the run.
         bodies: gives the shapes of the world now.
-        period_us: they are looked at, at most, once in this time (us).
+        period_us: minimum time between two samples (us).
     """
 
     def __init__(self, world: World, bodies: Callable[[Any], Sequence[Body]], period_us: int) -> None:
@@ -52,7 +52,7 @@ class ObservedWorld:
         self._world.observe()
 
     def look(self, time_us: int) -> None:
-        """Note what changed since the last look."""
+        """Record what changed since the last sample."""
         now = {body.name: body for body in self._bodies(self._world)}
         moved = tuple(body for name, body in now.items() if self._last.get(name) != body)
         gone = tuple(name for name in self._last if name not in now)

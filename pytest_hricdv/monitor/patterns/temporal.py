@@ -51,7 +51,7 @@ def precedence(
 ) -> Formula:
     """Each event was preceded by its cause, at the same instant or before.
 
-    With `within_s`, the cause was at most so many seconds before. With `after`, each such event makes a new cause
+    With `within_s`, the cause was at most this time (s) before. With `after`, each such event makes a new cause
     necessary. One cause is enough for several events; `existence` bounds their number.
 
     Formula: `always(event -> once[0:within_s](cause) & (!after since cause))`, each part if it is asked for; without

@@ -1,6 +1,6 @@
-"""`time`, `datetime` and `uuid` in virtual time. Outside of a node each function is the real one.
+"""`time`, `datetime` and `uuid` in virtual time; outside of a run's nodes, each function is the real one.
 
-Identifiers are the same in each repeat of a run, and no two of a run are equal.
+UUIDs repeat in each repeat of a run, and no two of a run are equal.
 """
 
 from __future__ import annotations

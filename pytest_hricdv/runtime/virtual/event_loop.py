@@ -1,7 +1,7 @@
 """`asyncio` in virtual time: Python's own event loop, with a selector that waits in the kernel.
 
 asyncio keeps the running loop and task once a thread. All nodes are in one, so a node that blocks takes its own
-away and puts them back when it goes on: several nodes may have a loop, and a coroutine may block.
+away and puts them back when it continues: several nodes may have a loop, and a coroutine may block.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         return task
 
     def default_exception_handler(self, context: dict[str, Any]) -> None:
-        """Like that of asyncio's loops; what a callback raised, which goes on without it, is lost in a run."""
+        """Like that of asyncio's loops; what a callback raised, which continues without it, is lost in a run."""
         error, node = context.get("exception"), current_node()
         if node is not None and isinstance(error, Exception) and "handle" in context:
             node.kernel.lost_errors.append(

@@ -1,4 +1,7 @@
-"""Objects that keep others: in containers these are replaced, and tuples, iterators and the like are made anew."""
+"""Objects that hold references to others, and how such a reference is replaced.
+
+Mutable containers get another item; tuples, iterators, methods and the like are made anew.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Clocks and blocking calls in all other modules during a run, because nodes execute these, too.
+"""Clocks and blocking calls of modules that the code under test does not reach: nodes may still execute these.
 
 Clocks show virtual time in nodes. What waits in real time is refused at once, with its line, where Python is the
 one that waits: event loops and other selectors, processes, signals, and `time.sleep` where time is not virtual.
@@ -242,7 +242,7 @@ class _Guard:
 
 @contextmanager
 def guard_run(kernel: Kernel) -> Iterator[None]:
-    """While a run goes on, waiting in real time is refused in its nodes, whatever module they are in."""
+    """During a run, waiting in real time is refused in its nodes, whatever module they are in."""
     guard, undo = _Guard(kernel), list[Callable[[], object]]()
     keep_open()  # what the session has closed since the last run may have been opened anew under the same number
 
@@ -348,7 +348,7 @@ def _make_refusal(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
 
 
 _GUARDS: list[_Guard] = []
-"""Of the runs that go on."""
+"""The guards of the present runs, the innermost last."""
 
 REFUSALS = tuple((real, _make_refusal(name, real)) for name, real in _REFUSED.items())
 """What a run refuses to call, and what stands for it in modules; it does so for whatever else the code keeps it in."""

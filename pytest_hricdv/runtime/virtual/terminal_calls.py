@@ -1,8 +1,8 @@
 """Calls of nodes that read a terminal: standard input, `termios`, `tty`, `select`, `getpass`, descriptor 0.
 
-The functions here stand for those of Python's library during a run. Outside of nodes they are the real ones, and
-in nodes nothing of the terminal that pytest was started in is ever read or set: a node has the terminal that its
-testbench gives it (`run.terminal`), or reading is refused.
+The functions here replace those of Python's library during a run. Outside of nodes they call the real ones. A node
+never reads or sets the terminal that pytest was started in: it has the terminal that its testbench gives it
+(`run.terminal`), or reading is refused.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ STDIN = NodeStdin()
 
 
 def _find_terminal(file: Any, refuses: bool = True) -> tuple[Node, Terminal] | None:
-    """The running node and its terminal, where a file or a descriptor is that of its terminal; None for others."""
+    """The running node and its terminal, if a file or descriptor is that terminal's; None for others."""
     node = current_node()
     if node is None:
         return None

@@ -1,5 +1,6 @@
-"""The entry that runs the code, and the arguments that it needs. It may be a module that is a program, a loop among its
-statements; and demos, tests and main programs show which calls they repeat.
+"""The entry of the code: the function, class or script that runs it, and the arguments that it needs.
+
+Demos, tests and main programs show which calls repeat.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Scope, So
 from pytest_hricdv.extra.draft.code_model import SCRIPT, Entry
 
 GUARDED, IMPORTED = 2.0, 10.0
-"""How likely a program is the entry, beside functions and classes; nothing can import one that runs where it is."""
+"""How likely a program is the entry, compared with functions and classes; one without a guard cannot be imported."""
 
 
 def find_scripts(sources: Sources) -> Iterator[tuple[Entry, float]]:

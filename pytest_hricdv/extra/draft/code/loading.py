@@ -1,4 +1,4 @@
-"""Finding and parsing the source of a package, with the neighbouring modules that it imports, without importing it."""
+"""Finds and parses the source files of a package, and of neighbouring modules that it imports; executes none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The source of a package, found and parsed without importing any of it."""
+"""The parsed source of a package as data: modules, scopes, and what their names mean; `loading` makes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Uses of a value, which tell its kind if it is never compared; and what runs where it is one of several texts."""
+"""Infers the kind of a value from its uses: where it is a condition, a number or a text.
+
+Also which statements do not run where a value is one of several texts.
+"""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ _CATCHING = ("ImportError", "ModuleNotFoundError", "Exception", "BaseException")
 
 
 def _is_guard(node: ast.AST) -> bool:
-    """Whether a statement goes on where an import in it fails, or is for type checkers only."""
+    """Whether a statement continues where an import in it fails, or is for type checkers only."""
     caught: list[ast.expr | None] = []
     if isinstance(node, ast.Try):
         caught = [handler.type for handler in node.handlers]

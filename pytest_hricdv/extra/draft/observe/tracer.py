@@ -173,7 +173,7 @@ class BorderTracer:
             return
         is_over = frame.f_code.co_code[frame.f_lasti] in _RETURN if frame.f_lasti >= 0 else False
         if not is_over and frame.f_code.co_flags & (inspect.CO_COROUTINE | inspect.CO_GENERATOR):
-            return  # it waits, and goes on later
+            return  # it waits, and continues later
         del self._open[id(frame)]
         if is_over:
             waiting[0].result.add(value)

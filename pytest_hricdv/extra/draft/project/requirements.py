@@ -1,4 +1,7 @@
-"""The first requirements of a draft, which hold for many robots. Those that fail in the first runs become questions."""
+"""The first requirements of a draft, such as that each message is answered.
+
+Those that fail in the first runs become comments with questions.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +18,10 @@ from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 
 ANSWER_S = 60.0
-"""Within which the robot is to answer: a person who waits for longer has left."""
+"""Time limit (s) for the robot's answer: a person who waits for longer has left."""
 
 ENDS_VISIT = "ends"
-"""The subject of the requirement that is left where no other one is."""
+"""Subject of the requirement that remains where there is no other."""
 
 HEAD = """\
 # always(a -> b) is checked whenever a holds; if it never holds in a test, the verdict is NC, not checked.
@@ -29,7 +32,7 @@ HEAD = """\
 
 @dataclass(frozen=True)
 class DraftedRequirement:
-    """A requirement; first runs drop it by its subject, such as `answer order`, and ask the question."""
+    """A requirement. First runs that violate it drop it by its subject, as `answer order`, and ask its question."""
 
     subject: str
     title: str

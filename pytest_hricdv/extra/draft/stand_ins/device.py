@@ -1,4 +1,4 @@
-"""Stand-ins of devices: they note what the code calls, and return what a person sets, or a neutral value."""
+"""Stand-ins of devices: record the code's calls, and return what a person of the model sets, or a neutral value."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""What a person does in one run: the actions of the test, one after the other, and how what they say gets to the
-robot.
-"""
+"""What a person does in one run: the actions of the test in order, and how their messages reach the robot."""
 
 from __future__ import annotations
 
