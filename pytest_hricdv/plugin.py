@@ -17,8 +17,14 @@ NO_SUITE = "no suite is active: choose one with --hri-suite=NAME|PATH, or with h
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Registers options and ini keys."""
-    from pytest_hricdv.session.option_table import add_options
+    try:
+        from pytest_hricdv.session.option_table import add_options
+    except ImportError:
+        from pytest_hricdv._base.self_check import library_conflict
 
+        if conflict := library_conflict():
+            raise pytest.UsageError(conflict) from None
+        raise
     add_options(parser)
 
 

@@ -108,14 +108,15 @@ def test_an_old_lark_in_the_same_folder_is_one_line(lamps: pytest.Pytester) -> N
         assert "INTERNALERROR" not in result.stdout.str() + result.stderr.str()
 
 
-def test_a_module_of_the_project_that_hides_one_of_python_is_one_line(lamps: pytest.Pytester) -> None:
-    (lamps.path / "statistics.py").write_text("LEVELS = [1, 2]\n", encoding="utf-8")
+@pytest.mark.parametrize("name", ["statistics", "fractions"])  # imported late, and before any hook
+def test_a_module_of_the_project_that_hides_one_of_python_is_one_line(lamps: pytest.Pytester, name: str) -> None:
+    (lamps.path / f"{name}.py").write_text("LEVELS = [1, 2]\n", encoding="utf-8")
     for options in ([SUITE], [SUITE, *A_WORKER]):
         result = lamps.runpytest_subprocess(*options)
         assert result.ret == pytest.ExitCode.USAGE_ERROR
-        result.stderr.fnmatch_lines(["ERROR: *statistics.py: hides Python's own module statistics, which *: rename it"])
+        result.stderr.fnmatch_lines([f"ERROR: *{name}.py: hides Python's own module {name}, which *: rename it"])
         assert "INTERNALERROR" not in result.stdout.str() + result.stderr.str()
-    (lamps.path / "statistics.py").rename(lamps.path / "turtle.py")  # which nobody here imports
+    (lamps.path / f"{name}.py").rename(lamps.path / "turtle.py")  # which nobody here imports
     assert lamps.runpytest_subprocess(SUITE).ret == 0
 
 

@@ -14,7 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from types import CellType, FunctionType, ModuleType
-from typing import Any
+from typing import Any, NoReturn
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
@@ -254,7 +254,15 @@ _NAMES = {
 def _make_threading() -> ModuleType:
     made = stand_in(threading, _NAMES)
     made.__dict__["local"] = copy("_threading_local", {"threading": made}).local
+    made.__dict__["local"].__reduce__ = _make_refusal("_thread._local")
     return made
+
+
+def _make_refusal(kind: str) -> Callable[[object], NoReturn]:
+    def refuse(value: object) -> NoReturn:
+        raise TypeError(f"cannot pickle '{kind}' object")  # nor copy it
+
+    return refuse
 
 
 def _queue(threads: ModuleType) -> ModuleType:
@@ -263,6 +271,7 @@ def _queue(threads: ModuleType) -> ModuleType:
     in_c.__dict__["Empty"] = queue.Empty
     made = copy("queue", {"threading": threads, "time": stand_in(time, {"monotonic": monotonic}), "_queue": in_c})
     made.__dict__["Full"] = queue.Full
+    made.__dict__["SimpleQueue"].__reduce__ = _make_refusal("_queue.SimpleQueue")
     return made
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import copy
 import os
 import queue
 import subprocess
@@ -167,6 +168,17 @@ def test_a_wait_that_a_library_does_in_a_thread_is_refused_with_the_line_that_be
         kernel.spawn("robot", body)
         with guard_run(kernel), pytest.raises(NodeError, match=rf"{__file__}:\d+: node robot: .* waits in real time"):
             kernel.run(10.0)
+
+
+@pytest.mark.parametrize("kind", ["SimpleQueue", "local"])
+def test_what_python_does_not_copy_is_not_copied(kind: str) -> None:
+    module = VIRTUAL.queue if kind == "SimpleQueue" else VIRTUAL.threading
+
+    def body() -> None:
+        with pytest.raises(TypeError, match=rf"^cannot pickle '\w+\.\w*{kind}' object$"):
+            copy.copy(getattr(module, kind)())
+
+    in_virtual_time(body)
 
 
 def test_nothing_keeps_a_thread_that_is_over() -> None:
