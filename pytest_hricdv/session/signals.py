@@ -50,7 +50,10 @@ _ENDING = {
 }
 """The signals that end the session."""
 
-_REPLACED = {signal.SIGINT: signal.default_int_handler, **dict.fromkeys(sorted(_ENDING), signal.SIG_DFL)}
+_REPLACED: dict[signal.Signals, Any] = {
+    signal.SIGINT: signal.default_int_handler,
+    **dict.fromkeys(sorted(_ENDING), signal.SIG_DFL),
+}
 """The handlers that are replaced; where somebody else has set another one, this stays: `nohup` ignores SIGHUP."""
 
 
@@ -77,7 +80,7 @@ class Signals:
         self.interrupted = False
         self._terminating = terminating
         self._stuck = stuck
-        self._is_heard = False
+        self._is_heard = self._asks = False
         self._before: dict[signal.Signals, Callable[[int, FrameType | None], Any] | int | None] = {}
         self._listening = ExitStack()
         self._insists = False
@@ -158,6 +161,9 @@ class Signals:
             raise Termination("SIGTERM") if self.terminated else KeyboardInterrupt
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
+        if self._asks:
+            self._asks = False
+            return
         if number in _ENDING and not self.terminated:
             self.terminated = True
             self._terminating()
@@ -184,10 +190,21 @@ class Signals:
         waiting = _thread.allocate_lock()
         waiting.acquire()
         waiting.acquire(timeout=LETS_GO_WITHIN_S)
-        if self._before and not self.terminated:
+        if self._before and not self.terminated and self._is_unheard(number, waiting):
             self.terminated = True
             self._terminating()
             self._stuck()
+        self._is_heard = False
+
+    def _is_unheard(self, number: int, waiting: _thread.LockType) -> bool:
+        """Whether the main thread handles no signals. A handler of the code under test may have taken the last one."""
+        main = threading.main_thread().ident
+        if main is None or signal.getsignal(number) != self._receive:
+            return False
+        self._asks = True
+        signal.pthread_kill(main, number)
+        waiting.acquire(timeout=LOOKS_EACH_S)
+        return self._asks
 
     def _insist(self) -> None:
         """Raise once more in code that ignored SIGTERM, and end the process where nothing helps."""
@@ -263,7 +280,10 @@ _WAKING: set[int] = set()
 
 
 def _deaf() -> None:
-    """A fork's signals are not those of the process that it was forked from."""
+    """A fork's signals are not those of the process that it was forked from; one of a node ends by them as any."""
+    for number in _REPLACED if current_node() is not None else ():
+        if str(getattr(signal.getsignal(number), "__module__", None)) == __name__:
+            signal.signal(number, _REPLACED[number])
     if _WAKING:
         before = signal.set_wakeup_fd(-1)
         if before not in _WAKING:

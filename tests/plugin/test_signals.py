@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.session import signals as module
 from pytest_hricdv.session.signals import Signals, Termination
 
@@ -109,3 +110,35 @@ def test_what_faulthandler_is_registered_for_stays_its_own(handled: Signals, tmp
             assert __file__ in file.read()
         finally:
             faulthandler.unregister(signal.SIGUSR1)
+
+
+@pytest.mark.parametrize("is_of_code", [False, True])
+def test_a_signal_that_the_main_thread_handles_ends_nothing(
+    handled: Signals, monkeypatch: pytest.MonkeyPatch, is_of_code: bool
+) -> None:
+    monkeypatch.setattr(module, "LETS_GO_WITHIN_S", 0.0)
+    if is_of_code:
+        signal.signal(signal.SIGUSR1, lambda number, frame: None)
+    hearing = threading.Thread(target=handled._hear, args=(signal.SIGUSR1,))
+    hearing.start()
+    hearing.join()
+    assert not handled.terminated
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks here")
+def test_a_process_that_a_node_has_forked_ends_by_a_signal_as_any(handled: Signals) -> None:
+    children = list[int]()
+
+    def node() -> None:
+        child = os.fork()
+        if not child:
+            try:
+                send(signal.SIGTERM)
+            finally:
+                os._exit(0)
+        children.append(child)
+
+    kernel = Kernel()
+    kernel.spawn("robot", node)
+    kernel.run(1.0)
+    assert os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1]) == -signal.SIGTERM

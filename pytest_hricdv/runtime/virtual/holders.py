@@ -114,13 +114,13 @@ def _reduced(value: Any) -> tuple[Any, ...] | None:
 
 
 def items_of(value: Any) -> Iterator[Reference]:
-    """Items of a dictionary, list, deque or set, and functions that are keys."""
+    """Items of a dictionary, list, deque or set, and keys that are or keep functions."""
     if isinstance(value, defaultdict):
         yield value.default_factory, partial(setattr, value, "default_factory")
     if isinstance(value, dict):
         for key, item in [*islice(dict.items(value), MAX_ITEMS)]:
             yield item, partial(dict.__setitem__, value, key)
-            if type(key) is BuiltinFunctionType:
+            if type(key) in (BuiltinFunctionType, tuple, frozenset):
                 yield key, _put_key(value, key)
     elif isinstance(value, list | deque):
         kind: Any = list if isinstance(value, list) else deque

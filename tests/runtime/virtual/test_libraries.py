@@ -224,6 +224,14 @@ def rest(wait_s):
     for sleep, name in ways.items():
         sleep(wait_s)
 """,
+    "as_value_of_an_enumeration": """
+import enum
+class Way(enum.Enum):
+    SLOW = (time.sleep, 2)
+def rest(wait_s):
+    assert Way((time.sleep, 2)) is Way.SLOW
+    Way.SLOW.value[0](wait_s)
+""",
     "in_iterators": """
 now, ways = iter(time.monotonic, None), map(time.sleep, itertools.repeat(0.25))
 also = zip(itertools.cycle([time.sleep]), itertools.count())
