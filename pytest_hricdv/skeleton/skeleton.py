@@ -153,7 +153,7 @@ def add_commands(commands: Any) -> None:
         type=Path,
         action="append",
         default=[],
-        help="of a draft, take ranges of times and values from a recording of the real system: a bag of "
+        help="of a draft, take values from a recording: of hricdv record, or of the real system, a bag of "
         "ROS 2 or an MCAP file; several times for several (docs/draft.md)",
     )
     init.add_argument(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from pytest_hricdv.extra.draft.observed import Observation, observe
 from pytest_hricdv.recordings.recording import Recording, read_recordings
-from tests.recordings.bags import BEGAN_NS, STRING, Entry, clock, text, tray, write_mcap, write_sqlite
+from tests.recordings.bags import BEGAN_NS, STRING, clock, text, tray, write_mcap, write_sqlite
 
 SAID = {"/said": STRING}
 BEGAN_S = BEGAN_NS / 1e9
@@ -22,6 +23,12 @@ def reading(*paths: Path) -> list[Recording]:
 
 def seen(*paths: Path) -> Observation:
     return observe(reading(*paths))
+
+
+def gaps(recording: Recording, topic: str) -> list[float]:
+    """Times between the messages of a topic, within each part (s)."""
+    parts = [[message.time_s for message in part if message.topic == topic] for part in recording.parts]
+    return [after - before for times_s in parts for before, after in pairwise(times_s)]
 
 
 def said(times_s: list[float]) -> list[tuple[float, str, bytes]]:
@@ -40,37 +47,6 @@ def test_fields_are_read_with_the_definitions_of_the_bag(tmp_path: Path, suffix:
         "loads": (0.0, 11.5, 24),
     }
     assert topic.texts["is_wet"] == {"False": 6, "True": 6}
-    assert topic.gaps is not None
-    assert topic.gaps.count == 11
-    assert topic.gaps.low == pytest.approx(0.1)
-
-
-def test_waits_repeats_and_reactions_are_times_between_topics(tmp_path: Path) -> None:
-    entries: list[Entry] = [
-        (0.0, "/order", {}),
-        (2.0, "/served", {}),
-        (5.0, "/order", {}),
-        (5.5, "/order", {}),
-        (9.0, "/served", {}),
-    ]
-    made = seen(write_mcap(tmp_path / "run.mcap", entries))
-    order, reactions = made.topics["order"], made.reactions("order", {"served"})
-    assert order.waits is not None
-    assert order.repeats is not None
-    assert reactions is not None
-    assert (order.waits.low, order.waits.count) == (3.0, 1)
-    assert order.repeats.low == 0.5
-    assert (reactions.low, reactions.high) == (2.0, 3.5)
-
-
-def test_what_comes_again_and_again_is_a_stream_and_no_answer_of_anybody(tmp_path: Path) -> None:
-    scans = [(0.1 * n, "/scan", {"m": 1.0}) for n in range(100)]
-    entries = sorted([*scans, (1.05, "/order", {}), (4.05, "/served", {}), (7.05, "/order", {})])
-    made = seen(write_mcap(tmp_path / "run.mcap", entries)).topics
-    assert made["scan"].is_periodic
-    assert not made["order"].is_periodic
-    assert made["order"].waits is not None
-    assert made["order"].waits.low == pytest.approx(3.0)
 
 
 def test_times_are_those_of_the_clock_of_the_simulation(tmp_path: Path) -> None:
@@ -78,9 +54,7 @@ def test_times_are_those_of_the_clock_of_the_simulation(tmp_path: Path) -> None:
     entries = sorted([*ticks, (2.0, "/said", text("a")), (4.0, "/said", text("b"))])
     (recording,) = reading(write_mcap(tmp_path / "run.mcap", entries, TRAY))
     assert recording.notes == ("run.mcap: times are those of /clock",)
-    gaps = observe([recording]).topics["said"].gaps
-    assert gaps is not None
-    assert gaps.low == pytest.approx(0.5)
+    assert gaps(recording, "/said") == pytest.approx([0.5])
 
 
 def truncated(folder: Path) -> Path:
@@ -163,5 +137,5 @@ def test_what_is_wrong_is_a_sentence_and_the_rest_is_used(tmp_path: Path, case: 
     (recording,) = reading(path)
     assert problem in " ".join(recording.problems)
     assert sum(map(len, recording.parts)) >= least
-    gaps = [topic.gaps for topic in observe([recording]).topics.values() if topic.gaps is not None]
-    assert all(0.0 <= made.low <= made.high < 15.0 for made in gaps)
+    topics = {message.topic for part in recording.parts for message in part}
+    assert all(0.0 <= gap_s < 15.0 for topic in topics for gap_s in gaps(recording, topic))

@@ -1,15 +1,15 @@
-"""Observations in recordings: ranges of numbers, texts, times between messages, and times to reactions."""
+"""Observations in recordings: ranges of numbers, and texts."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pytest_hricdv.recordings.message_order import RecordedSample
-from pytest_hricdv.recordings.recording import Recording, is_periodic
+from pytest_hricdv.recordings.recording import Recording
 
 MARGIN = 0.1
 """Share of its width by which a range is wider than what was observed, at each end."""
@@ -108,24 +108,12 @@ class ObservedTopic:
         count: of its messages.
         numbers: path of a field -> its numbers, those of all elements of an array.
         texts: path of a field -> how often each text, or truth, was observed.
-        gaps: times between its messages (s); None of a single one.
-        waits: times from the last message of another topic, that is not periodic, to one of it (s).
-        repeats: times between its messages without one of another topic, that is not periodic, between them (s).
-        is_periodic: whether it is periodic: its messages come at nearly equal times.
     """
 
     name: str
     count: int
     numbers: dict[str, Spread]
     texts: dict[str, Counter[str]]
-    gaps: Spread | None
-    waits: Spread | None
-    repeats: Spread | None
-    is_periodic: bool = False
-
-
-Keyed = tuple[tuple[str, RecordedSample], ...]
-"""Messages in the order of time, each with the key of its topic."""
 
 
 @dataclass(frozen=True)
@@ -139,49 +127,23 @@ class Observation:
 
     source: str
     topics: dict[str, ObservedTopic] = field(default_factory=dict)
-    _parts: tuple[Keyed, ...] = ()
-
-    def reactions(self, key: str, answers: Collection[str]) -> Spread | None:
-        """Times from a message of a topic to the next answer before another one of it (s); None if there are none.
-
-        Args:
-            key: of the topic.
-            answers: keys of the topics that are answers.
-        """
-        return spread([time for part in self._parts for time in _reactions(part, key, answers)], self.source)
 
     def rename(self, names: Mapping[str, str]) -> Observation:
         """The observation with other keys of topics."""
-        topics = {names.get(key, key): topic for key, topic in self.topics.items()}
-        parts = tuple(tuple((names.get(key, key), message) for key, message in part) for part in self._parts)
-        return Observation(self.source, topics, parts)
+        return Observation(self.source, {names.get(key, key): topic for key, topic in self.topics.items()})
 
 
 def observe(recordings: Sequence[Recording]) -> Observation:
-    """Merge the observations of recordings; times are those within each part of one."""
+    """Merge the observations of recordings."""
     source = ", ".join(dict.fromkeys(recording.name for recording in recordings if recording.parts))
     if len(recordings) > 2:
         source = f"{len(recordings)} recordings"
-    keys: dict[str, str] = {}
-    parts: list[Keyed] = []
-    for part in (part for recording in recordings for part in recording.parts):
-        for message in part:
-            if message.topic not in keys:
-                keys[message.topic] = key_of(message.topic)
-        parts.append(tuple((keys[message.topic], message) for message in part))
     messages: dict[str, list[RecordedSample]] = defaultdict(list)
-    for key, message in (keyed for part in parts for keyed in part):
-        messages[key].append(message)
-    gaps = _gaps(parts)
-    periodic = {key for key in messages if is_periodic(gaps.get(key, []))}
-    waits, repeats = _waits(parts, periodic)
-    topics = {
-        key: ObservedTopic(own[0].topic, len(own), _numbers(own, source), _texts(own),
-                           spread(gaps.get(key, []), source), spread(waits.get(key, []), source),
-                           spread(repeats.get(key, []), source), key in periodic)
-        for key, own in messages.items()
-    }  # fmt: skip
-    return Observation(source, topics, tuple(parts))
+    for message in (message for recording in recordings for part in recording.parts for message in part):
+        messages[key_of(message.topic)].append(message)
+    topics = {key: ObservedTopic(own[0].topic, len(own), _numbers(own, source), _texts(own))
+              for key, own in messages.items()}  # fmt: skip
+    return Observation(source, topics)
 
 
 def _numbers(messages: Sequence[RecordedSample], source: str) -> dict[str, Spread]:
@@ -203,41 +165,6 @@ def _texts(messages: Sequence[RecordedSample]) -> dict[str, Counter[str]]:
             if isinstance(value, bool | str):
                 texts[path][str(value)] += 1
     return dict(texts)
-
-
-def _gaps(parts: Sequence[Keyed]) -> dict[str, list[float]]:
-    gaps: dict[str, list[float]] = defaultdict(list)
-    for part in parts:
-        last_s: dict[str, float] = {}
-        for key, message in part:
-            if key in last_s:
-                gaps[key].append(message.time_s - last_s[key])
-            last_s[key] = message.time_s
-    return gaps
-
-
-def _waits(parts: Sequence[Keyed], periodic: Collection[str]) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
-    """Times from the last message that is of no periodic topic: of another topic, and of the same one."""
-    waits: dict[str, list[float]] = defaultdict(list)
-    repeats: dict[str, list[float]] = defaultdict(list)
-    for part in parts:
-        last: tuple[str, float] | None = None
-        for key, message in part:
-            if last is not None:
-                (repeats if last[0] == key else waits)[key].append(message.time_s - last[1])
-            if key not in periodic and not is_infrastructure(message.topic):
-                last = key, message.time_s
-    return waits, repeats
-
-
-def _reactions(part: Keyed, key: str, answers: Collection[str]) -> Iterator[float]:
-    asked_s: float | None = None
-    for own, message in part:
-        if own == key:
-            asked_s = message.time_s
-        elif own in answers and asked_s is not None:
-            yield message.time_s - asked_s
-            asked_s = None
 
 
 def is_infrastructure(topic: str) -> bool:

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.draft.project.model import (
     neutral_beliefs,
     start_beliefs,
 )
-from pytest_hricdv.extra.draft.project.ranges import answer_s, lateness, limit_s, times_of_lines
+from pytest_hricdv.extra.draft.project.ranges import answer_s, limit_s
 
 
 def _is_name(module: str) -> bool:
@@ -97,12 +97,11 @@ def times_lines(draft: Draft, more: str) -> list[str]:
     """How long a run takes, and how long a person waits, with one more line; the table of how a person acts."""
     late_s, location = draft.late_s
     reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
-    waits_s, why = answer_s(draft)
     return [
         "HERE = Path(__file__).parent",
         "",
         f"LIMIT_S = {limit_s(draft):.1f}  # no visit takes as long",
-        f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
+        f"ANSWER_S = {answer_s(draft):g}  # so long a person waits for an answer; TODO",
         more,
         "",
         "# When a person does something, and how often. TODO: what is right for your people?",
@@ -154,10 +153,9 @@ def command_table_lines(draft: Draft, table: str, numbers: str, each: str) -> li
     waits += [f'                "{UNTIL_QUIET}": {{}},'] if leaves(draft) else []
     if not draft.inputs:
         return waits
-    others = "**TIMES_OF.get(what, {}).get(how, {}), " if times_of_lines(draft) else ""
     return [
         "                **{",
-        f'                    f"{{what}} {{how}}": {{**times, {others}**{numbers}}}',
+        f'                    f"{{what}} {{how}}": {{**times, **{numbers}}}',
         f"                    for what, {each} in {table}.items()",
         "                    for how, times in TIMES.items()",
         "                },",
@@ -192,8 +190,7 @@ def disturbance_lines(draft: Draft) -> list[str]:
         if topic != draft.code.state.partition(".")[0]:  # else the robot would seem to skip a state
             lines.append(f'            "{topic}_lost": Drop("{topic}"),')
         if message.direction != "published":
-            ends, mark = lateness(draft, topic)
-            lines.append(f'            "{topic}_late": Delay("{topic}", Uniform({ends}, "s")),  # {mark}')
+            lines.append(f'            "{topic}_late": Delay("{topic}", Uniform(0.5, 5.0, "s")),  # TODO: how late?')
             if draft.ros is None:
                 how = f'Duplicate("{topic}", Uniform(0.1, 5.0, "s")),  # TODO: how late?'
                 lines.append(f'            "{topic}_doubled": {how}')

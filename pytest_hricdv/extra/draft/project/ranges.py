@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.code_model import MessageField
@@ -74,88 +73,13 @@ def topic_of(draft: Draft, thing: Input) -> ObservedTopic | None:
     return draft.observed.topics.get(key_of(thing.message.topic)) if draft.observed is not None else None
 
 
-def times_of_lines(draft: Draft) -> list[str]:
-    """The table `TIMES_OF`: when people said a thing in the recording, in place of `TIMES`; empty without one."""
-    lines: list[str] = []
-    commands: list[tuple[str, str]] = []
-    for thing in draft.inputs:
-        topic = topic_of(draft, thing)
-        entries = list(_times(topic)) if topic is not None else []
-        if entries:
-            name = f"{thing.name.upper()}_TIMES"
-            lines += [f"{name}: dict[str, dict[str, Uniform]] = {{", *entries, "}"]
-            commands += [(command, name) for command, _ in thing.commands]
-    if not lines:
-        return []
-    return [
-        "",
-        "# When it was said in the recording, in place of TIMES.",
-        *lines,
-        "TIMES_OF = {",
-        *(f"    {json.dumps(command)}: {name}," for command, name in commands),
-        "}",
-    ]
-
-
-def _times(topic: ObservedTopic) -> Iterator[str]:
-    """The observed times: after the message before, or between those of a periodic topic; also for saying it twice."""
-    after, of, why = topic.waits, "waits", "after what was said before"
-    if topic.is_periodic or after is None:
-        after, of, why = topic.gaps, "gaps", f"between messages of {topic.name}"
-    if after is None:
-        return
-    low, high = _with_default(after, (0.5, 2.0))
-    in_time = f'"after_s": Uniform({low!r}, {high!r}, "s")'
-    yield f"    # {why}: {after.comment('s', of)}"
-    yield f'    "in_time": {{{in_time}}},'
-    again = topic.gaps if topic.is_periodic else topic.repeats
-    if again is None:
-        yield f'    "twice": {{{in_time}, "again_s": Uniform(0.1, 1.0, "s")}},  # TODO: nothing was said twice'
-        return
-    least, most = _with_default(again, (0.1, 1.0))
-    yield f"    # {topic.name} again: {again.comment('s', 'gaps')}"
-    yield f'    "twice": {{{in_time}, "again_s": Uniform({least!r}, {most!r}, "s")}},'
-
-
-def _with_default(seen: Spread, default: tuple[float, float]) -> tuple[float, float]:
-    """The observed range; where it is of few observations, one that holds the range of `TIMES`, too."""
-    low, high = seen.ends()
-    return (low, high) if seen.is_trusted else (min(low, default[0]), max(high, default[1]))
-
-
-def _reactions(draft: Draft) -> Iterator[tuple[Input, Spread]]:
-    """The robot's reaction times to each input in the recording."""
-    answers = {key_of(message.topic) for message in draft.answers}
-    for thing in draft.inputs if draft.observed is not None else ():
-        seen = draft.observed.reactions(key_of(thing.message.topic), answers) if draft.observed is not None else None
-        if seen is not None:
-            yield thing, seen
-
-
-def answer_s(draft: Draft) -> tuple[float, str]:
-    """How long a person waits for an answer, and why: longer than all observed times."""
-    chosen_s = max(draft.patience_s, min(draft.late_s[0], MAX_PATIENCE_S) * PATIENCE)
-    longest = max((seen for _, seen in _reactions(draft)), key=lambda seen: seen.high, default=None)
-    if longest is None:
-        return chosen_s, "TODO"
-    if longest.ends()[1] > chosen_s:
-        return longest.ends()[1], longest.comment("s", "answers")
-    return chosen_s, f"TODO; the longest that was observed took {longest.high:.3g} s, in {longest.source}"
-
-
-def lateness(draft: Draft, name: str) -> tuple[str, str]:
-    """Ends of a range, and its comment, for how late a message of a topic comes: as late as a periodic one did."""
-    topic = draft.observed.topics.get(key_of(name)) if draft.observed is not None else None
-    if topic is None or topic.gaps is None or not topic.is_periodic:
-        return "0.5, 5.0", "TODO: how late?"
-    late_s = topic.gaps.ends()[1] - topic.gaps.low_5
-    if late_s <= 0:
-        return "0.5, 5.0", "TODO: how late?"
-    return f"0.0, {late_s:.3g}", topic.gaps.comment("s", "gaps")
+def answer_s(draft: Draft) -> float:
+    """How long a person waits for an answer (s)."""
+    return max(draft.patience_s, min(draft.late_s[0], MAX_PATIENCE_S) * PATIENCE)
 
 
 def limit_s(draft: Draft) -> float:
     """Longer than any visit: two rounds, in which all is said late, or all in order, and nothing is answered (s)."""
-    late_s, waits_s = LATE * draft.late_s[0], answer_s(draft)[0]
+    late_s, waits_s = LATE * draft.late_s[0], answer_s(draft)
     round_s = max(len(draft.inputs) * (late_s + waits_s), len(in_order(draft)) * (2.0 + waits_s))
     return max(MIN_LIMIT_S, 100.0 * -(-(2 * round_s + STAYS * waits_s) // 100.0))

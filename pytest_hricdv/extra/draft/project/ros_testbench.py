@@ -20,10 +20,7 @@ from pytest_hricdv.extra.draft.project.declarations import (
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.driver import comment_lines
 from pytest_hricdv.extra.draft.project.inputs import Input
-from pytest_hricdv.extra.draft.project.ranges import (
-    command_lines,
-    times_of_lines,
-)
+from pytest_hricdv.extra.draft.project.ranges import command_lines
 from pytest_hricdv.extra.draft.ros_model import Endpoint, RosStart
 
 _MAPS = {
@@ -133,7 +130,7 @@ def _constants(draft: Draft) -> list[str]:
         lines += ["", "# What a person can say to the robot, with the numbers in it.",
                   "SAYS: dict[str, dict[str, Uniform]] = {"]  # fmt: skip
         lines += [line for thing in draft.inputs for line in command_lines(draft, thing)]
-        lines += ["}", *times_of_lines(draft)]
+        lines += ["}"]
     said = {command for thing in draft.inputs for command, _ in thing.commands}
     rest = [line for thing in draft.whole.inputs for line in command_lines(draft, thing.without(said))]
     return [*lines, *comment_lines(rest)]

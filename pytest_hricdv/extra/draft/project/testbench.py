@@ -21,7 +21,7 @@ from pytest_hricdv.extra.draft.project.declarations import (
 from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
 from pytest_hricdv.extra.draft.project.driver import driver_lines, has_cross, say_lines
 from pytest_hricdv.extra.draft.project.inputs import OTHER, is_open
-from pytest_hricdv.extra.draft.project.ranges import STAYS, times_of_lines
+from pytest_hricdv.extra.draft.project.ranges import STAYS
 
 TESTBENCH = ("BeliefSpace", "Concretization", "CrossProduct", "Delay", "Drop", "Duplicate", "Field", "Model",
              "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
@@ -29,7 +29,7 @@ STAND_INS = ("Neutral", "BusPort", "CallbackCall", "ClockPort", "ConnectionPort"
              "InboxPort", "Make", "Manners", "MethodCall", "OutboxPort", "ProgramPort", "Replace", "Say", "Script",
              "member", "replace_modules", "unknown")  # fmt: skip
 STANDARD = ("Path", "SimpleNamespace", "json", "import_module")
-TAKEN = ("HERE", "TIMES", "TIMES_OF", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
+TAKEN = ("HERE", "TIMES", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
 
 _CROSS = '        cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})},'
 
@@ -78,7 +78,7 @@ def _head(draft: Draft, body: str) -> list[str]:
 def _constants(draft: Draft) -> list[str]:
     """Times and states."""
     stays = f"STAYS_S = {STAYS} * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO"
-    lines = [*times_lines(draft, stays), *(times_of_lines(draft) if draft.inputs else [])]
+    lines = times_lines(draft, stays)
     if draft.code.machine is not None:
         states = draft.code.machine.states
         lines += ["", "STATES = (", *(f"    {json.dumps(s.name)},  # {s.location}" for s in states), ")"]
