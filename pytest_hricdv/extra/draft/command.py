@@ -24,7 +24,6 @@ from pytest_hricdv.extra.draft.project.draft import Draft, robot_name
 from pytest_hricdv.extra.draft.project.files import check, write
 from pytest_hricdv.extra.draft.record import add_command as add_command
 from pytest_hricdv.extra.draft.ros.executable import find_executable
-from pytest_hricdv.extra.draft.ros_model import ros_lines
 from pytest_hricdv.extra.draft.settlement import BUDGET_S, Reread
 from pytest_hricdv.extra.draft.settling import settle
 from pytest_hricdv.skeleton.skeleton import name_like
@@ -206,7 +205,8 @@ def _summary(model: CodeModel) -> Iterator[str]:
         f"{len(model.waits)} waits"
     )
     if model.ros.nodes or model.ros.endpoints:
-        yield from ros_lines(model.ros)
+        names = ", ".join(name or "without a name in the source" for name, _ in model.ros.nodes)
+        yield f"nodes of ROS 2: {names}; {len(model.ros.endpoints)} topics, services and actions"
     for problem in model.problems:
         yield f"{problem.location}: {problem.text}" if problem.location is not None else problem.text
 

@@ -1,8 +1,7 @@
-"""Nodes of ROS 2 and how they are started: plain data, each item with its location, and its lines for people."""
+"""Nodes of ROS 2 and how they are started: plain data, each item with its location."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -104,24 +103,3 @@ class RosStart:
     entry: str
     declared: tuple[Endpoint, ...]
     interfaces: tuple[str, ...] = ()
-
-
-def ros_lines(nodes: RosNodes) -> Iterator[str]:
-    """Lines on nodes for the terminal and the README."""
-    counted = (
-        ("subscribes", nodes.of("subscription")),
-        ("publishes", nodes.of("publisher")),
-        ("serves", nodes.of("service")),
-        ("uses the service", nodes.of("client")),
-        ("serves the action", nodes.of("action server")),
-        ("uses the action", nodes.of("action client")),
-    )
-    names = ", ".join(name or "without a name in the source" for name, _ in nodes.nodes)
-    yield f"nodes of ROS 2: {len(nodes.nodes)}{f' ({names})' if names else ''}"
-    for title, endpoints in counted:
-        for endpoint in endpoints:
-            name = f"{endpoint.name or 'unknown name'} ({endpoint.type or 'unknown type'})"
-            callback = f" -> {endpoint.callback}" if endpoint.callback else ""
-            yield f"{endpoint.location}: {title}: {name}{callback}"
-    for parameter in nodes.parameters:
-        yield f"{parameter.location}: parameter: {parameter.name}, default {parameter.default or 'none'}"

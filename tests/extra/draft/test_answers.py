@@ -64,7 +64,6 @@ def test_a_draft_that_is_repeated_keeps_answers_and_has_what_the_code_has_now(
     repeated = (hri / "requirements.toml").read_text(encoding="utf-8")
     assert repeated.endswith(OWN)
     assert "[R2]" not in repeated
-    assert not (hri / "README-hri.md").exists()
 
 
 OWN = '\n[quiet]\ntitle = "Mine"\nformula = "always(person_is_there -> robot_works)"\n'

@@ -342,7 +342,7 @@ def test_who_reaches_nothing_only_is_there_and_the_draft_says_that_it_is_hollow(
     texts = dict(files(settled))
     assert "+!round : stays_long <- stay(long)." in texts["models/person.asl"]
     assert re.search("How does `.*` get to the code\\? Nothing did", texts["QUESTIONS.md"])
-    assert "**Hollow**: nothing that people do reaches the code" in texts["README.md"]
+    assert "**Hollow**: nothing that people do reaches the code" in texts["QUESTIONS.md"]
     assert not re.search(r"^ *[^# ].*Say\(", texts["conftest.py"], re.MULTILINE)
     for thing in draft.inputs:  # what the code declares stays, as a comment
         assert all(f'# "{command}": Say(' in texts["conftest.py"] for command, _ in thing.commands)

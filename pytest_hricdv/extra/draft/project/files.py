@@ -1,6 +1,7 @@
-"""The files of a draft, how they are written, and its README: what to edit next.
+"""The files of a draft, and how they are written.
 
-`QUESTIONS.md` asks what the code does not say: at most ten questions, the first ones with most coverage behind them.
+`QUESTIONS.md` asks what the code does not say: at most ten questions, the first ones with most coverage behind them;
+then it lists what was in the way.
 """
 
 from __future__ import annotations
@@ -22,15 +23,15 @@ from pytest_hricdv.extra.draft.project.model import mas2j, meta, person, robot
 from pytest_hricdv.extra.draft.project.requirements import requirements
 from pytest_hricdv.extra.draft.project.ros_testbench import ros_conftest
 from pytest_hricdv.extra.draft.project.testbench import conftest
-from pytest_hricdv.extra.draft.ros_model import ros_lines
 
 MAX_QUESTIONS = 10
 
 HEAD = """\
 # Questions
 
-What the code of {robot} does not say. Each question has the line of the code that asks it, and the line of the draft
-to edit. The first ones have most unexecuted lines of code behind them. Delete what is answered.
+`hricdv init {options}` wrote this folder; again, it keeps what was edited. This is what the code does not say. Each
+question has the line of the code that asks it, and the line of the draft to edit. The first ones have most unexecuted
+lines of code behind them. Delete what is answered.
 """
 
 MAX_SUBJECTS = 12
@@ -48,7 +49,8 @@ def questions_file(draft: Draft, conftest: str) -> str:
         conftest: the text of its testbench, in which the lines to edit are looked up.
     """
     ranked = sorted(dict.fromkeys(_questions(draft)), key=lambda question: -_weight(draft, question))
-    lines = [HEAD.format(robot=draft.robot)]
+    options = f"--from {draft.code.package}" if draft.ros is None else f'--ros2 "{draft.ros.asked}"'
+    lines = [HEAD.format(options=options), *([f"**Hollow**: {draft.hollow}.\n"] if draft.hollow else [])]
     for number, question in enumerate(ranked[:MAX_QUESTIONS], 1):
         weight = _weight(draft, question)
         behind = f" ({weight} lines of code were not executed there)" if weight else ""
@@ -56,6 +58,9 @@ def questions_file(draft: Draft, conftest: str) -> str:
         lines.append(f"{number}. {question.text}{code}\n   - edit: {_edit(question, conftest)}")
     if len(ranked) > MAX_QUESTIONS:
         lines.append(f"\n{len(ranked) - MAX_QUESTIONS} more are less urgent: `TODO` in the files marks them.")
+    if draft.code.problems:
+        lines += ["\n## What was in the way\n"]
+        lines += [f"- {f'`{p.location}`: ' if p.location is not None else ''}{p.text}" for p in draft.code.problems]
     return "\n".join(lines) + "\n"
 
 
@@ -154,8 +159,6 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     yield "requirements.toml", requirements(draft)
     yield f"test_{draft.robot}.py", _HOST.replace("{robot}", draft.robot)
     yield "QUESTIONS.md", questions_file(draft, testbench)
-    is_free = "README.md" in draft.earlier or not (draft.folder / "README.md").exists()
-    yield ("README.md" if is_free else "README-hri.md"), readme(draft)
     tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
     sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
     ini = sizes + (_ISOLATES if draft.isolates else "") + (_NO_AUDIT if not draft.audits else "")
@@ -194,57 +197,3 @@ def write(draft: Draft, folder: Path) -> tuple[str, ...]:
     except OSError as error:
         raise DraftError(f"{folder}: cannot be written: {error.strerror or error}") from None
     return tuple(texts)
-
-
-# --- the README
-
-
-def readme(draft: Draft) -> str:
-    """The README."""
-    code = draft.code
-    received = [*(message.name for message in code.inputs), *(sensor.name for sensor in draft.sensors)]
-    published = [message.name for message in code.outputs if message.form != "state"]
-    lines = [
-        f"# Tests of {draft.robot}, drafted",
-        "",
-        f"`hricdv init {_command_options(draft)}` read the code and wrote this folder. Nothing in",
-        "it is required of the robot yet; it runs, and each value has the location that it comes from.",
-        "",
-        "```sh",
-        "pytest                       # the learned suite",
-        "pytest --hri-suite=closure   # a small one that reaches what can be reached",
-        "```",
-        "",
-        "## What was found",
-        "",
-        "| what | how many | |",
-        "|---|---|---|",
-        f"| messages that it receives | {len(received)} | {', '.join(received)} |",
-        f"| messages that it publishes | {len(published)} | {', '.join(published)} |",
-        f"| states | {len(draft.states)} | {', '.join(draft.states)} |",
-        f"| transitions | {len(draft.transitions)} | |",
-        f"| calls that wait | {len(code.waits)} | virtual: {', '.join(code.virtual) or 'none'} |",
-        f"| numbers with units | {len(code.constants)} | |",
-        "",
-        *_nodes(draft),
-        "What the code does not say is in QUESTIONS.md; `TODO` marks it in the files.",
-        *(["", f"**Hollow**: {draft.hollow}."] if draft.hollow else []),
-    ]
-    if code.problems:
-        lines += ["", "## What was in the way", ""]
-        lines += [f"- {f'`{p.location}`: ' if p.location is not None else ''}{p.text}" for p in code.problems]
-    return "\n".join(lines) + "\n"
-
-
-def _command_options(draft: Draft) -> str:
-    if draft.ros is None:
-        return f"--from {draft.code.package}"
-    return f'--ros2 "{draft.ros.asked}"'
-
-
-def _nodes(draft: Draft) -> list[str]:
-    """The publishers, subscriptions, services and clients of ROS 2 nodes."""
-    nodes = draft.code.ros
-    if not nodes.nodes and not nodes.endpoints:
-        return []
-    return ["## Nodes of ROS 2", "", *(f"- {line}" for line in ros_lines(nodes)), ""]
