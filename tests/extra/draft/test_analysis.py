@@ -277,6 +277,10 @@ def test_a_package_whose_module_has_the_name_of_a_library_stays_a_package(tmp_pa
             'Traceback (most recent call last):\n  File "a.py", line 3, in f\nOSError: no camera\n',
             "OSError: no camera",
         ),
+        (
+            "StateChanged.state: 'lost' is none of its values\n\nended:   after 3 s",
+            "StateChanged.state: 'lost' is none of its values",
+        ),
     ],
 )
 def test_what_was_raised_is_the_last_exception(failure: str, said: str) -> None:

@@ -298,12 +298,11 @@ def test_commands_of_a_line_are_messages_and_setters_are_none(tmp_path: Path) ->
     assert 'Replace("robot_code:asyncio.start_server", ConnectionPort("start_server"))' in conftest
 
 
-def test_objects_are_states_and_what_they_call_of_their_owner_is_no_message(tmp_path: Path) -> None:
+def test_objects_are_states(tmp_path: Path) -> None:
     steps = {"parked": 1, "parked -> Moving": 1, "Moving -> parked": 1}
     model = read(tmp_path, LIFT, Observations(states={"robot_code:Lift.state": steps}))
     assert model.machine is not None
     assert [state.name for state in model.machine.states] == ["parked", "Moving"]
-    assert [message.topic for message in model.inputs] == ["call"]
     assert [message.channel for message in model.outputs if message.form == "called"] == ["motor.drive"]
 
 
