@@ -11,11 +11,9 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from pytest_hricdv.extra.draft.code.classes import FORMS, form_of
-from pytest_hricdv.extra.draft.code.constants import assignments
 from pytest_hricdv.extra.draft.code.fields import FieldReader, merge_fields
 from pytest_hricdv.extra.draft.code.flow import SAME, Flow, last_name
-from pytest_hricdv.extra.draft.code.keys import INNER, dict_source, fields_of_keys, key_of, with_unique_names
+from pytest_hricdv.extra.draft.code.keys import dict_source, fields_of_keys, key_of, with_unique_names
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code.sources import Scope, name_with_dots
 from pytest_hricdv.extra.draft.code.uses import Branches, UseReader, walk_what_runs
@@ -121,14 +119,13 @@ class ContentReader:
 
     def _json(self, scope: Scope, name: str) -> Argument | None:
         for node in walk_what_runs(scope.node, self._skipped):
-            if not isinstance(node, ast.Call) or not node.args or not self._reads_json(node):
+            if not isinstance(node, ast.Call) or not node.args or last_name(node.func) != "loads":
                 continue
             ways = [way for way, _, at in self._flow.expressions(node.args[-1], scope.module, scope) if at is scope]
             inner = next((way for way in ways if name in map(name_with_dots, ast.walk(way))), node.args[-1])
             is_bytes = "decode" in ast.unparse(inner)
             path = ast.unparse(inner).removesuffix(".decode()").partition(".decode(")[0]
             keys = [key for target in self._names_of(node) for key in self._keys(scope, target)]
-            keys = keys or self._keys_of_argument(scope, node) or self._keys_of_class(scope, node)
             if path.partition(".")[0] != name or not keys:
                 continue
             source = f"json.dumps({dict_source(keys)})" + (".encode()" if is_bytes or "." in path else "")
@@ -140,33 +137,6 @@ class ContentReader:
                 source = f"SimpleNamespace({named}{attribute.partition('.')[0]}={source})"
             return Argument(source, fields)
         return None
-
-    def _reads_json(self, node: ast.Call) -> bool:
-        """Whether a call reads JSON, itself or in a function of the code that it calls."""
-        called = last_name(node.func)
-        inner = (part for function in self._flow.methods.get(called, ()) for part in ast.walk(function.node))
-        return (
-            called == "loads"
-            or "json" in called
-            or any(isinstance(part, ast.Call) and last_name(part.func) == "loads" for part in inner)
-        )
-
-    def _keys_of_class(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
-        """The fields of the class of the code that is named where JSON is read: `Order(**json.loads(text))`."""
-        sources = self._flow.sources
-        uses = [use for name in self._names_of(node) for use in self._flow.names_in(scope).get(name, ())]
-        for place in (node, *uses):
-            above: ast.AST | None = place
-            while isinstance(above, ast.expr | ast.keyword):
-                parts = (
-                    (above.func, getattr(above.func, "value", None), *above.args) if isinstance(above, ast.Call) else ()
-                )
-                for own in [sources.class_of(scope.module, part) for part in parts]:
-                    if own is not None and form_of(sources, own) in FORMS:
-                        fields = self._fields.fields(own)
-                        return [(part.name, part) for part in fields if part.kind or not part.default]
-                above = self._flow.parents.get(id(above))
-        return []
 
     def _parts(self, scope: Scope, name: str) -> Argument | None:
         """The names into which a function unpacks a tuple or a text: `verb, rest = line.split(" ", 1)`."""
@@ -205,8 +175,7 @@ class ContentReader:
                         word_of = self._fields.read_value(above, scope, name)
                         values = {value.text: value for value in (*part.values, *word_of.values)}
                         part = replace(part, kind=part.kind or word_of.kind, values=tuple(values.values()))
-            kind = part.kind or self._uses.kind(scope, name, self._skipped)
-            fields.append(replace(part, name=word(name), kind=kind))
+            fields.append(replace(part, name=word(name)))
         known = tuple(part for part in fields if part.kind)
         if separator is None:
             texts = [f"m.{part.name}" if part.kind else "Neutral()" for part in fields]
@@ -249,12 +218,6 @@ class ContentReader:
             above = self._flow.parents.get(id(node))
         return node, is_bytes
 
-    def _keys_of_argument(self, scope: Scope, node: ast.Call) -> list[tuple[str, MessageField]]:
-        """The keys that a called function reads from its argument: `self.handle(json.loads(line))`."""
-        call = self._flow.parents.get(id(node))
-        passed = list(self._flow.receivers(call, node)) if isinstance(call, ast.Call) else []
-        return self._keys(*passed[0], 1) if len(passed) == 1 else []
-
     def _topic_of(self, scope: Scope, name: str) -> MessageField | None:
         """The topics with which an MQTT callback compares the topic of its message; None without a comparison."""
         fields: dict[str, MessageField] = {}
@@ -268,26 +231,18 @@ class ContentReader:
     def _keys(self, scope: Scope, name: str, depth: int = 0) -> list[tuple[str, MessageField]]:
         """The keys of a dict that a function reads, also in functions that it passes the dict to, with their fields."""
         fields: dict[str, MessageField] = {}
-        names = {name: ""}  # of the dict, and of dicts in it: the path of each
-        for node in walk_what_runs(scope.node, self._skipped):
-            for kept, value in assignments(node):
-                path = key_of(value, names)[0] if isinstance(kept, ast.Name) and kept.id != name else None
-                if path is not None and isinstance(kept, ast.Name):
-                    names[kept.id] = f"{path}{INNER}"
         for node in walk_what_runs(scope.node, self._skipped):
             if not isinstance(node, ast.expr):
                 continue
-            key, default = key_of(node, names)
+            key, default = key_of(node, name)
             if key is not None:
-                last = key.rpartition(INNER)[2]
-                self._note(word(last), scope, node)
-                fields[key] = merge_fields(fields.get(key), self._read_key(scope, node, last, default))
+                self._note(word(key), scope, node)
+                fields[key] = merge_fields(fields.get(key), self._read_key(scope, node, key, default))
             if isinstance(node, ast.Call) and depth < MAX_CALLS:
                 for target, parameter in self._parameters_for(scope, node, name):
                     for inner, field in self._keys(target, parameter, depth + 1):
                         fields[inner] = merge_fields(fields.get(inner), field)
-        whole = {key.rpartition(INNER)[0] for key in fields}
-        return with_unique_names({key: field for key, field in fields.items() if key not in whole})
+        return with_unique_names(fields)
 
     def _note(self, field: str, scope: Scope, node: ast.AST) -> None:
         if not self._skipped:

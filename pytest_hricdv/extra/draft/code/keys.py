@@ -1,20 +1,16 @@
-"""Keys of dicts without a class, also of dicts in dicts, as fields of a message."""
+"""Keys of dicts without a class, as fields of a message."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
 from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.sources import name_with_dots
 from pytest_hricdv.extra.draft.code_model import MessageField
 
-INNER = " > "
-"""Between the keys of a path, as "pose > x" of `order["pose"]["x"]`."""
 
-
-def key_of(node: ast.expr, names: Mapping[str, str]) -> tuple[str | None, object]:
-    """The path of the key that an expression reads from the dict of a name, and the default; None if it reads none."""
+def key_of(node: ast.expr, name: str) -> tuple[str | None, object]:
+    """The key that an expression reads from the dict of a name, and the default; None if it reads none."""
     key: object = None
     default: object = None
     owner: ast.expr | None = None
@@ -23,26 +19,13 @@ def key_of(node: ast.expr, names: Mapping[str, str]) -> tuple[str | None, object
     elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "get" and node.args:
         owner, key = node.func.value, getattr(node.args[0], "value", None)
         default = getattr(node.args[1], "value", None) if len(node.args) > 1 else None
-    if owner is None or not isinstance(key, str):
-        return None, None
-    path = names.get(name_with_dots(owner))
-    if path is None:
-        inner = key_of(owner, names)[0]
-        path = None if inner is None else f"{inner}{INNER}"
-    return (None if path is None else f"{path}{key}"), default
+    return (key, default) if isinstance(key, str) and name_with_dots(owner) == name else (None, None)
 
 
 def dict_source(keys: list[tuple[str, MessageField]]) -> str:
     """The source of a dict; a key of unknown kind gets a neutral value."""
-    pairs: dict[str, str] = {}
-    inner: dict[str, list[tuple[str, MessageField]]] = {}
-    for path, field in keys:
-        key, _, rest = path.partition(INNER)
-        pairs[key] = f"m.{field.name}" if field.kind else "Neutral()"
-        if rest:
-            inner.setdefault(key, []).append((rest, field))
-            pairs[key] = dict_source(inner[key])
-    return "{" + ", ".join(f"{key!r}: {text}" for key, text in pairs.items()) + "}"
+    pairs = [f"{key!r}: {f'm.{field.name}' if field.kind else 'Neutral()'}" for key, field in keys]
+    return "{" + ", ".join(pairs) + "}"
 
 
 def with_unique_names(fields: dict[str, MessageField]) -> list[tuple[str, MessageField]]:

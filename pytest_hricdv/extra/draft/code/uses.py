@@ -9,7 +9,7 @@ import ast
 from collections.abc import Iterable, Iterator
 
 from pytest_hricdv.extra.draft.code.flow import Flow, last_name, texts
-from pytest_hricdv.extra.draft.code.sources import Scope, name_with_dots
+from pytest_hricdv.extra.draft.code.sources import Scope
 
 NUMBER_OF = ("int", "float", "round", "abs", "min", "max")
 """Functions that take numbers, or make them of texts."""
@@ -23,21 +23,6 @@ class UseReader:
 
     def __init__(self, flow: Flow) -> None:
         self._flow = flow
-
-    def kind(self, scope: Scope, name: str, skipped: frozenset[int] = frozenset()) -> str:
-        """The kind of a value that nothing is compared with: by what is done with it; empty if it is an object."""
-        kinds = {self._use(node) for node in walk_what_runs(scope.node, skipped)
-                 if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load)}  # fmt: skip
-        for node in ast.walk(scope.node):
-            target = node.targets[0] if isinstance(node, ast.Assign) else None
-            if isinstance(node, ast.Assign) and name_with_dots(node.value) == name and scope.owner is not None:
-                kept = name_with_dots(target)
-                kinds |= {self._use(use) for _, at, use in self._flow.nodes if isinstance(use, ast.Attribute)
-                          and at is not None and at.owner is scope.owner and isinstance(use.ctx, ast.Load)
-                          and name_with_dots(use) == kept}  # fmt: skip
-        if not kinds - {"kept"} or "object" in kinds:
-            return ""  # nothing is done with it, or it has parts
-        return "float" if "float" in kinds else "bool" if "bool" in kinds else "str"
 
     def kind_at(self, node: ast.AST) -> str:
         """The kind of a value by what is done with it where it stands."""
