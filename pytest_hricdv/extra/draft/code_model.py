@@ -107,18 +107,15 @@ class State:
 
     name: str
     location: CodeLine
-    initial: bool = False
-    final: bool = False
 
 
 @dataclass(frozen=True)
 class Transition:
-    """A transition between states; `event` is its name in the code, which may be empty."""
+    """A transition between states."""
 
     source: str
     target: str
     location: CodeLine
-    event: str = ""
 
 
 @dataclass(frozen=True)
@@ -175,7 +172,6 @@ class Operation:
         imports: names that the neutral value needs.
         is_async: whether it is awaited.
         is_set: whether the attribute is set.
-        arguments: number of positional arguments of a method.
         is_registration: whether the code passes a callback to it, or sets it to one.
         result: its result, if that is a bool, a number or one of a few texts; None if unknown.
     """
@@ -188,7 +184,6 @@ class Operation:
     imports: Imports = ()
     is_async: bool = False
     is_set: bool = False
-    arguments: int = 0
     is_registration: bool = False
     result: MessageField | None = None
 
@@ -205,7 +200,6 @@ class Port:
         annotation: source text; empty without one.
         default: source text; empty without one.
         direction: of a queue: received or published; empty if unknown.
-        is_keyword: whether it is keyword-only.
         neutral: source text of a neutral value of its type; empty if the type is unknown.
         imports: names that the neutral value needs.
         made_from: the class of an object that the code makes itself, as "package.module:mqtt.Client".
@@ -218,7 +212,6 @@ class Port:
     operations: tuple[Operation, ...]
     location: CodeLine
     direction: str = ""
-    is_keyword: bool = False
     neutral: str = ""
     imports: Imports = ()
     made_from: str = ""

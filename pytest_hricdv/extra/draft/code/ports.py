@@ -74,10 +74,8 @@ class PortReader:
         part = next(parameter for parameter in parameters_of(function) if parameter.arg == name)
         default = default_of(function, name)
         operations = list(self._of_parameter(scope, name, 0))
-        port = self._port(
-            scope.module, name, part.annotation, ast.unparse(default) if default is not None else "", operations, part
-        )
-        return replace(port, is_keyword=part in function.args.kwonlyargs)
+        written = ast.unparse(default) if default is not None else ""
+        return self._port(scope.module, name, part.annotation, written, operations, part)
 
     def _port(
         self,
@@ -108,7 +106,7 @@ class PortReader:
         neutral, imports = neutral_value(self._sources, module, annotation) or ("", ())
         if default == "None" and role in ("device", "bus", "queue", "publish", "clock"):
             default = ""  # what the code makes itself where it gets nothing is its hardware
-        return Port(name, role, written, default, declared, module.location(node), side, False, neutral, imports)
+        return Port(name, role, written, default, declared, module.location(node), side, neutral, imports)
 
     def _role(self, name: str, written: str, default: str, used: set[str], own: Scope | None) -> str:
         if "Queue" in written or (used and used <= _QUEUE and used & {"get", "put", "get_nowait", "put_nowait"}):
@@ -136,7 +134,7 @@ class PortReader:
             assert own is not None
             if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef) and statement.name == operation.name:
                 is_property = any(last_name(decorator) == "property" for decorator in statement.decorator_list)
-                made = replace(operation, is_method=not is_property, arguments=len(parameter_names(statement)) - 1,
+                made = replace(operation, is_method=not is_property,
                                is_async=operation.is_async or isinstance(statement, ast.AsyncFunctionDef))  # fmt: skip
                 return self._with_return(made, own, statement.returns, statement)
             if isinstance(statement, ast.AnnAssign) and name_with_dots(statement.target) == operation.name:
@@ -247,7 +245,7 @@ class PortReader:
             takes = any(self._is_function(argument) for argument in every)
             takes |= isinstance(self._flow.parents.get(id(parent)), ast.FunctionDef | ast.AsyncFunctionDef)  # decorates
             name = node.attr if not _is_lookup(parent, node.attr) else "__getitem__"
-            return Operation(name, True, location, is_async=is_async, arguments=len(parent.args),
+            return Operation(name, True, location, is_async=is_async,
                              is_registration=takes, result=self._used_as(parent, scope))  # fmt: skip
         value = parent.value if isinstance(parent, ast.Assign) and node in parent.targets else None
         return Operation(node.attr, False, location, is_set=isinstance(node.ctx, ast.Store),
@@ -291,5 +289,4 @@ def _merge(before: Operation | None, operation: Operation) -> Operation:
         is_set=before.is_set or operation.is_set,
         result=merge_fields(before.result, operation.result) if operation.result is not None else before.result,
         is_registration=before.is_registration or operation.is_registration,
-        arguments=max(before.arguments, operation.arguments),
     )

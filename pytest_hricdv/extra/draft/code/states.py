@@ -35,17 +35,14 @@ class _Builder:
     transitions: list[Transition] = field(default_factory=list)
     held_in: str = ""
 
-    def add_state(self, name: str, location: CodeLine, initial: bool = False, final: bool = False) -> None:
-        """Add a state, or what is new about one."""
-        before = self.states.get(name)
-        if before is not None:
-            initial, final, location = initial or before.initial, final or before.final, before.location
-        self.states[name] = State(name, location, initial, final)
+    def add_state(self, name: str, location: CodeLine) -> None:
+        """Add a state, once."""
+        self.states.setdefault(name, State(name, location))
 
-    def add_transition(self, source: str, target: str, location: CodeLine, event: str = "") -> None:
+    def add_transition(self, source: str, target: str, location: CodeLine) -> None:
         """Add a transition, once."""
         if all((source, target) != (other.source, other.target) for other in self.transitions):
-            self.transitions.append(Transition(source, target, location, event))
+            self.transitions.append(Transition(source, target, location))
 
     def build(self) -> StateMachine:
         """The states that were read."""
@@ -92,8 +89,7 @@ class StateMachines:
         model = model.elts[0] if isinstance(model, ast.List) and model.elts else model
         holder = self._flow.owner_of(model, module, scope) if model is not None else owner
         if holder is not None:
-            attribute = self._text(arguments.get("model_attribute"), module, scope) or "state"
-            builder.held_in = f"{holder.name}.{attribute}"
+            builder.held_in = f"{holder.name}.state"
         states = arguments.get("states")
         for value in self._values(states, module, scope):
             self._add_states(builder, value, module.location(states or node))
@@ -101,11 +97,10 @@ class StateMachines:
         if initial is None and "initial" not in arguments and builder.states:
             initial = "initial"
         if initial is not None:
-            builder.add_state(_state(initial), module.location(arguments.get("initial") or node), initial=True)
+            builder.add_state(_state(initial), module.location(arguments.get("initial") or node))
         for value in self._values(arguments.get("transitions"), module, scope):
             for row in value if isinstance(value, tuple) else ():
                 self._add_row(builder, row, module.location(arguments["transitions"]))
-        self._calls_on(builder, module, scope, owner)
         return builder.build()
 
     def _add_states(self, builder: _Builder, value: Any, location: CodeLine) -> None:
@@ -116,7 +111,7 @@ class StateMachines:
         for row in rows:
             if isinstance(row, dict):
                 name = _state(row.get("name", ""))
-                builder.add_state(name, location, final=bool(row.get("final")))
+                builder.add_state(name, location)
             elif isinstance(row, str | Member):
                 builder.add_state(_state(row), location)
 
@@ -126,7 +121,7 @@ class StateMachines:
             content = dict(zip(TRANSITION_ARGUMENTS, content, strict=False))
         if not isinstance(content, dict):
             return
-        sources, target, event = content.get("source"), content.get("dest"), _name(content.get("trigger", ""))
+        sources, target = content.get("source"), content.get("dest")
         if sources is None or target is None:
             return
         every = [_state(source) for source in (sources if isinstance(sources, tuple) else (sources,))]
@@ -137,25 +132,7 @@ class StateMachines:
             for name in (source, into):
                 if name not in builder.states:
                     builder.add_state(name, location)
-            builder.add_transition(source, into, location, event)
-
-    def _calls_on(self, builder: _Builder, module: Module, scope: Scope | None, owner: ast.ClassDef | None) -> None:
-        """`machine.add_transition(...)`, `add_states` in the same class or module."""
-        for where, at, node in self._flow.nodes:
-            if not isinstance(node, ast.Call) or where is not module or (at.owner if at else None) is not owner:
-                continue
-            called = node.func.attr if isinstance(node.func, ast.Attribute) else ""
-            if called == "add_transition":
-                arguments = _arguments(node, TRANSITION_ARGUMENTS)
-                row = {name: self._first(arguments.get(name), where, at) for name in TRANSITION_ARGUMENTS}
-                self._add_row(builder, row, where.location(node))
-            elif called == "add_transitions" and node.args:
-                for value in self._values(node.args[0], where, at):
-                    for row in value if isinstance(value, tuple) else ():
-                        self._add_row(builder, row, where.location(node))
-            elif called in ("add_states", "add_state") and node.args:
-                for value in self._values(node.args[0], where, at):
-                    self._add_states(builder, value, where.location(node))
+            builder.add_transition(source, into, location)
 
     # --- python-statemachine
 
@@ -163,23 +140,21 @@ class StateMachines:
         assert isinstance(scope.node, ast.ClassDef)
         builder = _Builder(scope.node.name, "python-statemachine", scope.location)
         builder.held_in = f"{scope.node.name}.current_state"
-        events: list[tuple[str, ast.expr]] = []
+        events: list[ast.expr] = []
         for statement in scope.node.body:
             if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name):
                 name, value = statement.targets[0].id, statement.value
                 origin = resolve_import(scope.module, value.func) if isinstance(value, ast.Call) else ""
                 if isinstance(value, ast.Call) and origin.startswith("statemachine.") and origin.endswith(".State"):
-                    flags = {k.arg: getattr(k.value, "value", None) for k in value.keywords}
-                    location = scope.module.location(statement)
-                    builder.add_state(name, location, flags.get("initial") is True, flags.get("final") is True)
+                    builder.add_state(name, scope.module.location(statement))
                 else:
-                    events.append((name, value))
+                    events.append(value)
             elif isinstance(statement, ast.Expr):
-                events.append(("", statement.value))
-        for event, value in events:
+                events.append(statement.value)
+        for value in events:
             for source, target in _moves(value, list(builder.states)):
                 if source in builder.states and target in builder.states:
-                    builder.add_transition(source, target, scope.module.location(value), event)
+                    builder.add_transition(source, target, scope.module.location(value))
         if builder.states:
             yield builder.build()
 
@@ -196,10 +171,6 @@ class StateMachines:
         except UnknownConstantError:
             values = self._values(node, module, scope)
             return values[0] if values else None
-
-    def _text(self, node: ast.AST | None, module: Module, scope: Scope | None) -> str:
-        value = self._first(node, module, scope)
-        return _name(value) if isinstance(value, str | Member) else ""
 
 
 def _moves(value: ast.expr, states: list[str]) -> Iterator[tuple[str, str]]:
