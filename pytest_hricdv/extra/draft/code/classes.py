@@ -22,7 +22,7 @@ ARRAY_LENGTH = 36
 FAR = "10.0"
 """The neutral value of each kind; for distances, nobody is near."""
 
-_TRANSPARENT = ("Union", "Optional", "Annotated")
+_TRANSPARENT = ("Union", "Optional")
 """Annotations that are of the types within them."""
 
 _MAX_DEPTH = 5
@@ -148,7 +148,7 @@ def _of_subscript(sources: Sources, module: Module, annotation: ast.Subscript, d
     parts = annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
     if name == "Optional":
         return "None", ()
-    if name in ("Union", "Annotated"):
+    if name == "Union":
         return neutral_value(sources, module, parts[0], depth + 1)
     if name == "Literal":
         return ast.unparse(parts[0]), ()

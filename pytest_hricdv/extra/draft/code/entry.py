@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pytest_hricdv._base.message import nearest
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
-from pytest_hricdv.extra.draft.code.flow import Flow, default_of, last_name, parameter_names
+from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameter_names
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Scope, Sources, name_with_dots
 from pytest_hricdv.extra.draft.code_model import SCRIPT, Entry
@@ -199,15 +199,8 @@ def _run_method(methods: dict[str, Scope]) -> str:
     """The method that runs the robot: one with a name that says so, or the only public one with a loop that waits."""
     named = next((name for name in _RUNS if name in methods), "")
     loops = [name for name, method in methods.items()
-             if not name.startswith("_") and _is_loop(method) and not _needs_more(method)]  # fmt: skip
+             if not name.startswith("_") and _is_loop(method)]  # fmt: skip
     return named or (loops[0] if len(loops) == 1 else "")
-
-
-def _needs_more(method: Scope) -> bool:
-    """Whether a method takes more than a program that only starts it would know."""
-    assert not isinstance(method.node, ast.ClassDef)
-    names = parameter_names(method.node)[1:]
-    return any(default_of(method.node, name) is None for name in names)
 
 
 def _is_loop(method: Scope) -> bool:

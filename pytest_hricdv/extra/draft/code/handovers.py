@@ -54,20 +54,10 @@ class Handovers:
             yield from self._of_call(module, scope, call, own, takes, parent.arg or "")
         elif isinstance(parent, ast.Call) and parent.func is not node:
             yield from self._of_call(module, scope, parent, own, takes)
-        elif isinstance(parent, ast.Dict):
-            at = next((number for number, value in enumerate(parent.values) if value is node), None)
-            texts = self._texts(module, scope, parent.keys[at]) if at is not None else []
-            if takes or not self._are_states(texts):
-                yield last_part(texts[0]) if texts else own
-        elif isinstance(parent, ast.Tuple | ast.List) and takes:
-            texts = [text for part in parent.elts for text in self._texts(module, scope, part)]
-            yield last_part(texts[0]) if texts else own
         elif isinstance(parent, ast.Assign):
             for target in parent.targets:
                 if isinstance(target, ast.Attribute) and name_with_dots(target.value) != "self":
                     yield target.attr
-                elif isinstance(target, ast.Subscript):
-                    yield last_part("".join(self._texts(module, scope, target.slice)[:1])) or own
 
     def _of_call(
         self, module: Module, scope: Scope | None, call: ast.AST | None, own: str, takes: bool, keyword: str = ""
@@ -87,11 +77,6 @@ class Handovers:
 
     def _texts(self, module: Module, scope: Scope | None, node: ast.expr | None) -> list[str]:
         return list(texts(self._flow.constants(node, module, scope)))
-
-    def _are_states(self, texts: list[str]) -> bool:
-        """Whether an attribute of an object is set to one of these texts."""
-        return any(isinstance(value, ast.Constant) and value.value in texts
-                   for assigned in self._flow.attributes.values() for _, value in assigned)  # fmt: skip
 
 
 def last_part(text: str) -> str:

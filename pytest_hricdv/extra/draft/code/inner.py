@@ -1,4 +1,4 @@
-"""Objects that the code makes itself, and that a stand-in has to replace: of libraries, buses, and the network."""
+"""Objects that the code makes itself, and that a stand-in has to replace: of libraries, and the network."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 
-from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
 from pytest_hricdv.extra.draft.code.flow import Flow, last_name
 from pytest_hricdv.extra.draft.code.handovers import connection_of
 from pytest_hricdv.extra.draft.code.ports import PortReader
@@ -57,8 +56,7 @@ class InnerObjects:
                     continue
                 top = resolve_import(where.module, value.func).partition(".")[0]
                 own = self._sources.class_of(where.module, value.func)
-                is_bus = own is not None and _is_bus(self._sources, own)
-                if top in faulty or is_bus or (own is not None and f".{own.node.name}" in faulty):
+                if top in faulty or (own is not None and f".{own.node.name}" in faulty):
                     target = f"{where.module.name}:{name_with_dots(value.func)}"
                     done.add(name)
                     port = ports.attribute(scope, name, target, value)
@@ -121,7 +119,3 @@ class InnerObjects:
             if dotted in PROGRAMS and isinstance(node, ast.Call):
                 target, location = f"{module.name}:{name_with_dots(node.func)}", module.location(node)
                 yield Port(target, "program", dotted, "", (), location, made_from=target)
-
-
-def _is_bus(sources: Sources, scope: Scope) -> bool:
-    return form_of(sources, scope) == "" and {"publish", "subscribe"} <= {*methods_of(sources, scope)}

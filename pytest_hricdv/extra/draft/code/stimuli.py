@@ -24,7 +24,6 @@ from pytest_hricdv.extra.draft.code.flow import Flow, last_name, parameters_of
 from pytest_hricdv.extra.draft.code.handovers import Handovers, connection_of, last_part
 from pytest_hricdv.extra.draft.code.naming import camel, snake, word
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots
-from pytest_hricdv.extra.draft.code.uses import UseReader
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Entry, Imports, Message, Port
 
 ENDS = ("stop", "close", "shutdown", "join", "cancel", "quit", "exit", "terminate", "disconnect")
@@ -38,7 +37,6 @@ class StimulusReader:
         self._sources, self._flow = sources, flow
         self._fields = FieldReader(sources, flow)
         self._contents = ContentReader(flow, self._fields)
-        self._uses = UseReader(flow)
 
     def methods(self, entry: Entry, called: frozenset[str] = frozenset()) -> Iterator[Message]:
         """The public methods of the entry's object, and those that were called from outside.
@@ -55,7 +53,7 @@ class StimulusReader:
             if not is_open or connection_of(self._flow, method):
                 continue
             is_step = run is not None and any(name_with_dots(node) == f"self.{name}" for node in ast.walk(run.node))
-            if (name in called and not is_step) or not (name in ENDS or self._is_used(name, scope)):
+            if (name in called and not is_step) or not (name in ENDS or self._is_used(name)):
                 yield from self._messages(name, method, name)
 
     def callbacks(self, entry: Entry) -> Iterator[Message]:
@@ -78,10 +76,9 @@ class StimulusReader:
             if name == entry.method or name.startswith("__") or _decorators(method):
                 continue
             parameters = parameters_of(method.node)[1:]
-            if parameters and self._is_used(name, scope) and not self._is_told(method):
+            if parameters and self._is_used(name) and not self._is_told(method):
                 made = list(self._messages(name, method, name))
-                yield from (message for message in made if message.module != OWN_MODULE or len(made) > 1
-                            or (len(parameters) == 1 and _tells_apart(message)))  # fmt: skip
+                yield from (message for message in made if message.module != OWN_MODULE or len(made) > 1)
 
     def _is_told(self, method: Scope) -> bool:
         """Whether the code itself says all that a method gets, as in `self._change("parked")`."""
@@ -160,27 +157,10 @@ class StimulusReader:
         return replace(message, name=title, topic=snake(title), module=OWN_MODULE, form="item",
                        delivery=f"lambda m: {source}", delivery_imports=imports)  # fmt: skip
 
-    def _is_used(self, name: str, own: Scope | None) -> bool:
-        """Whether an object, or its parts, call its method or hand it to somebody: this is how it works inside."""
-        parts = self._parts(own) if own is not None else frozenset()
-        for module, scope, node in self._flow.nodes:
-            if isinstance(node, ast.Attribute) and node.attr == name:
-                is_part = scope is not None and id(scope.owner) in parts
-                if name_with_dots(node.value) == "self" or (
-                    is_part and own is not None and self._flow.owner_of(node.value, module, scope) is own.node
-                ):
-                    return True
-        return False
-
-    def _parts(self, own: Scope) -> frozenset[int]:
-        """Classes of which an object makes objects that know it, as `Idle(self)`, and those with the same bases."""
-        made = [self._sources.class_of(module, node.func) for module, scope, node in self._flow.nodes
-                if isinstance(node, ast.Call) and scope is not None and scope.owner is own.node
-                and any(name_with_dots(argument) == "self" for argument in node.args)]  # fmt: skip
-        bases = {id(base.node) for class_ in made if class_ is not None
-                 for base in (class_, *self._sources.base_classes(class_))}  # fmt: skip
-        return frozenset(id(own.node) for own in self._sources.classes
-                         if bases & {id(base.node) for base in (own, *self._sources.base_classes(own))})  # fmt: skip
+    def _is_used(self, name: str) -> bool:
+        """Whether an object calls its method itself, or hands it to somebody: this is how it works inside."""
+        return any(isinstance(node, ast.Attribute) and node.attr == name and name_with_dots(node.value) == "self"
+                   for _, _, node in self._flow.nodes)  # fmt: skip
 
     # --- functions and their parameters
 
@@ -229,10 +209,6 @@ class StimulusReader:
             return Argument(f"member({name}, m.{part.arg})", (field,), ((own.module.name, name),))
         if field.kind:
             return Argument(f"m.{part.arg}", (field,))
-        if annotation is None:
-            field = replace(field, kind=self._uses.kind(scope, part.arg))
-            if field.kind:
-                return Argument(f"m.{part.arg}", (field,))
         neutral, imports = neutral_value(self._sources, scope.module, annotation) or (
             f"unknown('{scope.node.name}.{part.arg}')",
             (),
@@ -265,8 +241,3 @@ def _caller_parameters(scope: Scope) -> list[ast.arg]:
     assert not isinstance(scope.node, ast.ClassDef)
     parameters = parameters_of(scope.node)
     return parameters[1:] if parameters and parameters[0].arg in ("self", "cls") else parameters
-
-
-def _tells_apart(message: Message) -> bool:
-    """Whether some field of a message has values, or decides."""
-    return any(len(part.values) > 1 or part.kind == "bool" or part.compared for part in message.fields)
