@@ -62,21 +62,11 @@ def test_how_it_waits_and_its_numbers_have_their_places(tmp_path: Path) -> None:
     assert [(constant.name, constant.value, constant.unit) for constant in model.constants] == [("OFFER_S", 5.0, "s")]
 
 
-def test_a_file_that_is_nested_too_deeply_is_said_and_the_rest_is_read(tmp_path: Path) -> None:
-    (tmp_path / "arm").mkdir()
-    (tmp_path / "arm" / "sums.py").write_text("X = " + " + ".join(["1"] * 9_000) + "\n", encoding="utf-8")
-    (tmp_path / "arm" / "robot.py").write_text(
-        "class Robot:\n    def lift(self, level: float): ...\n", encoding="utf-8"
-    )
-    model = analyse("arm", tmp_path)
-    assert [str(each.location) for each in model.problems] == ["arm/sums.py:1"]
-    assert model.entry is not None
-
-
-def test_a_file_with_a_syntax_error_is_said_and_the_rest_is_read(tmp_path: Path) -> None:
+@pytest.mark.parametrize("source", ["def f(:\n", "X = " + " + ".join(["1"] * 9_000) + "\n"], ids=["syntax", "depth"])
+def test_a_file_that_cannot_be_read_is_said_and_the_rest_is_read(source: str, tmp_path: Path) -> None:
     (tmp_path / "pack").mkdir()
     (tmp_path / "pack" / "__init__.py").write_text("", encoding="utf-8")
-    (tmp_path / "pack" / "broken.py").write_text("def f(:\n", encoding="utf-8")
+    (tmp_path / "pack" / "broken.py").write_text(source, encoding="utf-8")
     (tmp_path / "pack" / "robot.py").write_text(robots.MATCH, encoding="utf-8")
     model = analyse("pack", tmp_path)
     assert [str(problem.location) for problem in model.problems] == ["pack/broken.py:1"]

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import ast
 import json
 import re
 import subprocess
@@ -17,28 +16,13 @@ from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files, write
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
-from pytest_hricdv.monitor.requirement import FormulaSource
-from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from tests.extra.draft import robots
-
-ROBOTS = ("MATCH", "TRANSITIONS")
 
 
 def drafted(tmp_path: Path, source: str) -> tuple[Draft, dict[str, str]]:
     (tmp_path / "robot_code.py").write_text(source, encoding="utf-8")
     draft = Draft(analyse("robot_code", tmp_path), "robot_code", "person", tmp_path.resolve())
     return draft, dict(files(draft))
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_each_file_of_a_draft_can_be_read(name: str, tmp_path: Path) -> None:
-    _, texts = drafted(tmp_path, getattr(robots, name))
-    for file, text in texts.items():
-        assert text.endswith("\n")
-        if file.endswith(".py"):
-            ast.parse(text)
-            assert not [line for line in text.splitlines() if line != line.rstrip()]
-    tomllib.loads(texts["requirements.toml"])
 
 
 def test_the_linter_finds_nothing_in_a_drafted_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -69,16 +53,6 @@ def test_a_file_that_exists_is_not_overwritten(
     assert main(["init", "--from", "robot_code", "--no-run"]) == 2
     assert "drafted_messages.py exists: nothing was written" in capsys.readouterr().err
     assert not (tmp_path / "conftest.py").exists()
-
-
-@pytest.mark.parametrize("asked", ["nothing_here", "robot_code:nobody"])
-def test_code_that_is_not_there_is_one_sentence(
-    asked: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "robot_code.py").write_text(robots.MATCH, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    assert main(["init", "draft", "--from", asked]) == 2
-    assert capsys.readouterr().err.startswith(f"error: init: --from={asked}: no ")
 
 
 def test_states_that_the_code_publishes_are_covered_and_no_disturbance_takes_one_away(tmp_path: Path) -> None:
@@ -226,45 +200,3 @@ def test_a_draft_of_long_names_is_sorted_as_ruff_sorts(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "I,F", "."]
     checked = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert checked.returncode == 0, checked.stdout
-
-
-HOSTILE = (
-    'bus.publish(Done("don\'t know"))',
-    "bus.publish(Done('say \"yes\"'))",
-    'bus.publish(Done("a\'b\\"c"))',
-    'bus.publish(Done("line\\nbreak"))',
-    'bus.publish(Done("größe"))',
-    'bus.publish(Done("return"))',
-)
-ODD = """
-from dataclasses import dataclass
-
-
-@dataclass(frozen=True)
-class Order:
-    größe_m: str
-
-
-@dataclass(frozen=True)
-class Done:
-    text: str
-
-
-def run(bus):
-    orders = bus.subscribe(Order)
-    while (order := orders.wait(5.0)) is not None:
-        if order.größe_m in ("don't", "class", "not", "{published}"):
-            {published}
-"""
-
-
-@pytest.mark.parametrize("published", HOSTILE)
-def test_odd_texts_and_names_make_files_that_can_be_read(published: str, tmp_path: Path) -> None:
-    text = published.partition("Done(")[2][1:4].replace("'", "").replace('"', "")
-    source = ODD.replace('"{published}"', repr(text)).replace("{published}", published)
-    _, texts = drafted(tmp_path, source)
-    for file, content in texts.items():
-        if file.endswith(".py"):
-            ast.parse(content)
-    for requirement in tomllib.loads(texts["requirements.toml"]).values():
-        syntax_tree(FormulaSource(requirement["formula"]), "formula")

@@ -12,6 +12,8 @@ import pytest
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.first_runs import _run_command
+from pytest_hricdv.monitor.requirement import FormulaSource
+from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from tests.extra.draft.hostile_packages import write_package
 
 SEEDS = [*range(10), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(10, 50))]
@@ -37,7 +39,8 @@ def test_a_package_has_a_draft_that_can_be_read_or_one_sentence(
         if file.suffix == ".py":
             compile(file.read_text(encoding="utf-8"), file.name, "exec")
         elif file.suffix == ".toml":
-            tomllib.loads(file.read_text(encoding="utf-8"))
+            for requirement in tomllib.loads(file.read_text(encoding="utf-8")).values():
+                syntax_tree(FormulaSource(requirement["formula"]), "formula")
         elif file.suffix == ".mas2j":
             assert bdi(["lint", str(file)]) == 0
     check = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "F821,F811", str(tmp_path / "hri")]

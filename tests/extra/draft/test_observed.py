@@ -234,25 +234,6 @@ def test_the_command_at_which_tests_raise_is_left_out_and_asked_for(
     assert settled.code.questions[0].text.startswith(f"`{first}`: ValueError: no: a fault of the code")
 
 
-def test_commands_at_which_tests_end_are_left_out_together(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Each run of first tests has a cost: of forty commands that nobody answers, one went after the other."""
-    draft, _ = drafted(tmp_path, robots.MATCH)
-    (first, second, *others) = [command for thing in draft.inputs for command, _ in thing.commands]
-
-    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
-        if {first, second} <= {*draft.left_out}:
-            return FirstRuns(8, 8, (), (), "")
-        raising, calm = (frozenset({first}), frozenset({second, *others})), (frozenset(others),)
-        return FirstRuns(
-            3, 1, (), (), "ValueError: no answer", raised=2, raising=raising, calm=calm, last=(first, second)
-        )
-
-    scripted(monkeypatch, script)
-    settled, _ = settle(draft)
-    assert settled.left_out == tuple(sorted((first, second)))
-    assert settled.code.questions[0].text.startswith(f"`{min(first, second)}`, `{max(first, second)}`: ValueError")
-
-
 def test_what_cannot_be_run_at_all_is_taken_out_step_by_step(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     draft, _ = drafted(tmp_path, robots.MATCH)
 

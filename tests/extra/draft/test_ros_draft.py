@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import ast
 import subprocess
 import sys
 import tomllib
@@ -107,16 +106,6 @@ def test_what_is_no_executable_is_one_sentence(
     assert said.startswith("error: init: --ros2")
     assert message in said
     assert said.count("\n") == 1
-
-
-@pytest.mark.parametrize("asked", ["home_robot door", "src/home_robot/home_robot/arm.py"])
-def test_each_file_of_a_draft_for_a_node_can_be_read(asked: str, workspace: Path) -> None:
-    _, texts = drafted(workspace, asked)
-    for file, text in texts.items():
-        if file.endswith(".py"):
-            ast.parse(text)
-    tomllib.loads(texts["requirements.toml"])
-    assert {"world.py", "ports.py"}.isdisjoint(texts)
 
 
 def test_values_parameters_and_names_have_their_places(workspace: Path) -> None:

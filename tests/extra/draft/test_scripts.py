@@ -25,7 +25,6 @@ GUARD = 'if __name__ == "__main__":\n    '
         (HELPER + LOOP.format("    turn(9)\n"), "__main__"),
         (HELPER + "try:\n    while True:\n        sleep(1)\nexcept KeyboardInterrupt:\n    turn(0)\n", "__main__"),
         (HELPER + GUARD + "while True:\n        turn(9)\n        sleep(1)\n", "__main__"),
-        (HELPER + MAIN + "main()\n", "__main__"),
         (HELPER + MAIN + GUARD + "main()\n", "main"),
         (HELPER + "class Robot:\n    def run(self):\n        while True:\n            sleep(1)\n\n\n"
          + GUARD + "Robot().run()\n", "Robot"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import socket
 import subprocess
 import sys
@@ -22,7 +21,7 @@ from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.record import record
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE, RunBorder
-from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort, ServerStandIn, StreamStandIn
+from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
 from pytest_hricdv.extra.draft.stand_ins.device import Device
 from pytest_hricdv.extra.draft.stand_ins.ports import RunParameter
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
@@ -259,32 +258,6 @@ def test_a_socket_has_a_person_at_the_other_end() -> None:
 
     assert run(body, {"server.sendall": Told}) == [Told("ready")]
     assert heard == [b"tea\n", 2.0]
-
-
-def test_a_server_of_asyncio_has_one_client() -> None:
-    lines: list[bytes] = []
-    told: list[object] = []
-
-    class OneLine:
-        async def get(self) -> str:
-            return "tea"
-
-    async def client(reader: StreamStandIn, writer: StreamStandIn) -> None:
-        lines.append(await reader.readline())
-        writer.write(b"ready")
-        raise EOFError
-
-    async def serve() -> None:
-        border: Any = SimpleNamespace(
-            note_call=lambda *_: None, tell_call=lambda port, name, given, _: told.append((port, name, given))
-        )
-        inbox: Any = OneLine()
-        async with ServerStandIn(client, lambda: StreamStandIn(border, "server", inbox)) as server:
-            await server.serve_forever()
-
-    with pytest.raises(EOFError):  # of a client that ends by an error, as of any
-        asyncio.run(serve())
-    assert (lines, told) == ([b"tea\n"], [("server", "write", (b"ready",))])
 
 
 def test_commands_of_a_line_are_messages_and_setters_are_none(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
 from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Inbox
-from pytest_hricdv.extra.draft.stand_ins.connections import ServerStandIn, TextStandIn
+from pytest_hricdv.extra.draft.stand_ins.connections import ServerStandIn, StreamStandIn, TextStandIn
 from pytest_hricdv.extra.draft.stand_ins.device import Device
 
 
@@ -78,28 +78,38 @@ def test_a_library_that_serves_connections_has_a_person_at_the_other_end(
     assert f'Replace("{target}", ConnectionPort("serve", kinds={{WebsocketItem: lambda m: {made}}}))' in conftest
 
 
-def test_a_server_of_a_library_gives_texts_to_its_only_client() -> None:
+@pytest.mark.parametrize(
+    ("kind", "content", "method"), [(StreamStandIn, b"tea\n", "write"), (TextStandIn, "tea", "send")]
+)
+def test_a_server_has_one_client_and_raises_what_it_raises(
+    kind: type[StreamStandIn], content: object, method: str
+) -> None:
     told: list[object] = []
+    heard: list[object] = []
 
-    async def client(websocket: Any, path: str) -> None:
-        async for text in websocket:
-            await websocket.send(text)
-            assert not websocket.closed()
-            raise EOFError
+    async def client(connection: Any, other: object) -> None:
+        heard.append(await connection.readline())
+        said = getattr(connection, method)(b"ready")
+        if said is not None:
+            await said
+        assert not connection.closed()
+        raise EOFError
 
     class OneText:
         async def get(self) -> str:
             return "tea"
 
     async def serve() -> None:
-        border: Any = SimpleNamespace(note_call=lambda *_: None, tell_call=lambda *call: told.append(call))
+        border: Any = SimpleNamespace(
+            note_call=lambda *_: None, tell_call=lambda port, name, given, _: told.append((port, name, given))
+        )
         inbox: Any = OneText()
-        server = await ServerStandIn(client, lambda: TextStandIn(border, "server", inbox))
-        await server.serve_forever()
+        async with ServerStandIn(client, lambda: kind(border, "server", inbox)) as server:
+            await server.serve_forever()
 
     with pytest.raises(EOFError):
         asyncio.run(serve())
-    assert told == [("server", "send", ("tea",), {})]
+    assert (heard, told) == ([content], [("server", method, (b"ready",))])
 
 
 HANDED = """
