@@ -44,9 +44,6 @@ MIN_RUN_S = 10.0
 BUDGET_S = 60.0
 """Processor time of all first runs."""
 
-_REFUSED = re.compile(r"requirements\.toml:.*?\brequirement (\S+?)[,:]")
-"""The id of a requirement that cannot be read, in an error."""
-
 Reread = Callable[[Observations | None, frozenset[str]], CodeModel]
 """Reads the code again, with what was observed, and with the libraries that failed."""
 
@@ -106,7 +103,7 @@ class Settlement:
         if self.isolated_for and self.isolated_for == trial.error:
             self.draft = replace(self.draft, isolates=False)  # it was not that
         if trial.error.startswith("ERROR"):  # no test began
-            steps = [self._drop_requirement, self._drop_name, self._run_in_root, self._replace_libraries,
+            steps = [self._drop_name, self._run_in_root, self._replace_libraries,
                      self._drop_entry, self._drop_code]  # fmt: skip
         elif trial.raising and not trial.calm and not any(trial.last):  # before anybody does anything
             steps = [self._run_in_root, self._take_time, self._isolate, self._replace_libraries, self._end_at_error,
@@ -123,18 +120,9 @@ class Settlement:
 
     def give_up(self, trial: FirstRuns) -> bool:
         """Take out all that may fail, the most harmless first; returns whether anything was."""
-        steps = [self._drop_requirement, self._run_in_root, self._take_time, self._leave_out_all, self._fall_silent,
+        steps = [self._run_in_root, self._take_time, self._leave_out_all, self._fall_silent,
                  self._drop_entry, self._drop_code]  # fmt: skip
         return any(step(trial) for step in steps)
-
-    def _drop_requirement(self, trial: FirstRuns) -> bool:
-        """Leave out a requirement that the testbench refuses."""
-        found = _REFUSED.search(trial.error)
-        before = self.draft.dropped
-        if found is not None:
-            subjects = [subject for subject, name in requirement_ids(self.draft).items() if name == found.group(1)]
-            self.draft = without(self.draft, subjects)
-        return self.draft.dropped != before
 
     def _drop_name(self, trial: FirstRuns) -> bool:
         """Leave out what the testbench refuses by its name: a message, or what a device returns."""

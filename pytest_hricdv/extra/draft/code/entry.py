@@ -25,11 +25,10 @@ GUARDED, IMPORTED = 2.0, 10.0
 
 def find_scripts(sources: Sources) -> Iterator[tuple[Entry, float]]:
     """The programs among the modules, each with how likely it is the entry."""
-    endless = {scope.node.name for scope in sources.functions if _find_loop(scope.node.body) is not None}
     for module in sources.modules:
         free = [statement for statement in module.tree.body if not _is_guard(statement)]
         guarded = [statement for statement in module.tree.body if _is_guard(statement)]
-        loop = _find_loop(free) or _find_call(free, endless)
+        loop = _find_loop(free)
         if loop is not None:
             yield _entry(module, loop), IMPORTED
         elif (loop := _find_loop(guarded)) is not None or (loop := _find_last_call(module)) is not None:
@@ -55,17 +54,6 @@ def _statements(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
 
 def _find_loop(body: Sequence[ast.stmt]) -> ast.stmt | None:
     return next((statement for statement in _statements(body) if isinstance(statement, ast.While)), None)
-
-
-def _find_call(body: Sequence[ast.stmt], endless: set[str]) -> ast.stmt | None:
-    """A statement that calls a function with a loop: `main()`, `robot.run()`, `asyncio.run(main())`."""
-    for statement in _statements(body):
-        called = statement.value if isinstance(statement, ast.Expr) else None
-        if any(
-            isinstance(node, ast.Call) and last_name(node.func) in endless for node in ast.walk(called or ast.Pass())
-        ):
-            return statement
-    return None
 
 
 def _find_last_call(module: Module) -> ast.stmt | None:
@@ -167,17 +155,11 @@ class EntryFinder:
 
     def _outside_score(self, scope: Scope) -> float:
         """More where nothing of the code calls it, most where its main program does."""
-        calls = [None if self._is_started(call.scope) else call.scope
-                 for call in self._flow.calls.get(scope.node.name, ())
+        calls = [call.scope for call in self._flow.calls.get(scope.node.name, ())
                  if call.scope is None or call.scope.node is not scope.node]  # fmt: skip
         if scope.node.name in self._used:
             return 2.5 if calls else 3.5
         return 2.5 if None in calls else -1.0 if calls else 1.5
-
-    def _is_started(self, scope: Scope | None) -> bool:
-        """Whether a program runs a function: the main program, or one that it calls, such as `main`."""
-        calls = self._flow.calls.get(scope.node.name, ()) if scope is not None and scope.owner is None else ()
-        return scope is None or any(call.scope is None for call in calls)
 
     def _read(self, candidate: _Candidate) -> Entry:
         scope, method = candidate.scope, candidate.method
