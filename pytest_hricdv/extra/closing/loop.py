@@ -85,12 +85,10 @@ def share_tests(archive: Archive, names: Sequence[str], count: int, rng: Random)
 def hit_rate(archive: Archive, strategy: str, kind: str) -> float:
     """The share of a strategy's recent tests that hit a new point of a kind, by Jeffreys' prior (half of one test).
 
-    Tests that were aimed at other kinds do not count.
+    Tests that were aimed at other kinds count as well: no strategy is told for which kind it was chosen.
     """
     own = (entry for entry in reversed(archive.entries) if entry.strategy == strategy)
-    hits = (
-        kind in _kinds(entry.new) for entry in own if not entry.targets or kind in _kinds((*entry.targets, *entry.new))
-    )
+    hits = (kind in _kinds(entry.new) for entry in own)
     recent = [*islice(hits, RECENT)]
     return (sum(recent) + 0.5) / (len(recent) + 1.0)
 

@@ -106,7 +106,7 @@ def run(test: AbstractTest) -> RunObservation:
         readings.append((reading, outcome))
         hits.append((*plan, outcome))
     points |= {("bin", "handover", *hit) for hit in hits}
-    missing = len(LEGS) - sum(hit[-1] == "released" for hit in hits)
+    missing = max(len(LEGS) - sum(hit[-1] == "released" for hit in hits), 0)
     if not missing:
         points.add(ALL_RELEASED)
     # Before all legs are done, nothing tells how many are missing.
