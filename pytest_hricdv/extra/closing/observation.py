@@ -130,7 +130,7 @@ class RunObservation(msgspec.Struct, frozen=True):
         hits: cross product -> the bins of its interactions, in their order.
         distances: (a point that it does not hit, how far it was from it); 0 is a hit, and points are compared with
             themselves only.
-        missing: requirement that nothing triggered -> the conditions that were false when it was nearest to it.
+        near_misses: requirement that nothing triggered -> when it was nearest to that, and what was false then.
         margins: requirement -> its least margin, where something was compared.
         unused: requirement that was triggered -> the alternatives of its response by which it never held.
         sim_s: simulated time (s).
@@ -144,7 +144,7 @@ class RunObservation(msgspec.Struct, frozen=True):
     points: tuple[Point, ...] = ()
     hits: dict[str, tuple[Bin, ...]] = {}
     distances: tuple[tuple[Point, float], ...] = ()
-    missing: dict[str, tuple[str, ...]] = {}
+    near_misses: dict[str, NearMiss] = {}
     margins: dict[str, float] = {}
     unused: dict[str, tuple[str, ...]] = {}
     sim_s: float = 0.0
@@ -188,7 +188,7 @@ def observe(
         points=tuple(sorted(points)),
         hits={name: tuple(tuple(bin_) for bin_ in hits) for name, hits in result.outcome.cross.items()},
         distances=tuple(_distances(result.verdicts)),
-        missing={verdict.requirement: verdict.near_miss.missing for verdict in result.verdicts if verdict.near_miss},
+        near_misses={verdict.requirement: verdict.near_miss for verdict in result.verdicts if verdict.near_miss},
         margins={verdict.requirement: verdict.margin for verdict in result.verdicts if verdict.margin is not None},
         unused={verdict.requirement: verdict.vacuous_alternatives for verdict in result.verdicts if verdict.triggers},
         sim_s=result.sim_s,

@@ -19,6 +19,8 @@ from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, ArchivedRun
 from pytest_hricdv.generate.abstract import Plans
 from pytest_hricdv.monitor import Criterion, Requirement
 from pytest_hricdv.monitor.analysis import conjuncts
+from pytest_hricdv.report.explanation import near_miss
+from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.session.collection import Collection
 
 
@@ -271,8 +273,12 @@ def explain_gap(point: Point, entry: ArchivedRun | None, archive: Archive, surro
             names = surroundings.coordinates[product]
             parts = zip(names, wanted, hit, strict=True)
             return ", ".join(f"{name} {there} instead of {mine}" for name, mine, there in parts if mine != there)
-        case ("verdict", requirement, "Passed") if entry is not None:
-            return " & ".join(entry.observation.missing.get(requirement, ()))
+        case ("verdict", requirement, "Passed") if ("verdict", requirement, "Failed") in archive.hit_by:
+            failed = len(archive.hit_by["verdict", requirement, "Failed"])
+            return f"no run passed it, {plural(failed, 'run')} failed it"
+        case ("verdict", requirement, "Passed") | ("condition", requirement, _, "true") if entry is not None:
+            miss = entry.observation.near_misses.get(requirement)
+            return near_miss(miss) if miss is not None else ""
         case ("condition", *names, "false") if ("condition", *names, "true") in archive.best:
             return "it was always true: the antecedent may do without it"
         case ("statement", file, line):
@@ -280,6 +286,9 @@ def explain_gap(point: Point, entry: ArchivedRun | None, archive: Archive, surro
         case ("branch", file, begin, end) if entry is not None:
             goes = "the exit" if int(end) < 0 else f"line {end}"
             return f"line {begin}{surroundings.text(file, begin)} has to go on to {goes}"
+        case ("transition", state, _):
+            seen = ", ".join(sorted(hit[2] for hit in archive.best if hit[:2] == ("transition", state)))
+            return f"after {state} came {seen}" if seen else f"nothing came after {state}"
         case ("plan", agent, label):
             beliefs = surroundings.plans.get(agent, {}).get(label, ())
             return f"the beliefs {' '.join(beliefs)} reach it" if beliefs else ""

@@ -225,9 +225,9 @@ def point_text(point: Sequence[str]) -> str:
 
 
 def evidence_text(point: OpenPoint) -> str:
-    """`120 tries, below 2.5 %; outcome released instead of discarded (closure-...)`."""
+    """`outcome released instead of discarded (closure-...); 120 tries, below 2.5 %`: narrow terminals cut the end."""
     nearest = f"{point.lacking} ({point.test})" if point.test else point.lacking
-    return "; ".join(filter(None, (tries_text(point), nearest.strip())))
+    return "; ".join(filter(None, (nearest.strip(), tries_text(point))))
 
 
 def tries_text(point: OpenPoint) -> str:

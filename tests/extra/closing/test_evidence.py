@@ -12,6 +12,7 @@ from pytest_hricdv.extra.closing.records import ClosingResult, ImpossiblePoint
 from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, ArchivedRun
 from pytest_hricdv.extra.closing.targets import Surroundings
 from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.monitor import NearMiss
 
 CODE = CodeMap(
     ("lamp",),
@@ -84,16 +85,30 @@ def test_the_nearest_test_of_a_bin_differs_in_fewest_coordinates_and_is_of_the_s
     assert open_points[BINS[1]].waiver == """cross product light: impossible={('hall', 'high'): "why"}"""
 
 
-def test_a_requirement_that_nothing_triggered_says_which_conditions_were_missing() -> None:
-    passed = ("verdict", "R1", "Passed")
-    archive = Archive([passed])
-    for name, distance in (("far", 2.0), ("near", 0.4)):
+def test_a_requirement_that_nothing_triggered_says_which_conditions_were_missing_when_and_by_how_much() -> None:
+    passed, condition = ("verdict", "R1", "Passed"), ("condition", "R1", "legs >= 4", "true")
+    archive = Archive([passed, condition])
+    misses = {"far": NearMiss(9.0, ("dark", "legs >= 4"), None), "near": NearMiss(41.2, ("legs >= 4",), 1.0)}
+    for name, miss in misses.items():
         test = AbstractTest(f"{name}-1", "closure", name, (), ("greet",))
-        missing = {"R1": tuple(f"{name}{number}" for number in range(int(distance) + 1))}
-        archive.add(RunObservation(test.to_data(), distances=((passed, distance),), missing=missing), "model")
-    (only,) = shown(archive).open
-    assert (only.test, only.lacking) == ("near-1", "near0")
-    assert only.waiver == "hri_allow_nc = R1: why"
+        distances = tuple((point, float(len(miss.missing))) for point in (passed, condition))
+        archive.add(RunObservation(test.to_data(), distances=distances, near_misses={"R1": miss}), "model")
+    checked, true = shown(archive).open
+    for point in (checked, true):
+        assert (point.test, point.lacking) == ("near-1", "nearest at 41.2 s: only legs >= 4 was missing, by 1")
+    assert checked.waiver == "hri_allow_nc = R1: why"
+
+
+def test_a_requirement_that_no_run_passed_and_a_transition_say_what_came_instead() -> None:
+    targets: list[Point] = [("verdict", "R1", "Passed"), ("transition", "Ask", "Give"), ("transition", "Off", "Ask")]
+    archive = Archive(targets)
+    add(archive, "first", ("verdict", "R1", "Failed"), ("transition", "Ask", "Off"))
+    add(archive, "second", ("verdict", "R1", "Failed"), ("transition", "Ask", "Ask"))
+    assert [point.lacking for point in shown(archive).open] == [
+        "no run passed it, 2 runs failed it",
+        "after Ask came Ask, Off",
+        "nothing came after Off",
+    ]
 
 
 def test_growth_counts_new_points_by_kind_and_way_without_the_time_of_given_tests() -> None:

@@ -35,10 +35,10 @@ def test_the_summary_counts_points_by_kind_and_names_open_ones_in_at_most_ten_li
         "  violated: R4 (joint_speed < 0.25) in Reset, released: 1 run (closure-x)",
         "  violated: the robot raised <b>KeyError</b>: 2 runs (closure-x)",
         "  kinds of violations: 1 known, see the report",
-        "  open: R1 Passed: 120 tries, below 2.5 %; reading.gaze & reading.pressure",
-        "  open: controller/states.py:13: never aimed at; line 12 (`if <script>:`) has to go on to it (closure-near)",
+        "  open: R1 Passed: reading.gaze & reading.pressure; 120 tries, below 2.5 %",
+        "  open: controller/states.py:13: line 12 (`if <script>:`) has to go on to it (closure-near); never aimed at",
         "  open: controller/states.py:12->exit: 1 try",
-        "  open: handover: 100 x 1: 104 tries, below 2.9 %; leg 4 instead of 3 (closure-near)",
+        "  open: handover: 100 x 1: leg 4 instead of 3 (closure-near); 104 tries, below 2.9 %",
     ]
     open_lines = [line for line in lines if line.startswith("  open:")]
     assert len(open_lines) == 10
