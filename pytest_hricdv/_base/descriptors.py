@@ -48,7 +48,7 @@ def _is_open(number: int) -> bool:
 
 
 class StandardDescriptors:
-    """Standard input, output and errors as they are when this is made."""
+    """A snapshot of standard input, output and errors."""
 
     def __init__(self) -> None:
         self._copies: dict[int, int] = {}

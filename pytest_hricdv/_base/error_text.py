@@ -39,7 +39,7 @@ _PLAIN = frozenset({str, int, float, bool, type(None)})
 
 
 class OvertimeError(Exception):
-    """Somebody else's code does not come back in time."""
+    """A call of foreign code, such as `__str__`, did not return in time."""
 
 
 def call_within(limit_s: float, function: Callable[[], T]) -> T:

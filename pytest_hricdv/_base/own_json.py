@@ -15,7 +15,7 @@ from typing import Any
 
 
 class _Encoder(JSONEncoder):
-    """With the methods as they were."""
+    """Python's encoder with its original methods."""
 
     default = JSONEncoder.default
     encode = JSONEncoder.encode
@@ -23,7 +23,7 @@ class _Encoder(JSONEncoder):
 
 
 class _Decoder(JSONDecoder):
-    """With the methods as they were."""
+    """Python's decoder with its original methods."""
 
     decode = JSONDecoder.decode
     raw_decode = JSONDecoder.raw_decode

@@ -140,7 +140,7 @@ _FINDERS: Mapping[str, Callable[[Any], bool]] = {"path": lambda entry: True, "me
 
 
 class Finders:
-    """How Python finds modules when this is made."""
+    """A snapshot of how Python finds modules."""
 
     def __init__(self) -> None:
         self._found = [(name, finders, [*finders]) for name in _FINDERS for finders in [getattr(sys, name)]]

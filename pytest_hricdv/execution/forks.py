@@ -168,7 +168,7 @@ _LONGEST_S = 2 * LOOKS_EACH_S
 
 
 class AwakeClock:
-    """Begins with 0."""
+    """Counts the time (s) during which this process was awake, from 0."""
 
     def __init__(self) -> None:
         self._seen_s = time.monotonic()

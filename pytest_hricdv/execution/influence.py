@@ -92,7 +92,7 @@ class ParameterLog(dict[str, float]):
 
 
 class Influence:
-    """Watches one run.
+    """Detects in one run whether anything influenced the code under test.
 
     Args:
         kernel: of the run.

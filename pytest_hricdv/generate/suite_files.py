@@ -221,7 +221,7 @@ def _complete_test(block: _Block) -> AbstractTest:
 
 @dataclass(frozen=True)
 class Files:
-    """Abstract tests that exist already.
+    """The suite of tests from files.
 
     `path` is a text file (its format: see `abstract`), a folder with text files (`*.txt`, subfolders included), or a
     JSON file `{suite: [{"n": 1, "steps": [command, ...]}, ...]}`. Its entries without steps (null) are left out and

@@ -32,7 +32,7 @@ class ActionStart:
 
 
 class LaneRecord:
-    """Notes of one run when who began and ended what."""
+    """Records which actor began and ended which action in a run."""
 
     def __init__(self) -> None:
         self._begun: list[ActionStart] = []

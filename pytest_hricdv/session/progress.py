@@ -36,7 +36,7 @@ PERIOD_S = 1.0
 
 @dataclass(frozen=True)
 class Status:
-    """How far a session is.
+    """The progress of a session.
 
     Args:
         done: tests that have ended.

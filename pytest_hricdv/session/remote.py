@@ -27,7 +27,7 @@ class ClusterError(InputError):
 
 @dataclass(frozen=True)
 class Service:
-    """The process that answers.
+    """A process next to a worker that answers requests.
 
     Args:
         module: name of the module that it runs.
@@ -58,7 +58,7 @@ class Service:
 
 @dataclass(frozen=True)
 class WorkRequest:
-    """A line for a service.
+    """A request to a service, one line.
 
     Args:
         key: equal for equal questions only.
@@ -99,13 +99,13 @@ class Answer:
 
 @dataclass(frozen=True)
 class LostRequest:
-    """Nobody answers a question: the workers that were asked were lost, again and again."""
+    """A request without an answer: each worker that got it was lost."""
 
     reason: str
 
 
 class Workers(Protocol):
-    """Workers that answer questions, of several threads at a time."""
+    """Workers that answer requests, from several threads at a time."""
 
     @property
     def threads(self) -> int:

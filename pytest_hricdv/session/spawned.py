@@ -16,7 +16,7 @@ from pytest_hricdv.session.isolation import CallResult, answer_of
 
 
 class SpawnedTest(FreshPytest):
-    """Runs the test with its fixtures, and answers what its call came to."""
+    """Runs the test with its fixtures, and answers with the result of its call."""
 
     def __init__(self, start: FreshSession, messages: IO[bytes], write: Callable[[bytes], None]) -> None:
         super().__init__(start, write)

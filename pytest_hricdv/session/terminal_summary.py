@@ -198,7 +198,7 @@ class ShownFailures:
 
 
 class SummarySection:
-    """Writes what came of a session: verdicts, coverage, problems."""
+    """Writes the results of a session: verdicts, coverage, problems."""
 
     def __init__(self, reporting: SessionReporter, failures: ShownFailures) -> None:
         self._reporting = reporting

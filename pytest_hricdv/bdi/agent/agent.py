@@ -23,7 +23,7 @@ from pytest_hricdv.bdi.logic.unify import unify
 
 
 class Agent(AgentState):
-    """An agent in a run; takes what its state takes."""
+    """An agent in a run; its arguments are those of `AgentState`."""
 
     def __init__(
         self,

@@ -185,7 +185,7 @@ class RecordingRun(SystemRun):
 
 
 class _ActionRecorder(StandardActions):
-    """The internal actions in a recorded run: what other runs must not rely on is noted."""
+    """The internal actions in a recorded run; notes those whose results other runs must not reuse."""
 
     def __init__(self, dependencies: Dependencies) -> None:
         self._dependencies = dependencies
@@ -207,7 +207,7 @@ class _ActionRecorder(StandardActions):
 
 
 class _AgentRecorder(Agent):
-    """An agent in a recorded run: what other runs must not rely on is noted."""
+    """An agent in a recorded run; notes steps that other runs must not reuse."""
 
     run: RecordingRun
 

@@ -105,7 +105,7 @@ class LiveState:
 
 
 class LiveSource:
-    """Looks at a report folder, or at the file of a campaign.
+    """Reads the progress from a report folder, or from the file of a campaign.
 
     Args:
         path: of it.

@@ -46,7 +46,7 @@ _MOST_READINGS = 20
 
 
 class Reading(msgspec.Struct, frozen=True):
-    """A read of such a source: its kind, the function, and the location of the call; for a file, its path."""
+    """A read of a source of nondeterminism: its kind, the function, and the call's location; for a file, its path."""
 
     kind: str
     what: str

@@ -55,7 +55,7 @@ def outcomes(counts: Mapping[str, int]) -> str:
 
 
 class CampaignProgress:
-    """Tells how far a campaign is.
+    """Shows the progress of a campaign.
 
     Args:
         store: of the campaign.

@@ -40,7 +40,7 @@ class CancelledError(Exception):
 
 @dataclass
 class Execution:
-    """Does what is missing.
+    """Executes the missing runs of a campaign.
 
     Args:
         plan: what there is to run.

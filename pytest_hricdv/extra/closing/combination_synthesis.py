@@ -36,7 +36,7 @@ MAX_INTERVENTIONS = 5
 
 
 class CombinationSynthesis:
-    """Puts combinations together.
+    """Synthesizes combinations of interventions.
 
     Args:
         model: what is known; nothing more is learned while this is used.

@@ -122,7 +122,7 @@ def describe(point: Point, runs: int, test: str) -> ViolationKind:
 
 
 class RunObservation(msgspec.Struct, frozen=True):
-    """One run.
+    """The observations of one run.
 
     Args:
         test: that was run, as `AbstractTest.to_data` gives it.

@@ -62,7 +62,7 @@ def roles_of(testbench: Testbench) -> tuple[Role, ...]:
 
 
 class OnlineRun:
-    """One such run.
+    """A run in which interactive agents decide.
 
     Args:
         roles: of those who decide.

@@ -113,7 +113,7 @@ took 50 s."""
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """The first line that is sent.
+    """The settings of the process, its first line.
 
     Args:
         arguments: of pytest, as the session was started with.
@@ -126,7 +126,7 @@ class LoopSettings:
 
 @dataclass(frozen=True)
 class TestBatch:
-    """A further line.
+    """A request to run tests, a later line.
 
     Args:
         number: of this request, which its answers repeat.

@@ -155,7 +155,7 @@ _PLURAL = {"branch": "branches"}
 
 
 class ClosingProgress:
-    """Tells how far the loop is."""
+    """Shows the progress of the loop."""
 
     def __init__(self, collection: Collection, runs: int) -> None:
         self._collection = collection

@@ -34,7 +34,7 @@ _NO_ROUTES: dict[str, list[str]] = {"distributed.scheduler.http.routes": [], "di
 
 
 class LocalWorkers:
-    """A scheduler and workers.
+    """A scheduler and workers on this machine.
 
     They listen on loopback only, and take what is encrypted with credentials that are made here, kept in memory and
     forgotten with this object: other users of the machine, and other programs, are refused. Their files are in a
@@ -143,7 +143,7 @@ _LOCAL = re.compile(r"local(?::(\d{1,4}))?")
 
 @dataclass(frozen=True)
 class Address:
-    """A cluster.
+    """The address of a cluster.
 
     Args:
         scheduler: its address; empty for workers on this machine.
@@ -176,7 +176,7 @@ class Address:
 
 
 class Connection:
-    """A connection.
+    """The connection to a scheduler.
 
     Args:
         address: of the scheduler; where it says so, scheduler and workers are started on this machine.

@@ -47,7 +47,7 @@ def _require_same(wanted: Mapping[str, str], present: Mapping[str, str]) -> None
 
 
 class _WorkerProcess:
-    """The process of a thread."""
+    """The process in which one thread of a worker executes requests."""
 
     def __init__(self) -> None:
         self._service: Service | None = None

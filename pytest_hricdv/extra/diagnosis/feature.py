@@ -66,7 +66,7 @@ STOPPED = "failure analysis skipped: session stopped early (-x, --maxfail, Ctrl-
 
 
 class DiagnosisFeature(Feature[DiagnosisOptions]):
-    """Says what failing tests fail for."""
+    """Finds the causes of failing tests."""
 
     name = "diagnosis"
     options = (

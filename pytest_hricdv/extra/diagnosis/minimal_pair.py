@@ -117,7 +117,7 @@ PRECISION = 0.01
 
 
 class SpentError(Exception):
-    """No run is left."""
+    """The budget of runs is spent."""
 
 
 Tried = tuple[Variation, RunSummary]

@@ -34,7 +34,7 @@ MAX_EVENTS = 2000
 
 
 class RunEvent(PlainRecord, frozen=True, kw_only=True):
-    """Something that happened in a run, whoever looks at it.
+    """An event of a run, such as a message or a change of a signal.
 
     Args:
         time_s: when.

@@ -146,7 +146,7 @@ class DecisionRecord:
 
 
 class _DecisionInserter(ast.NodeTransformer):
-    """Lets each decision ask."""
+    """Makes each decision of the code consult the record."""
 
     def __init__(self, file: str, sites: list[tuple[str, int]]) -> None:
         self._file = file
@@ -168,7 +168,7 @@ Passes = Callable[[RunSummary, RunSummary], bool]
 
 @dataclass
 class SwitchSearch:
-    """Looks for decisions without which failing tests pass.
+    """Searches for decisions whose reversal makes failing tests pass.
 
     Args:
         run: runs tests.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class OtherVerdict(PlainRecord, frozen=True, kw_only=True):
-    """A requirement on the second engine."""
+    """The verdict on a requirement on the second engine."""
 
     verdict: Literal["Passed", "Failed", "NC"]
     margin: Number | None
@@ -47,7 +47,7 @@ class EngineDifference(PlainRecord, frozen=True, kw_only=True):
 
 
 class EngineComparison(PlainRecord, frozen=True, kw_only=True):
-    """The same test on a second engine.
+    """The result of the same test on a second engine.
 
     Args:
         engine: its name.

@@ -17,7 +17,7 @@ from pytest_hricdv.results.model import Report, TestResult
 
 @dataclass(frozen=True)
 class VerdictAgreement:
-    """A requirement on two engines.
+    """How far two engines agree on a requirement.
 
     Args:
         tests: that ran on both.
@@ -36,7 +36,7 @@ class VerdictAgreement:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Two engines over some tests.
+    """How far two engines agree over some tests.
 
     Args:
         engines: their names.

@@ -68,7 +68,7 @@ class MutantTrial:
 
 @dataclass(frozen=True)
 class MutationJob:
-    """The job of the process.
+    """The job of the process: mutants, and the tests to try them on.
 
     Args:
         arguments: of pytest, as the session was started with.

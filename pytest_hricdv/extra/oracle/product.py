@@ -46,7 +46,7 @@ class FollowedAgent(CoupledAgent):
 
 
 class ModelFollower:
-    """The agent of one run.
+    """Follows one run with the oracle's agent.
 
     Args:
         oracle: what it follows.
@@ -150,7 +150,7 @@ class ModelDeviation:
 
 
 class Product:
-    """Agent and run, step by step.
+    """The product of an agent and a run, step by step.
 
     Args:
         oracle: what the run is compared with.

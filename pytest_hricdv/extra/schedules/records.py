@@ -80,7 +80,7 @@ class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
 
 
 class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
-    """What a search came to.
+    """The result of a search for schedules.
 
     Args:
         runs: with schedules, of those asked for.

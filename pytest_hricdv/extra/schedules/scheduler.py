@@ -41,7 +41,7 @@ time)."""
 
 
 class HeldNode(PlainRecord, frozen=True, kw_only=True):
-    """What a decision did.
+    """The effect of one decision.
 
     Args:
         kind: of the decision.
@@ -76,7 +76,7 @@ class HeldNode(PlainRecord, frozen=True, kw_only=True):
 
 @dataclass
 class Scheduler:
-    """What instrumented code asks in a run.
+    """Carries out the decisions of one run, as instrumented code asks for them.
 
     Args:
         kernel: of the run.

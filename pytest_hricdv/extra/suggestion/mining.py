@@ -23,7 +23,7 @@ study's first twenty suggestions, five were about states without it."""
 
 @dataclass
 class Tally:
-    """What runs say about a candidate.
+    """Counts of the runs that checked a candidate.
 
     Attributes:
         triggers: how often it asked for something.
@@ -50,7 +50,7 @@ class Tally:
 
 @dataclass(frozen=True)
 class CandidateScore:
-    """A candidate with what runs say about it.
+    """A candidate with its tally.
 
     Args:
         candidate: the candidate.
@@ -69,7 +69,7 @@ class CandidateScore:
 
 @dataclass(frozen=True)
 class CandidatePool:
-    """The candidates that are left.
+    """The candidates that no run has refuted.
 
     Args:
         scores: of candidates that all runs satisfy.

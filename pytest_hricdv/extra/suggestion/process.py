@@ -69,7 +69,7 @@ class Version:
 
 @dataclass(frozen=True)
 class RecordingJob:
-    """What the process is to do.
+    """The job of the process: the versions of the code, and the runs to record of each.
 
     Args:
         arguments: of pytest, as the session was started with.

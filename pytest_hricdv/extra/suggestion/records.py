@@ -43,7 +43,7 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
 
 
 class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
-    """What suggesting came to.
+    """The result of suggesting requirements.
 
     Args:
         suggestions: those that were not redundant, in the order of what they bring; at most as many as were asked for.

@@ -36,7 +36,7 @@ class HistoryVerdicts(PlainRecord, frozen=True, kw_only=True):
 
 
 class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
-    """One session.
+    """The figures of one session.
 
     Args:
         began: date and time (UTC, ISO 8601).

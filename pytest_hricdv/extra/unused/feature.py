@@ -27,7 +27,7 @@ SECTIONS, TEST_SECTIONS = (NEVER_READ,), (UNREACHED, UNREAD)
 
 
 class UnusedFeature(Feature[None]):
-    """Looks at what all runs of a session have in common."""
+    """Reports influences and parameters that no run of a session used."""
 
     name = "unused"
 

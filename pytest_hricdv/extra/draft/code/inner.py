@@ -26,7 +26,7 @@ PROGRAMS = ("subprocess.run", "subprocess.call", "subprocess.check_call", "subpr
 
 
 class InnerObjects:
-    """Finds them."""
+    """Finds the objects that the code creates itself."""
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow

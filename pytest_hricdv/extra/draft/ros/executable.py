@@ -19,7 +19,7 @@ from pytest_hricdv.registry import offers
 
 
 class RosTools(Protocol):
-    """Packages are mappings of names to folders with a package.xml."""
+    """Finds ROS 2 packages and their executables; `packages` maps names to folders with a package.xml."""
 
     def packages(self, *folders: Path) -> dict[str, Path]:
         """Packages around folders and in them."""

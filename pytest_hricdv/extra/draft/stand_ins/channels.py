@@ -82,7 +82,7 @@ class Inbox(Lenient):
 
 
 class AsyncInbox(Lenient):
-    """The same for coroutines."""
+    """An `Inbox` for coroutines."""
 
     def __init__(self, border: RunBorder, kinds: Mapping[type[Any], Convert]) -> None:
         self._queue: asyncio.Queue[Any] = asyncio.Queue()
@@ -145,7 +145,7 @@ class Outbox(Lenient):
 
 
 class AsyncOutbox(Outbox):
-    """The same for coroutines."""
+    """An `Outbox` for coroutines."""
 
     async def put(self, *contents: Any) -> None:  # type: ignore[override]
         """Say it; it never waits."""
