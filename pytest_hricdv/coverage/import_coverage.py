@@ -64,7 +64,7 @@ class ImportCoverage:
         self._root = root
         self._library = Path(sysconfig.get_path("stdlib"))
         self._plugin = Path(__file__).parents[1]  # in its own checkout, its modules would be followed: 266 of them
-        self._own = None if root is None else _of_project(root)
+        self._own = None if root is None else _project_coverage(root)
         self._own_is_of_project = True
         self._code: CodeMap | None = None
         self._files: frozenset[Path] = frozenset()
@@ -234,7 +234,7 @@ class ImportCoverage:
                 yield shown[path], "it was imported, but the running measurement (--cov) recorded nothing of it"
 
 
-def _of_project(root: Path) -> OwnCoverage:
+def _project_coverage(root: Path) -> OwnCoverage:
     return OwnCoverage([f"{literally(str(root))}/*"], [f"*/{folder}/*" for folder in INSTALLED])
 
 

@@ -261,7 +261,7 @@ class _CaseExecution:
     def sum_up(self, judgement: _Judgement) -> CaseResult:
         """The result, with what was measured."""
         testbench, run, code, outcome = self._settings.testbench, self._run, self.code, judgement.outcome
-        cross, bin_faults = faults.of_bins(testbench, outcome, judgement.verdicts)
+        cross, bin_faults = faults.check_bins(testbench, outcome, judgement.verdicts)
         covered = self._settings.measurement.take(self._context)
         return CaseResult(
             test=dataclasses.replace(run.enacted, run=self._original.run),
@@ -288,11 +288,11 @@ class _CaseExecution:
     def _ending_faults(self) -> Iterator[str]:
         testbench, run = self._settings.testbench, self._run
         if run.ending:
-            yield from faults.of_ending(run.ending, self.code, testbench.time.allowed_endings)
-        yield from faults.of_simulation(self._kernel, run.ending)
+            yield from faults.check_ending(run.ending, self.code, testbench.time.allowed_endings)
+        yield from faults.check_simulation(self._kernel, run.ending)
         yield from self._deadlocks
         yield from self._tampering
-        yield from faults.of_actors(name for name in run.idle_actors() if _acts(name, testbench))
+        yield from faults.check_actors(name for name in run.idle_actors() if _acts(name, testbench))
         if run.middleware is not None:
             yield from run.middleware.stuck_nodes
 

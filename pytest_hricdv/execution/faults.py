@@ -99,7 +99,7 @@ class CodeUnderTest:
         return max(times) if times and len(times) == len(self._returned_s) else None
 
 
-def of_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) -> Iterator[str]:
+def check_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) -> Iterator[str]:
     """Faults of how a run ended, a sentence each.
 
     Args:
@@ -123,7 +123,7 @@ def of_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) -> 
         yield f'the run ended at {ending.time_s:.3f} s because nothing was left to do; {allow}("idle",))'
 
 
-def of_actors(idle: Iterable[str]) -> Iterator[str]:
+def check_actors(idle: Iterable[str]) -> Iterator[str]:
     """Faults of actors, a sentence each: those whose actions nobody took."""
     for actor in idle:
         yield (
@@ -132,7 +132,7 @@ def of_actors(idle: Iterable[str]) -> Iterator[str]:
         )
 
 
-def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
+def check_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
     """Faults of the simulation, a sentence each: nothing was simulated, or threads outside the run took part."""
     yield from kernel.trespasses
     yield from kernel.lost_errors
@@ -169,7 +169,7 @@ def _failure(error: NodeError, code: CodeUnderTest) -> str:
     return f"node {error.node} raised {description} at {error.time_s:.3f} s"
 
 
-def of_bins(
+def check_bins(
     testbench: Testbench, outcome: Outcome, verdicts: tuple[Verdict, ...]
 ) -> tuple[dict[str, tuple[Bin, ...]], list[str]]:
     """The bins that a run hit, by cross product, and what is wrong with them, a sentence each."""

@@ -153,7 +153,7 @@ def brief_lines(report: Report, columns: int, notes: int = 0, *, is_red: bool = 
         is_red: the session fails.
     """
     parts = [_requirements(report, columns), _describe_gaps(report, columns), [*behaviour_view.lines(report, columns)]]
-    parts += [_of_view([*view.lines(report, columns)]) for view in views()]
+    parts += [_feature_part([*view.lines(report, columns)]) for view in views()]
     parts = [part for part in parts if part]
     for part in _share_lines(parts, (RED_LINES if is_red else GREEN_LINES) - notes):
         yield from (Line(fit(visible(line.text), columns), line.style) for line in part)
@@ -170,7 +170,7 @@ def _share_lines(parts: Sequence[Part], most: int) -> Iterator[Part]:
             shown[number] += shown[number] < len(part)
 
 
-def _of_view(lines: Part) -> Part:
+def _feature_part(lines: Part) -> Part:
     """The first line of a feature, and what it warns of."""
     return [*lines[:1], *(line for line in lines[1:] if line.style in ("bad", "warn"))]
 

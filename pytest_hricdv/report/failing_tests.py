@@ -73,7 +73,7 @@ class FailingTests:
         groups = self.groups
         shown, more = split_first(groups, len(groups) if all_rows else MAX_CAUSES)
         for cause, nodeids in shown:
-            yield from cause.lines if cause is not None else self._of_no_cause(nodeids)
+            yield from cause.lines if cause is not None else self._lines_without_cause(nodeids)
             if all_rows and len(self.tests) > 1:
                 yield from self.rows(nodeids, columns)
             elif cause is not None and len(nodeids) > 1:
@@ -97,7 +97,7 @@ class FailingTests:
             return visible(self.causes.headline)
         return f"{plural(len(self.tests), 'test')} failed"
 
-    def _of_no_cause(self, nodeids: Sequence[str]) -> Iterator[Line]:
+    def _lines_without_cause(self, nodeids: Sequence[str]) -> Iterator[Line]:
         """How many, with a line for the first of them."""
         if self.causes is not None:
             yield Line(f"{plural(len(nodeids), 'more test')} failed", "bad")

@@ -194,13 +194,13 @@ def holes_of_suite(report: Report, suite: SuiteResult) -> Iterator[str]:
 def holes_of_all_suites(report: Report, name: str) -> tuple[str, ...]:
     """The holes of one product that no suite hit."""
     declared = report.cross_products[name]
-    return tuple(_texts(declared, *_of_all(report, name)))
+    return tuple(_texts(declared, *_split_bins(report, name)))
 
 
 def members_of_all_suites(report: Report, name: str) -> Iterator[tuple[str, tuple[Bin, ...]]]:
     """The holes with the bins that no larger hole has."""
     declared = report.cross_products[name]
-    missing, hit = _of_all(report, name)
+    missing, hit = _split_bins(report, name)
     places = {coordinate.name: place for place, coordinate in enumerate(declared.coordinates)}
     left = dict.fromkeys(missing)
     if not left:
@@ -213,7 +213,7 @@ def members_of_all_suites(report: Report, name: str) -> Iterator[tuple[str, tupl
             yield _text(hole, len(places)), mine
 
 
-def _of_all(report: Report, name: str) -> tuple[list[Bin], set[Bin]]:
+def _split_bins(report: Report, name: str) -> tuple[list[Bin], set[Bin]]:
     """The bins of a product that no suite hit, and those that one did."""
     covered = [suite.cross.products[name] for suite in report.suites if name in suite.cross.products]
     hit = {hits.bin for coverage in covered for hits in coverage.hits}

@@ -159,10 +159,10 @@ class BreakpointRunner:
         setattr(builtins, NAME, now)
         here = sys._getframe()
         if debugger():
-            _stop_in_ide(_of_project(here))
+            _stop_in_ide(_find_project_frame(here))
             return
         try:
-            frames = [_of_code(frame, self.files) for frame in (here, *code.wait_frames.values())]
+            frames = [_find_code_frame(frame, self.files) for frame in (here, *code.wait_frames.values())]
             pdb = pytestPDB._init_pdb("hri-break-on-violation", header=_header(now))  # type: ignore[no-untyped-call]
             pdb.reset()
             pdb.interaction(next((frame for frame in frames if frame is not None), here), None)
@@ -183,14 +183,14 @@ def _stop_in_ide(frame: FrameType | None) -> None:
         pydevd.settrace(suspend=True, trace_only_current_thread=True, patch_multiprocessing=False, stop_at_frame=frame)
 
 
-def _of_project(frame: FrameType | None) -> FrameType | None:
+def _find_project_frame(frame: FrameType | None) -> FrameType | None:
     """The innermost frame, from a frame on, that is of the user's project: not of this package."""
     while frame is not None and Path(frame.f_code.co_filename).is_relative_to(_PACKAGE):
         frame = frame.f_back
     return frame
 
 
-def _of_code(frame: FrameType | None, files: Sequence[Path]) -> FrameType | None:
+def _find_code_frame(frame: FrameType | None, files: Sequence[Path]) -> FrameType | None:
     """The innermost frame of the code under test, from a frame on."""
     names = {str(path) for path in files}
     while frame is not None and frame.f_code.co_filename not in names:

@@ -23,7 +23,7 @@ from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.runtime.virtual.prohibition import keep_builtins
 from pytest_hricdv.session import replaying
-from pytest_hricdv.session.following import of_testbench
+from pytest_hricdv.session.following import base_imports
 from pytest_hricdv.session.option import feature_options, locate_error, usage_error
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
@@ -92,7 +92,7 @@ class Collection:
         self._loaded = len(implementations)
         code, finders = implementations[-1].function.__code__, Finders()
         try:
-            with of_testbench(self.config, implementations[-1].function.__module__), keep_builtins(), hide_arguments():
+            with base_imports(self.config, implementations[-1].function.__module__), keep_builtins(), hide_arguments():
                 made = hook(config=self.config)
             if lost := (*finders.put_back(),):
                 raise TestbenchError(complaint(lost, getattr(made, "code", ())))

@@ -49,8 +49,8 @@ def follow_no_longer(config: pytest.Config) -> None:
 
 
 @contextmanager
-def of_testbench(config: pytest.Config, conftest: str) -> Iterator[None]:
-    """While the testbench is made: what it imports, each of its tests has imported.
+def base_imports(config: pytest.Config, conftest: str) -> Iterator[None]:
+    """While the testbench is made, count its imports as imports of each of its tests.
 
     Args:
         conftest: name of the module that makes it; what it has imported at its top belongs to it.

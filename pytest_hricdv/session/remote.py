@@ -61,9 +61,9 @@ class WorkRequest:
     """A request to a service, one line.
 
     Args:
-        key: equal for equal questions only.
+        key: equal for equal requests only.
         message: the line.
-        avoid: the address of a worker that leaves the question to another one, if there is any.
+        avoid: the address of a worker that leaves the request to another one, if there is any.
     """
 
     key: str
@@ -88,7 +88,7 @@ class Answer:
         worker: which.
         lines: of the answer, as far as there are.
         problem: why the process ended before the answer did; empty if it did not.
-        unable: why this worker cannot answer any question; empty if it can.
+        unable: why this worker cannot answer any request; empty if it can.
     """
 
     worker: WorkerName
@@ -109,7 +109,7 @@ class Workers(Protocol):
 
     @property
     def threads(self) -> int:
-        """How many questions are answered at a time."""
+        """How many requests are answered at a time."""
 
     @property
     def dashboard(self) -> str:
@@ -118,14 +118,14 @@ class Workers(Protocol):
     def answers(
         self, service: Service, queue: deque[WorkRequest], tick: Callable[[], None] = lambda: None
     ) -> Generator[tuple[WorkRequest, Answer | LostRequest]]:
-        """Ask until the queue is empty, from left to right; questions may be added in the meantime.
+        """Ask until the queue is empty, from left to right; requests may be added in the meantime.
 
-        A question whose worker is lost is asked again, of another one.
+        A request whose worker is lost is asked again, of another one.
 
         Args:
             service: that answers.
-            queue: of questions.
-            tick: called at least twice a second; what it raises ends the questions.
+            queue: of requests.
+            tick: called at least twice a second; what it raises ends the requests.
 
         Raises:
             ClusterError: the scheduler is gone, or no worker can answer.

@@ -27,7 +27,7 @@ from pytest_hricdv.testbench import Testbench
 CACHE_FOLDER = "hricdv"
 
 
-def _of_methods(suites: str) -> str:
+def _method_suites(suites: str) -> str:
     """The selected suites, except those that optional features generate from the others."""
     names = [name.strip() for name in suites.split(",")]
     of_parts = feature_suites()
@@ -54,7 +54,7 @@ def select_suites(
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
     """
     try:
-        of_methods = _of_methods(options.suites)
+        of_methods = _method_suites(options.suites)
         methods = _methods(of_methods, root, testbench, say) if of_methods else ()
         context = _context(options, testbench, learns=any(method.name == METHOD for method in methods))
         reading = replace(context, commands=tuple(testbench.commands.commands))  # methods draw no disturbances

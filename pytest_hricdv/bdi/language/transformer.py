@@ -54,7 +54,7 @@ class AgentSpeakTransformer(TermTransformer):
         # A condition may be believed, and be asked where a variable for it is a condition.
         self._hand_over(items[0])
         self._without_conditions()
-        literal = self._evaluate(meta, self._of_known_space(meta, items[0]))
+        literal = self._evaluate(meta, self._require_known_space(meta, items[0]))
         free = variables_of(literal)
         # As in Jason, an initial belief with variables holds for any value of them: a rule without conditions.
         return syntax.Rule(literal, syntax.TRUE, self._at(meta), tuple(sorted(free))) if free else literal
@@ -65,7 +65,7 @@ class AgentSpeakTransformer(TermTransformer):
         return rule
 
     def rule_text(self, meta: Meta, items: Children) -> syntax.Rule:
-        head, body = self._of_known_space(meta, items[0]), self._formula(meta, items[1])
+        head, body = self._require_known_space(meta, items[0]), self._formula(meta, items[1])
         return syntax.Rule(head, body, self._at(meta), tuple(sorted(variables_of((head, body)))))
 
     def goal(self, meta: Meta, items: Children) -> syntax.InitialGoal:
@@ -74,7 +74,7 @@ class AgentSpeakTransformer(TermTransformer):
             raise self._error(meta, f"expected a literal as an initial goal, found {items[0]}")
         return syntax.InitialGoal(self._evaluate(meta, items[0]))
 
-    def _of_known_space(self, meta: Meta, literal: syntax.GoalTerm) -> Structure:
+    def _require_known_space(self, meta: Meta, literal: syntax.GoalTerm) -> Structure:
         if not isinstance(literal, Structure):
             raise self._error(meta, f"expected a literal with a name as its name space, found {literal}")
         return literal
@@ -135,7 +135,7 @@ class AgentSpeakTransformer(TermTransformer):
         return syntax.Plan(name, trigger, context, body, self._at(meta), annots)
 
     def label(self, meta: Meta, items: Children) -> Structure:
-        label = self._of_known_space(meta, items[0])
+        label = self._require_known_space(meta, items[0])
         if label.args or label.negated:
             raise self._error(meta, f"expected a name as a plan's label, found {label}")
         return label

@@ -65,10 +65,10 @@ def snapshot(agent: Agent, now: int) -> AgentSnapshot | None:
     return AgentSnapshot(
         frozenset(agent.beliefs.content()),
         tuple([(message.sender, message.force, message.content, message.reply_to) for message in agent.mailbox]),
-        tuple([(sign, literal, _of_intention(agent, waiting)) for sign, literal, waiting in agent.events]),
-        tuple([(_of_intention(agent, intention), success) for intention, success in agent.feedback]),
-        tuple([_of_intention(agent, intention) for intention in agent.intentions]),
-        tuple([_of_wait(agent, wait, now) for wait in agent.waits]),
+        tuple([(sign, literal, _intention_state(agent, waiting)) for sign, literal, waiting in agent.events]),
+        tuple([(_intention_state(agent, intention), success) for intention, success in agent.feedback]),
+        tuple([_intention_state(agent, intention) for intention in agent.intentions]),
+        tuple([_wait_state(agent, wait, now) for wait in agent.waits]),
     )
 
 
@@ -90,16 +90,16 @@ def restore(agent: Agent, state: AgentSnapshot, beliefs: BeliefBase) -> None:
     agent.note_restored()
 
 
-def _of_wait(agent: Agent, wait: PendingWait, now: int) -> tuple[Hashable, ...]:
+def _wait_state(agent: Agent, wait: PendingWait, now: int) -> tuple[Hashable, ...]:
     left = None if wait.deadline is None else wait.deadline - now
-    intention = _of_intention(agent, wait.intention)
+    intention = _intention_state(agent, wait.intention)
     return intention, now - wait.since, left, wait.trigger, wait.condition, wait.elapsed
 
 
-def _of_intention(agent: Agent, intention: Intention | None) -> Hashable:
+def _intention_state(agent: Agent, intention: Intention | None) -> Hashable:
     if intention is None:
         return None
-    return agent.atomic is intention, tuple([_of_means(means) for means in intention.stack])
+    return agent.atomic is intention, tuple([_means_state(means) for means in intention.stack])
 
 
 def _intention(agent: Agent, state: Any) -> Any:
@@ -113,9 +113,9 @@ def _intention(agent: Agent, state: Any) -> Any:
     return intention
 
 
-def _of_means(means: IntendedMeans) -> tuple[Hashable, ...]:
-    blocks = tuple([(_Identity(body), pc, _of_loop(loop)) for body, pc, loop in means.blocks])
-    at = _Identity(means.body), means.pc, blocks, _of_loop(means.loop)
+def _means_state(means: IntendedMeans) -> tuple[Hashable, ...]:
+    blocks = tuple([(_Identity(body), pc, _loop_state(loop)) for body, pc, loop in means.blocks])
+    at = _Identity(means.body), means.pc, blocks, _loop_state(means.loop)
     return _Identity(means.plan), means.sign, means.literal, tuple(means.unifier.items()), *at
 
 
@@ -127,7 +127,7 @@ def _means(state: Any) -> IntendedMeans:
     return means
 
 
-def _of_loop(loop: LoopState | None) -> Hashable:
+def _loop_state(loop: LoopState | None) -> Hashable:
     if loop is None:
         return None
     solutions = tuple([tuple(solution.items()) for solution in loop.solutions])

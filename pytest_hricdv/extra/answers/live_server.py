@@ -181,7 +181,7 @@ class LiveSource:
         if journal.is_ended and (self.path / REPORT_NAME).is_file():
             report = load(self.path)
             return LiveState("session", True, report.reported, report.selected, report.workers, None, report)
-        return _of_journal(journal, [record.at_s for record in written if isinstance(record, ResultRecord)])
+        return _journal_state(journal, [record.at_s for record in written if isinstance(record, ResultRecord)])
 
 
 def _stamp(file: Path) -> tuple[int, int] | None:
@@ -192,7 +192,7 @@ def _stamp(file: Path) -> tuple[int, int] | None:
     return status.st_mtime_ns, status.st_size
 
 
-def _of_journal(journal: Journal, finished: Sequence[float]) -> LiveState | None:
+def _journal_state(journal: Journal, finished: Sequence[float]) -> LiveState | None:
     if journal.declared is None:
         return None
     try:

@@ -115,9 +115,9 @@ class Statistics:
 
     def of_requirements(self, plan: CampaignPlan) -> dict[str, CampaignRequirement]:
         """Each requirement over all runs."""
-        return {name: self._of_requirement(name, plan) for name in self.requirements}
+        return {name: self._sum_requirement(name, plan) for name in self.requirements}
 
-    def _of_requirement(self, name: str, plan: CampaignPlan) -> CampaignRequirement:
+    def _sum_requirement(self, name: str, plan: CampaignPlan) -> CampaignRequirement:
         verdicts = [test.verdicts[name] for test in self._tests.values() if name in test.verdicts]
         counts: Counter[str] = sum(verdicts, Counter())
         least = self.least(name)

@@ -44,11 +44,11 @@ def target_points(
         transitions: of the state of the code under test.
     """
     return (
-        *(_of_code(code) if code is not None else ()),
-        *_of_plans(plans, reachability),
-        *_of_requirements(tuple(requirements)),
+        *(_code_points(code) if code is not None else ()),
+        *_plan_points(plans, reachability),
+        *_requirement_points(tuple(requirements)),
         *(("transition", *transition) for transition in transitions),
-        *_of_cross(cross, reachability),
+        *_cross_points(cross, reachability),
     )
 
 
@@ -68,13 +68,13 @@ def by_kind(points: Iterable[Point]) -> Counter[str]:
     return Counter(point[0] for point in points)
 
 
-def _of_code(code: CodeMap) -> Iterator[Point]:
+def _code_points(code: CodeMap) -> Iterator[Point]:
     waived = code.waiver_bits()
     statements, branches = (1 << code.statements) - 1, (1 << code.branches) - 1
     return code_points(code, Bits(statements & ~waived.statements, branches & ~(waived.branches or 0)))
 
 
-def _of_requirements(requirements: Sequence[Criterion]) -> Iterator[Point]:
+def _requirement_points(requirements: Sequence[Criterion]) -> Iterator[Point]:
     yield from (("verdict", requirement.id, "Passed") for requirement in requirements)
     for requirement in requirements:
         if isinstance(requirement, Requirement):
@@ -82,7 +82,7 @@ def _of_requirements(requirements: Sequence[Criterion]) -> Iterator[Point]:
                 yield from (("condition", requirement.id, conjunct, outcome) for outcome in ("true", "false"))
 
 
-def _of_plans(plans: Plans, reachability: Reachability) -> Iterator[Point]:
+def _plan_points(plans: Plans, reachability: Reachability) -> Iterator[Point]:
     explored = reachability.exploration
     for agent, labels in plans.items():
         for label in labels:
@@ -113,7 +113,7 @@ def _impossible_bins(cross: Mapping[str, CrossProduct], reachability: Reachabili
                 yield ImpossiblePoint(point=("bin", name, *excluded.bin), reason=excluded.reason, by=excluded.by)
 
 
-def _of_cross(cross: Mapping[str, CrossProduct], reachability: Reachability) -> Iterator[Point]:
+def _cross_points(cross: Mapping[str, CrossProduct], reachability: Reachability) -> Iterator[Point]:
     for name, product in cross.items():
         impossible = {excluded.bin for excluded in reachability.products[name].impossible}
         for bin_ in product.bins():

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from distributed import Future
 
 AHEAD = 3
-"""Questions sent ahead to each thread: one in work, one waiting, one on its way. No thread idles, and few are lost with
-a worker."""
+"""Requests sent ahead to a thread: in work, waiting, on its way. No thread idles, and few are lost with a worker."""
 
 # Chosen: a job scheduler starts workers within a minute or not soon; a process of this machine imports Dask in seconds,
 # and in 20 s where 25 others want the same two cores.
@@ -32,7 +31,7 @@ TICK_S = 0.5
 
 @dataclass
 class Cluster:
-    """The workers that answer questions. `connect` makes it.
+    """The workers that answer requests. `connect` makes it.
 
     Args:
         address: of the cluster.
@@ -46,7 +45,7 @@ class Cluster:
     refused: dict[str, str] = field(default_factory=dict)
     """Workers that are not asked: address -> why."""
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
-    """Questions may come from several threads."""
+    """Requests may come from several threads."""
     _checked: dict[str, int] = field(default_factory=dict)
     """Workers that may be asked: address -> threads."""
 
@@ -57,7 +56,7 @@ class Cluster:
 
     @property
     def threads(self) -> int:
-        """The number of questions answered at a time."""
+        """The number of requests answered at a time."""
         return sum(self._checked.values())
 
     def answers(
@@ -75,9 +74,9 @@ class Cluster:
                         pending[future] = queue.popleft()
                     for future in self._wait(pending):
                         result = self._result(future, pending[future], queue)
-                        question = pending.pop(future)
+                        request = pending.pop(future)
                         if result is not None:
-                            yield question, result
+                            yield request, result
                 except GONE as error:
                     queue.extendleft(reversed([*pending.values()]))  # extendleft reverses the order
                     pending.clear()
@@ -94,19 +93,19 @@ class Cluster:
             self._checked.clear()
             self.refused.clear()
 
-    def _submit(self, service: Service, question: WorkRequest) -> Future[Any]:
-        """Hand a question out; only to workers that may be asked."""
-        allowed = [address for address in self._checked if address != question.avoid] or [*self._checked]
-        limited = bool(self.refused) or bool(question.avoid)
+    def _submit(self, service: Service, request: WorkRequest) -> Future[Any]:
+        """Hand a request out; only to workers that may be asked."""
+        allowed = [address for address in self._checked if address != request.avoid] or [*self._checked]
+        limited = bool(self.refused) or bool(request.avoid)
         return self.connection.client.submit(
             worker_side.ask,
             service,
-            question.message,
+            request.message,
             # Never a key twice: Dask would hand out the answer that it has, and audits ask the same again on purpose.
-            key=f"hricdv-{question.key}-{time.monotonic_ns()}",
+            key=f"hricdv-{request.key}-{time.monotonic_ns()}",
             pure=False,
             workers=allowed if limited else None,
-            allow_other_workers=bool(question.avoid) and not self.refused,
+            allow_other_workers=bool(request.avoid) and not self.refused,
         )
 
     def _wait(self, pending: Mapping[Future[Any], WorkRequest]) -> list[Future[Any]]:
@@ -119,15 +118,15 @@ class Cluster:
         return [future for future in pending if future.done()]
 
     def _result(
-        self, future: Future[Any], question: WorkRequest, queue: deque[WorkRequest]
+        self, future: Future[Any], request: WorkRequest, queue: deque[WorkRequest]
     ) -> Answer | LostRequest | None:
-        """The result of a question; None if it is asked again."""
+        """The result of a request; None if it is asked again."""
         from distributed import KilledWorker
 
         try:
             answer = future.result(timeout=CONNECT_S)
         except TimeoutError:  # the worker that had the answer is gone: it is asked again
-            queue.append(question)
+            queue.append(request)
             return None
         except KilledWorker as error:
             last = f", the last of them {error.last_worker.address}" if error.last_worker else ""
@@ -135,7 +134,7 @@ class Cluster:
         assert isinstance(answer, Answer), "it is what a worker returns"
         if not answer.unable:
             return answer
-        queue.appendleft(question)
+        queue.appendleft(request)
         self._refuse(answer.worker.address, f"{answer.unable} ({answer.worker.host})")
         return None
 

@@ -140,7 +140,7 @@ class Experiments:
         self._tried.add((nodeid, group.change))
         control = self.control(nodeid)
         violated = () if control is None else control.violated
-        again = [failure for failure in _of_test(group, nodeid) if failure.requirement in violated]
+        again = [failure for failure in _test_failures(group, nodeid) if failure.requirement in violated]
         result = self.ran(nodeid, without(self.tests[nodeid], group.change)) if again else None
         self.without[nodeid, group.change] = result
         if result is None:
@@ -167,5 +167,5 @@ class Experiments:
         return result
 
 
-def _of_test(group: Group, nodeid: str) -> Iterator[Failure]:
+def _test_failures(group: Group, nodeid: str) -> Iterator[Failure]:
     return (failure for failure in group.failures if failure.nodeid == nodeid)

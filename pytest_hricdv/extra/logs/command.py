@@ -201,7 +201,7 @@ class _LogCheck:
             self._show(judged)
 
     def _map_of(self, recording: RecordingReader) -> LogMap:
-        from pytest_hricdv.extra.logs.log_map import of_own_trace
+        from pytest_hricdv.extra.logs.log_map import map_own_trace
 
         if self._map is not None:
             return self._map
@@ -210,7 +210,7 @@ class _LogCheck:
         if recording.count and "/hricdv/end" not in recording.types:
             raise InputError("not a trace of --hri-mcap: expected --map; --map-draft drafts one")
         names = {requirement.id for requirement in self._context.requirements}
-        return of_own_trace(recording.types, self._vocabulary, self._testbench.cross, names)
+        return map_own_trace(recording.types, self._vocabulary, self._testbench.cross, names)
 
     def _compare(self, logs: Report, tests: Report) -> FleetComparison:
         from pytest_hricdv.extra.logs.feature import FleetComparison

@@ -240,7 +240,7 @@ def reading_of(name: str, source: FieldSource, kind: Kind | None, declared: Unit
     return read
 
 
-def of_own_trace(
+def map_own_trace(
     topics: Mapping[str, str],
     vocabulary: Vocabulary,
     products: Mapping[str, CrossProduct] | None = None,

@@ -60,7 +60,7 @@ def all_mutants(code: CodeMap) -> tuple[Mutant, ...]:
     first = 0
     for source in sources:
         numbers = {line: first + place for place, line in enumerate(source.file.statements)}
-        mutants += _of_file(source, names, numbers)
+        mutants += _file_mutants(source, names, numbers)
         first += len(numbers)
     return tuple(mutants)
 
@@ -70,7 +70,7 @@ def sample(mutants: Sequence[Mutant], seed: int, most: int | None) -> list[Mutan
     return shuffle(make_rng("mutants", seed), mutants)[:most]
 
 
-def _of_file(source: Source, names: Names, numbers: dict[int, int]) -> Iterator[Mutant]:
+def _file_mutants(source: Source, names: Names, numbers: dict[int, int]) -> Iterator[Mutant]:
     path = str(source.file.path)
     seen = {_compile(source.file.text, path)}
     ids: Counter[str] = Counter()

@@ -306,7 +306,7 @@ class RosTimer(Waitable):
         """Restart the period, also of a cancelled timer."""
         self._next_ns = self._clock.now_ns() + self._period_ns
         self._canceled = False
-        self._has_new()
+        self._note_arrival()
 
     set_on_reset_callback = Waitable.set_callback
     clear_on_reset_callback = Waitable.clear_callback

@@ -138,7 +138,7 @@ def service_names_and_types(node: Any) -> NamesAndTypes:
     return _names_and_types([node.graph.services, node.graph.clients])
 
 
-def _of_node(part: str, node: Any, *arguments: Any) -> NamesAndTypes:
+def _node_entities(part: str, node: Any, *arguments: Any) -> NamesAndTypes:
     """A node's entities in a part of the graph.
 
     Args:
@@ -160,10 +160,10 @@ def _of_node(part: str, node: Any, *arguments: Any) -> NamesAndTypes:
     return _names_and_types([{key: [own for own in group if is_meant(own.node)] for key, group in entities.items()}])
 
 
-publishers_by_node = partial(_of_node, "publishers")
-subscribers_by_node = partial(_of_node, "subscriptions")
-services_by_node = partial(_of_node, "services")
-clients_by_node = partial(_of_node, "clients")
+publishers_by_node = partial(_node_entities, "publishers")
+subscribers_by_node = partial(_node_entities, "subscriptions")
+services_by_node = partial(_node_entities, "services")
+clients_by_node = partial(_node_entities, "clients")
 
 _FEEDBACK_TOPIC, _FEEDBACK_TYPE = "/_action/feedback", "_FeedbackMessage"
 

@@ -142,7 +142,7 @@ class Waitable(Destroyable, ABC):
     def _count_waiting(self) -> int:
         return 0
 
-    def _has_new(self) -> None:
+    def _note_arrival(self) -> None:
         """Note one more arrival."""
         self.wake()
         if self._on_new is not None:
@@ -183,4 +183,4 @@ class QueueHandle(Waitable):
 
     def _enqueue(self, content: Any, facts: Any, time_ns: int) -> None:
         self._queue.append((content, facts, time_ns, arrival(self.kernel)))
-        self._has_new()
+        self._note_arrival()

@@ -116,7 +116,7 @@ def _name(manifest: Path) -> str:
 @cache
 def _scripts(folder: Path) -> dict[str, str]:
     scripts: dict[str, str] = {}
-    for read in (_of_pyproject, _of_setup_cfg, _of_setup_py):  # setuptools lets setup.py win
+    for read in (_pyproject_scripts, _setup_cfg_scripts, _setup_py_scripts):  # setuptools lets setup.py win
         scripts |= read(folder)
     return scripts
 
@@ -128,7 +128,7 @@ def _text(file: Path) -> str:
         return ""
 
 
-def _of_pyproject(folder: Path) -> dict[str, str]:
+def _pyproject_scripts(folder: Path) -> dict[str, str]:
     try:
         project = tomllib.loads(_text(folder / "pyproject.toml")).get("project", {})
     except tomllib.TOMLDecodeError:
@@ -136,7 +136,7 @@ def _of_pyproject(folder: Path) -> dict[str, str]:
     return dict(project.get("scripts") or project.get("entry-points", {}).get("console_scripts", {}))
 
 
-def _of_setup_cfg(folder: Path) -> dict[str, str]:
+def _setup_cfg_scripts(folder: Path) -> dict[str, str]:
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_string(_text(folder / "setup.cfg"))
@@ -145,7 +145,7 @@ def _of_setup_cfg(folder: Path) -> dict[str, str]:
     return _parse_entries(parser.get("options.entry_points", "console_scripts", fallback="").splitlines())
 
 
-def _of_setup_py(folder: Path) -> dict[str, str]:
+def _setup_py_scripts(folder: Path) -> dict[str, str]:
     """The texts below "console_scripts" in a call of `setup`, with the file's constants, without running it."""
     try:
         tree = ast.parse(_text(folder / "setup.py"))

@@ -280,7 +280,7 @@ def _own_names(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) ->
     """Names of local variables: what a function assigns, and does not declare global or nonlocal; its parameters."""
     names = {part.arg for part in ast.walk(function.args) if isinstance(part, ast.arg)}
     declared: set[str] = set()
-    for node in _of_function(function):
+    for node in _own_nodes(function):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store | ast.Del):
             names.add(node.id)
         elif isinstance(node, ast.Global | ast.Nonlocal):
@@ -288,11 +288,11 @@ def _own_names(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) ->
     return frozenset(names - declared)
 
 
-def _of_function(function: ast.AST) -> Iterator[ast.AST]:
+def _own_nodes(function: ast.AST) -> Iterator[ast.AST]:
     for child in ast.iter_child_nodes(function):
         yield child
         if not isinstance(child, (*_DEFINITIONS, ast.Lambda)):
-            yield from _of_function(child)
+            yield from _own_nodes(child)
 
 
 def access_of(statement: ast.stmt, own: frozenset[str]) -> DataAccess:

@@ -24,14 +24,14 @@ def bounds(runs: Runs) -> Iterator[RequirementCandidate]:
     conditions = [condition for condition in signal_conditions(runs) if not condition.text.startswith("!")]
     for name, kind in runs.vocabulary.signals.items():
         if kind is float:
-            yield from _of_signal(runs, name, conditions)
+            yield from _signal_bounds(runs, name, conditions)
     for topic, fields in runs.vocabulary.messages.items():
         for member, kind in fields.items():
             if kind is float and is_quantity(member) and runs.author(topic) != "person":
-                yield from _of_field(runs, topic, member)
+                yield from _field_bounds(runs, topic, member)
 
 
-def _of_signal(runs: Runs, name: str, conditions: Sequence[SignalCondition]) -> Iterator[RequirementCandidate]:
+def _signal_bounds(runs: Runs, name: str, conditions: Sequence[SignalCondition]) -> Iterator[RequirementCandidate]:
     series = runs.series(name)
     values = [float(value) for _, of_run in series for value in of_run]
     if not values or min(values) == max(values):
@@ -84,7 +84,7 @@ def _values_while(series: Sequence[Series], condition: SignalCondition) -> Itera
                 at += 1
 
 
-def _of_field(runs: Runs, topic: str, member: str) -> Iterator[RequirementCandidate]:
+def _field_bounds(runs: Runs, topic: str, member: str) -> Iterator[RequirementCandidate]:
     values = [float(message.fields[member]) for run in runs.messages[topic] for message in run]
     if len(values) < MIN_SUPPORT:
         return

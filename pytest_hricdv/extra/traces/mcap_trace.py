@@ -102,7 +102,7 @@ class McapTrace:
         return sorted(chain.from_iterable(parts), key=lambda event: event.time_ns)
 
     def _messages(self) -> Iterator[TraceEvent]:
-        described = schemas.of_messages(self.testbench)
+        described = schemas.describe_messages(self.testbench)
         for message in self.record.messages:
             if message.is_disturbance:
                 text = f"{message.topic} {_words(message.fields)}".rstrip()
@@ -111,7 +111,7 @@ class McapTrace:
                 content = {"event": message.topic, "fields": dict(message.fields)}
                 yield TraceEvent(channel, ns(message.time_s), content)
                 continue
-            schema = described.get(message.topic) or schemas.of_fields(
+            schema = described.get(message.topic) or schemas.describe_fields(
                 f"{self.testbench.name}.{message.topic}", message.fields
             )
             type_name = getattr(message.source, "type", None)  # of a message of ROS 2
@@ -123,11 +123,11 @@ class McapTrace:
         declared, units = self.testbench.signal_types, self.testbench.units
         for name, (times, values) in self.record.signals.items():
             kind = bool if declared.get(name) is bool else float
-            channel = Channel(f"/signals/{name}", schemas.of_signal(name, kind, units.get(name, "")))
+            channel = Channel(f"/signals/{name}", schemas.describe_signal(name, kind, units.get(name, "")))
             for time_s, value in zip(times, values, strict=True):
                 yield TraceEvent(channel, ns(time_s), {"value": kind(value)})
         for name, (times, texts) in self.record.texts.items():
-            channel = Channel(f"/signals/{name}", schemas.of_signal(name, str, ""))
+            channel = Channel(f"/signals/{name}", schemas.describe_signal(name, str, ""))
             for time_s, text in zip(times, texts, strict=True):
                 yield TraceEvent(channel, ns(time_s), {"value": text})
 

@@ -20,7 +20,7 @@ PRIMITIVES = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "
 _TYPES: dict[type, str] = {bool: "boolean", float: "number", str: "string"}
 
 
-def of_messages(testbench: Testbench) -> dict[str, Schema]:
+def describe_messages(testbench: Testbench) -> dict[str, Schema]:
     """Topic -> the schema of its messages, with units where they are declared."""
     vocabulary = testbench.vocabulary()
     schemas: dict[str, Schema] = {}
@@ -32,13 +32,13 @@ def of_messages(testbench: Testbench) -> dict[str, Schema]:
     return schemas
 
 
-def of_fields(name: str, fields: Mapping[str, Value]) -> Schema:
+def describe_fields(name: str, fields: Mapping[str, Value]) -> Schema:
     """The schema of messages like this one, of a topic that the testbench does not declare."""
     kinds = {field: type(value) if isinstance(value, bool | str) else float for field, value in fields.items()}
     return name, _object({field: _property(kind, "") for field, kind in kinds.items()})
 
 
-def of_signal(name: str, kind: type, unit: str) -> Schema:
+def describe_signal(name: str, kind: type, unit: str) -> Schema:
     """The schema of a signal: its value from then on."""
     return f"signal.{name}", _object({"value": _property(kind, unit)})
 

@@ -234,7 +234,7 @@ def _clock_by_id(name: str, in_ns: bool) -> Callable[[int], Any]:
     return read
 
 
-def _of_moment(name: str, position: int) -> Callable[..., Any]:
+def _moment_call(name: str, position: int) -> Callable[..., Any]:
     """A function of `time` whose argument at this position is a moment, and may be left out: then it is now."""
     # The zone of runs is UTC, as of `datetime.now`: that of the machine would make each a run of its own.
     utc = {"localtime": "gmtime", "ctime": "asctime"}.get(name, name)
@@ -269,8 +269,8 @@ _TIME = {"sleep": sleep}
 _TIME |= {
     name: _with_name(name, _setter(name)) for name in ("clock_settime", "clock_settime_ns") if hasattr(real_time, name)
 }
-_TIME |= {name: _with_name(name, _of_moment(name, 0)) for name in ("localtime", "gmtime", "ctime", "asctime")}
-_TIME |= {"strftime": _with_name("strftime", _of_moment("strftime", 1))}
+_TIME |= {name: _with_name(name, _moment_call(name, 0)) for name in ("localtime", "gmtime", "ctime", "asctime")}
+_TIME |= {"strftime": _with_name("strftime", _moment_call("strftime", 1))}
 _TIME |= {
     name: _with_name(name, _clock_by_id(name, name.endswith("_ns")))
     for name in ("clock_gettime", "clock_gettime_ns")

@@ -361,10 +361,10 @@ def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], 
     for name in ("run", "new_event_loop"):
         real = vars(module).get(name)
         if real is not None:
-            put(module, name, _of_nodes(getattr(asyncio_functions, name), real))
+            put(module, name, _virtual_in_nodes(getattr(asyncio_functions, name), real))
 
 
-def _of_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable[..., Any]:
+def _virtual_in_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def call(*args: Any, **keywords: Any) -> Any:
         return (real if current_node() is None else virtual)(*args, **keywords)

@@ -112,18 +112,18 @@ class ReferenceSearch:
     def _items(self, value: Any) -> Iterable[Reference]:
         kind = type(value)
         if kind is FunctionType:
-            return self._of_function(value) if self._is_searched(value) else ()
+            return self._function_references(value) if self._is_searched(value) else ()
         if issubclass(kind, type):
-            return self._of_class(value) if self._is_searched(value) else ()
+            return self._class_references(value) if self._is_searched(value) else ()
         if kind is partial:
-            return _of_partial(value)
+            return _partial_references(value)
         if kind is partialmethod:
-            return _of_partial_method(value)
+            return _partial_method_references(value)
         if kind in _CLOSED or kind.__module__ == "itertools":
             return ((item, self._make_refusal(value, item)) for item in gc.get_referents(value))
         if issubclass(kind, ModuleType) or not (kind.__module__ in _PLAIN or kind.__module__ in self._modules):
             return ()
-        return (*items_of(value), *(() if kind in _CONTAINERS else _of_instance(value)))
+        return (*items_of(value), *(() if kind in _CONTAINERS else _instance_references(value)))
 
     def _make_refusal(self, holder: object, item: Any) -> Callable[[object], object]:
         """Refuse to replace what nobody can reach, such as a variable of a generator."""
@@ -150,13 +150,13 @@ class ReferenceSearch:
         home = vars(sys.modules.get(module, sys))
         return home is self._names or home.get(value.__name__) is not value
 
-    def _of_function(self, function: FunctionType) -> Iterator[Reference]:
+    def _function_references(self, function: FunctionType) -> Iterator[Reference]:
         for index, value in enumerate(function.__defaults__ or ()):
             yield value, partial(_put_default, function, index)
         for name, value in (keywords := function.__kwdefaults__ or {}).items():
             yield value, partial(keywords.__setitem__, name)
         for cell in function.__closure__ or ():
-            yield from _of_cell(cell)
+            yield from _cell_references(cell)
         for name, value in [*vars(function).items()]:
             yield value, partial(vars(function).__setitem__, name)
         names = function.__globals__  # a method that attrs has made has its own
@@ -165,11 +165,11 @@ class ReferenceSearch:
                 if self._is_wanted(value):
                     yield value, partial(names.__setitem__, name)
 
-    def _of_class(self, kind: type) -> Iterator[Reference]:
+    def _class_references(self, kind: type) -> Iterator[Reference]:
         for index, base in enumerate(kind.__bases__):
             if self._is_wanted(base):
                 yield base, partial(_put_base, kind, index)
-        yield from _of_factories(kind)
+        yield from _factory_references(kind)
         for name, value in [*vars(kind).items()]:
             yield value, partial(_put_attribute, kind, name)
 
@@ -178,12 +178,12 @@ def _hold(value: object) -> None:
     """An item of an object that cannot be changed stays: who has the object gets another one instead."""
 
 
-def _of_cell(cell: CellType) -> Iterator[Reference]:
+def _cell_references(cell: CellType) -> Iterator[Reference]:
     with suppress(ValueError):  # it is empty
         yield cell.cell_contents, partial(setattr, cell, "cell_contents")
 
 
-def _of_partial(value: partial[Any]) -> Iterator[Reference]:
+def _partial_references(value: partial[Any]) -> Iterator[Reference]:
     def put(function: Any) -> None:
         value.__setstate__((function, value.args, value.keywords, vars(value)))  # type: ignore[attr-defined]
 
@@ -196,7 +196,7 @@ def _of_partial(value: partial[Any]) -> Iterator[Reference]:
     yield from ((argument, partial(put_argument, index)) for index, argument in enumerate(value.args))
 
 
-def _of_partial_method(value: Any) -> Iterator[Reference]:
+def _partial_method_references(value: Any) -> Iterator[Reference]:
     def put_argument(index: int, argument: object) -> None:
         value.args = _with_item(value.args, index, argument)
 
@@ -209,7 +209,7 @@ def _with_item(items: tuple[object, ...], index: int, item: object) -> tuple[obj
     return (*items[:index], item, *items[index + 1 :])
 
 
-def _of_instance(value: object) -> Iterator[Reference]:
+def _instance_references(value: object) -> Iterator[Reference]:
     try:
         own = object.__getattribute__(value, "__dict__")  # an attribute hook of its class may raise anything
     except AttributeError:
@@ -226,7 +226,7 @@ def _of_instance(value: object) -> Iterator[Reference]:
             yield item, partial(slot.__set__, value)
 
 
-def _of_factories(kind: Any) -> Iterator[Reference]:
+def _factory_references(kind: Any) -> Iterator[Reference]:
     """Functions that make the defaults of fields, where libraries keep them in code of their own."""
     if type(kind).__module__ == "msgspec._core":
         for default in (default for default in kind.__struct_defaults__ if hasattr(default, "factory")):

@@ -123,7 +123,7 @@ def _find_terminal(file: Any, refuses: bool = True) -> tuple[Node, Terminal] | N
     return node, terminal
 
 
-def _of_terminal(real: Callable[..., Any], virtual: Callable[..., Any]) -> Callable[..., Any]:
+def _make_terminal_call(real: Callable[..., Any], virtual: Callable[..., Any]) -> Callable[..., Any]:
     """A function whose first argument is a file: of the terminal of a node, or a real one."""
 
     refuses = real is not os.isatty
@@ -295,7 +295,7 @@ _VIRTUAL: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
 )
 
 REPLACED: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
-    f"{module.__name__}.{name}": (real, _of_terminal(real, virtual))
+    f"{module.__name__}.{name}": (real, _make_terminal_call(real, virtual))
     for module, name, virtual in _VIRTUAL
     if (real := getattr(module, name, None)) is not None
 }

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.extra.logs.judging import JudgedRun, judge
-from pytest_hricdv.extra.logs.log_map import LogMap, MessageSource, SignalSource, draft_map, of_own_trace, read_map
+from pytest_hricdv.extra.logs.log_map import LogMap, MessageSource, SignalSource, draft_map, map_own_trace, read_map
 from pytest_hricdv.extra.logs.logged_run import LogReader, TopicTimes
 from pytest_hricdv.monitor import Vocabulary, load_requirements
 from pytest_hricdv.recordings.recording import RecordingReader, recording_readers
@@ -193,7 +193,7 @@ def test_the_draft_of_a_map_is_one(tmp_path: Path) -> None:
 
 
 def test_the_map_of_own_traces_has_no_gaps() -> None:
-    own = of_own_trace({"/wish": "", "/signals/level": ""}, VOCABULARY)
+    own = map_own_trace({"/wish": "", "/signals/level": ""}, VOCABULARY)
     assert own.is_own
     assert not LogMap().is_own
     assert [*own.sources] == ["wish", "level"]

@@ -31,7 +31,7 @@ class AttributeStates:
     def _machines_of(self, own: Scope) -> Iterator[tuple[StateMachine, bool]]:
         """A class's own machines, each with whether it is an enumeration."""
         for name, assigned in self._values_of(own):
-            states, is_enum = self._of_constants(assigned)
+            states, is_enum = self._constant_states(assigned)
             if states or any(self._is_tree(where, value) for where, value in assigned):
                 location = next(iter(states.values())) if states else own.module.location(assigned[0][1])
                 rows = tuple(State(text, at) for text, at in states.items())
@@ -87,7 +87,7 @@ class AttributeStates:
         made = [resolve_import(where.module, called), *returned]
         return any(name.startswith("py_trees.") for name in made)
 
-    def _of_constants(self, assigned: list[tuple[Scope, ast.expr]]) -> tuple[dict[str, CodeLine], bool]:
+    def _constant_states(self, assigned: list[tuple[Scope, ast.expr]]) -> tuple[dict[str, CodeLine], bool]:
         """Texts or members of one enumeration, where nothing else is assigned; and whether they are members."""
         values = [value for where, expression in assigned
                   for value in self._flow.constants(expression, where.module, where)]  # fmt: skip

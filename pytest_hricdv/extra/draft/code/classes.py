@@ -130,7 +130,7 @@ def neutral_value(sources: Sources, module: Module, annotation: ast.expr | None,
         left = neutral_value(sources, module, annotation.left, depth + 1)
         return left or neutral_value(sources, module, annotation.right, depth + 1)
     if isinstance(annotation, ast.Subscript):
-        return _of_subscript(sources, module, annotation, depth)
+        return _subscript_value(sources, module, annotation, depth)
     name = name_with_dots(annotation).rpartition(".")[2]
     if name in _PLAIN or name in _EMPTY:
         return _PLAIN.get(name) or _EMPTY[name], ()
@@ -143,7 +143,7 @@ def neutral_value(sources: Sources, module: Module, annotation: ast.expr | None,
     return ("()", ()) if name == "tuple" else None
 
 
-def _of_subscript(sources: Sources, module: Module, annotation: ast.Subscript, depth: int) -> Neutral | None:
+def _subscript_value(sources: Sources, module: Module, annotation: ast.Subscript, depth: int) -> Neutral | None:
     name = name_with_dots(annotation.value).rpartition(".")[2]
     parts = annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
     if name == "Optional":

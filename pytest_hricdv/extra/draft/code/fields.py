@@ -178,9 +178,9 @@ class FieldReader:
             elif isinstance(node, ast.MatchClass) and name in node.kwd_attrs:
                 own = self._sources.class_of(module, node.cls)
                 if own is not None and own.node is scope.node:
-                    yield from self._of_pattern(node.kwd_patterns[node.kwd_attrs.index(name)], module, at)
+                    yield from self._pattern_origins(node.kwd_patterns[node.kwd_attrs.index(name)], module, at)
 
-    def _of_pattern(self, pattern: ast.pattern, module: Module, scope: Scope | None) -> Iterator[Origin]:
+    def _pattern_origins(self, pattern: ast.pattern, module: Module, scope: Scope | None) -> Iterator[Origin]:
         """The values in a pattern, and those that a name of it is compared with: `case Order(drink=drink)`."""
         for part in ast.walk(pattern):
             if isinstance(part, ast.MatchValue):
@@ -194,7 +194,7 @@ class FieldReader:
         if isinstance(parent, ast.Compare):
             yield from ((other, module, scope) for other in (parent.left, *parent.comparators) if other is not node)
         elif isinstance(parent, ast.Match):
-            yield from (other for case in parent.cases for other in self._of_pattern(case.pattern, module, None))
+            yield from (other for case in parent.cases for other in self._pattern_origins(case.pattern, module, None))
         elif isinstance(parent, ast.Subscript) and parent.slice is node:
             yield parent.value, module, scope
         elif isinstance(parent, ast.Attribute) and parent.attr in (*SAME, "value"):

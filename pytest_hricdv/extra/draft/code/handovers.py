@@ -51,15 +51,15 @@ class Handovers:
         own, takes = method.node.name, len(parameters_of(method.node)) > (method.owner is not None)
         if isinstance(parent, ast.keyword):
             call = self._flow.parents.get(id(parent))
-            yield from self._of_call(module, scope, call, own, takes, parent.arg or "")
+            yield from self._call_names(module, scope, call, own, takes, parent.arg or "")
         elif isinstance(parent, ast.Call) and parent.func is not node:
-            yield from self._of_call(module, scope, parent, own, takes)
+            yield from self._call_names(module, scope, parent, own, takes)
         elif isinstance(parent, ast.Assign):
             for target in parent.targets:
                 if isinstance(target, ast.Attribute) and name_with_dots(target.value) != "self":
                     yield target.attr
 
-    def _of_call(
+    def _call_names(
         self, module: Module, scope: Scope | None, call: ast.AST | None, own: str, takes: bool, keyword: str = ""
     ) -> Iterator[str]:
         """Names for an argument of a call: the text next to it, or the name of the call or the parameter."""

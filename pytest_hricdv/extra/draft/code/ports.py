@@ -50,13 +50,13 @@ class PortReader:
         for statement in scope.node.body if form_of(self._sources, scope) == "dataclass" else ():
             if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
                 name, default = statement.target.id, ast.unparse(statement.value) if statement.value else ""
-                operations = list(self._of_attribute(scope.node, name, 0))
+                operations = list(self._attribute_operations(scope.node, name, 0))
                 yield self._port(scope.module, name, statement.annotation, default, operations, statement)
 
     def attribute(self, owner: Scope, name: str, made_from: str, node: ast.AST) -> Port:
         """An attribute of a class that the code makes itself."""
         assert isinstance(owner.node, ast.ClassDef)
-        operations = list(self._of_attribute(owner.node, name, 0))
+        operations = list(self._attribute_operations(owner.node, name, 0))
         return replace(self._port(owner.module, name, None, "", operations, node), made_from=made_from)
 
     def variable(self, module: Module, name: str, node: ast.AST) -> Port:
@@ -73,7 +73,7 @@ class PortReader:
         assert not isinstance(function, ast.ClassDef)
         part = next(parameter for parameter in parameters_of(function) if parameter.arg == name)
         default = default_of(function, name)
-        operations = list(self._of_parameter(scope, name, 0))
+        operations = list(self._parameter_operations(scope, name, 0))
         written = ast.unparse(default) if default is not None else ""
         return self._port(scope.module, name, part.annotation, written, operations, part)
 
@@ -156,7 +156,7 @@ class PortReader:
 
     # --- what the code does with it
 
-    def _of_parameter(self, scope: Scope, name: str, handovers: int) -> Iterator[Operation]:
+    def _parameter_operations(self, scope: Scope, name: str, handovers: int) -> Iterator[Operation]:
         """The operations of a function on a parameter, and those of functions to which it is passed on."""
         for node in ast.walk(scope.node) if handovers <= MAX_HANDOVERS else ():
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == name:
@@ -170,9 +170,9 @@ class PortReader:
                 parts = [value.body, value.orelse] if isinstance(value, ast.IfExp) else parts
                 is_kept = any(isinstance(part, ast.Name) and part.id == name for part in parts)
                 if is_kept and name_with_dots(target).startswith("self.") and scope.owner is not None:
-                    yield from self._of_attribute(scope.owner, name_with_dots(target)[5:], handovers + 1)
+                    yield from self._attribute_operations(scope.owner, name_with_dots(target)[5:], handovers + 1)
 
-    def _of_attribute(self, owner: ast.ClassDef, attribute: str, handovers: int) -> Iterator[Operation]:
+    def _attribute_operations(self, owner: ast.ClassDef, attribute: str, handovers: int) -> Iterator[Operation]:
         """The operations on an attribute of a class."""
         for module, scope, node in self._flow.nodes if handovers <= MAX_HANDOVERS else ():
             if scope is None:
@@ -198,7 +198,7 @@ class PortReader:
             assert not isinstance(callee.node, ast.ClassDef)
             for parameter in parameter_names(callee.node):
                 if argument_of(node, callee.node, parameter, is_method=callee.owner is not None) is argument:
-                    yield from self._of_parameter(callee, parameter, handovers + 1)
+                    yield from self._parameter_operations(callee, parameter, handovers + 1)
 
     def _callees(self, node: ast.Call, scope: Scope) -> list[Scope]:
         own = self._sources.class_of(scope.module, node.func)

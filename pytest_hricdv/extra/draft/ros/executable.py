@@ -68,7 +68,7 @@ def find_executable(asked: str, start: Path) -> Executable:
     """
     words = asked.split()
     if len(words) == 1 and words[0].partition(":")[0].endswith(".py"):
-        return _of_file(asked, words[0], start)
+        return _read_file(asked, words[0], start)
     if len(words) != 2:
         raise DraftError(
             f'--ros2={asked!r}: expected "PACKAGE EXECUTABLE", as of `ros2 run`, or the path of a file *.py'
@@ -83,10 +83,10 @@ def find_executable(asked: str, start: Path) -> Executable:
             "or give the path of the node's file"
         )
     if name in scripts:
-        return _of_script(asked, scripts[name], packages.get(package), start, packages)
+        return _read_script(asked, scripts[name], packages.get(package), start, packages)
     if package in packages:
         for file in _programs(packages[package], package, name):
-            return _of_file(asked, str(file), start)
+            return _read_file(asked, str(file), start)
     raise DraftError(
         f"--ros2: package {package!r} has no executable {name!r} of Python{nearest(name, list(scripts))}; "
         + (f"it has {', '.join(sorted(scripts))}" if scripts else "give the path of the node's file, if it is Python")
@@ -100,7 +100,7 @@ def _programs(folder: Path, package: str, name: str) -> list[Path]:
     return [file for file in files if file.is_file()]
 
 
-def _of_script(asked: str, entry: str, package: Path | None, start: Path, packages: Mapping[str, Path]) -> Executable:
+def _read_script(asked: str, entry: str, package: Path | None, start: Path, packages: Mapping[str, Path]) -> Executable:
     module, _, function = entry.partition(":")
     root = start
     if package is not None:
@@ -118,7 +118,7 @@ def _of_script(asked: str, entry: str, package: Path | None, start: Path, packag
     return Executable(asked, entry, sources, packages)
 
 
-def _of_file(asked: str, path: str, start: Path) -> Executable:
+def _read_file(asked: str, path: str, start: Path) -> Executable:
     name, _, function = path.partition(":")
     file = (start / name).expanduser().resolve()
     if not file.is_file():

@@ -134,10 +134,10 @@ class _NodeReader:
     def endpoints(self) -> Iterator[Endpoint]:
         """Topics, services and actions."""
         read = [endpoint for called in _PARAMETERS for call in self._flow.calls.get(called, ())
-                for endpoint in self._of_call(called, call)]  # fmt: skip
+                for endpoint in self._call_endpoints(called, call)]  # fmt: skip
         yield from sorted(read, key=lambda endpoint: endpoint.location)
 
-    def _of_call(self, called: str, call: CallSite) -> Iterator[Endpoint]:
+    def _call_endpoints(self, called: str, call: CallSite) -> Iterator[Endpoint]:
         kind, first, type_names, names, callbacks = _PARAMETERS[called]
         if first and not resolve_import(call.module, call.node.func).startswith("rclpy."):
             return
