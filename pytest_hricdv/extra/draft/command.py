@@ -18,7 +18,6 @@ from pytest_hricdv.extra.draft.observe.observations import (
     merge_observations,
     read_observations,
 )
-from pytest_hricdv.extra.draft.observed import Observation
 from pytest_hricdv.extra.draft.project.answers import find_edits, read_answers
 from pytest_hricdv.extra.draft.project.draft import Draft, robot_name
 from pytest_hricdv.extra.draft.project.files import check, write
@@ -109,9 +108,9 @@ def _prepare_package(package: str, options: DraftOptions) -> FirstDraft:
     model = reader.model(seen)
     if model.ros.nodes and not model.inputs:
         return _prepare_only_nodes(model, options)
-    model, observed = _with_recordings(model, bags, {})
+    model = _with_recordings(model, bags, {})
     name = options.robot or robot_name(model)
-    made = Draft(model, name, options.person, options.folder.resolve(), observed=observed)
+    made = Draft(model, name, options.person, options.folder.resolve())
     has_nodes = bool(model.ros.nodes or model.ros.endpoints)
     return FirstDraft(made, (NO_NODES,) if has_nodes else (), reread)
 
@@ -133,9 +132,9 @@ def _prepare_only_nodes(model: CodeModel, options: DraftOptions) -> FirstDraft:
 def _prepare_node(node: str, options: DraftOptions) -> FirstDraft:
     program = find_executable(node, Path.cwd().resolve())
     model, start = analyse_node(program)
-    model, observed = _with_recordings(model, options.recordings, program.packages)
+    model = _with_recordings(model, options.recordings, program.packages)
     name = options.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
-    made = Draft(model, name, options.person, options.folder.resolve(), ros=start, observed=observed)
+    made = Draft(model, name, options.person, options.folder.resolve(), ros=start)
 
     def reread(seen: Observations | None, _: frozenset[str]) -> CodeModel:
         return with_state_topic(model, seen)
@@ -162,11 +161,9 @@ def _observations(paths: tuple[Path, ...]) -> tuple[Observations | None, tuple[P
     return (merge_observations(parts) if parts else None), bags
 
 
-def _with_recordings(
-    model: CodeModel, recordings: tuple[Path, ...], packages: Mapping[str, Path]
-) -> tuple[CodeModel, Observation | None]:
+def _with_recordings(model: CodeModel, recordings: tuple[Path, ...], packages: Mapping[str, Path]) -> CodeModel:
     if not recordings:
-        return model, None
+        return model
     missing = next((path for path in recordings if not path.exists()), None)
     if missing is not None:
         raise DraftError(f"--recording={missing}: there is no file or folder {missing.absolute()}")

@@ -68,37 +68,35 @@ def orders(count: int) -> list[Entry]:
 def drafted(tmp_path: Path, entries: Sequence[Entry]) -> tuple[CodeModel, dict[str, str]]:
     (tmp_path / "bar.py").write_text(BAR, encoding="utf-8")
     recording = write_mcap(tmp_path / "day.mcap", entries)
-    model, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
-    draft = Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=observed)
+    model = with_recordings(analyse("bar", tmp_path), [recording], {})
+    draft = Draft(model, "bar_tests", "person", tmp_path.resolve())
     return model, dict(files(draft))
 
 
 def test_numbers_are_those_of_the_recording(tmp_path: Path) -> None:
     _, texts = drafted(tmp_path, orders(12))
     lines = texts["conftest.py"]
-    assert (
-        'level_ml=Uniform(139.0, 271.0, "ml"),  # observed 150 to 260 ml (5 to 95 %: 160 to 250) in 12 messages of '
-        "day.mcap; margin 10 %\n"
-    ) in lines
-    assert "cups=Uniform(1.0, 3.0),  # observed 1 to 3" in lines
+    assert 'level_ml=Uniform(139, 271, "ml"),  # observed in 12 messages of day.mcap' in lines
+    assert "cups=Uniform(1, 3),  # observed in 12 messages of day.mcap" in lines
 
 
 def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -> None:
     model, texts = drafted(tmp_path, orders(12))
     drink = model.inputs[0].fields[0]
-    assert [str(value.location) for value in drink.values][2:] == ["observed once in day.mcap"]
+    assert [str(value.location) for value in drink.values][2:] == ["observed in 12 messages of day.mcap"]
     assert '"order.drink": Field(values=("tea", "coffee", "milk", "something else"))' in texts["conftest.py"]
 
 
 @pytest.mark.parametrize(
-    "drinks", [[f"drink {n}" for n in range(12)], ["tea, but not as hot as the last time I was here"]]
+    "drinks",
+    [[f"drink {n}" for n in range(20)], ["tea, " + 8 * "but not as hot "]],
 )
 def test_texts_that_people_write_are_a_question(tmp_path: Path, drinks: list[str]) -> None:
-    entries: list[Entry] = [(10.0 * n, "/order", order(n, drinks[n % len(drinks)])) for n in range(12)]
+    entries: list[Entry] = [(10.0 * n, "/order", order(n, drinks[n % len(drinks)])) for n in range(20)]
     model, texts = drafted(tmp_path, entries)
     assert '"order.drink": Field(values=("tea", "coffee"' in texts["conftest.py"]
     assert drinks[0] not in texts["conftest.py"]
-    asked = f"Which texts of `order.drink` matter? day.mcap has {len(drinks)} of them"
+    asked = "Which texts of `order.drink` matter? day.mcap has too many, or too long ones"
     assert asked in [question.text for question in model.questions]
 
 
@@ -112,16 +110,15 @@ def test_messages_that_only_one_of_them_has_are_said(tmp_path: Path) -> None:
 
 def test_few_messages_are_a_question(tmp_path: Path) -> None:
     model, texts = drafted(tmp_path, orders(1))
-    assert "# TODO: observed 150 to 150 ml in 1 message of day.mcap: too few to trust" in texts["conftest.py"]
+    assert "# TODO: observed in 1 message of day.mcap" in texts["conftest.py"]
     questions = [question.text for question in model.questions]
-    assert "Is that all? day.mcap has one message of /order: too few to trust its ranges" in questions
+    assert "Is that all? day.mcap has 1 message of /order: too few to trust its ranges" in questions
 
 
 def test_a_recording_of_which_nothing_can_be_read_changes_nothing_else(tmp_path: Path) -> None:
     _, plain = drafted(tmp_path, orders(12))
     (tmp_path / "day.mcap").write_bytes(b"")
-    model, observed = with_recordings(analyse("bar", tmp_path), [tmp_path / "day.mcap"], {})
-    assert observed is None
+    model = with_recordings(analyse("bar", tmp_path), [tmp_path / "day.mcap"], {})
     assert "day.mcap: not an MCAP file that can be read" in problems(model)
     draft = Draft(model, "bar_tests", "person", tmp_path.resolve())
     assert 'level_ml=Uniform(0.0, 1.0, "ml")' in dict(files(draft))["conftest.py"]
@@ -131,7 +128,7 @@ def test_a_recording_of_which_nothing_can_be_read_changes_nothing_else(tmp_path:
 def test_a_namespace_of_the_recording_is_no_other_topic(tmp_path: Path) -> None:
     entries = [(time_s, f"/bar1{topic}", content) for time_s, topic, content in orders(12)]
     _, texts = drafted(tmp_path, entries)
-    assert 'Uniform(139.0, 271.0, "ml")' in texts["conftest.py"]
+    assert 'Uniform(139, 271, "ml")' in texts["conftest.py"]
 
 
 def problems(model: CodeModel) -> str:
@@ -163,8 +160,8 @@ def test_a_wrong_option_is_one_sentence(
 def test_the_learned_suite_of_a_draft_of_a_recording_is_green(tmp_path: Path) -> None:
     (tmp_path / "bar.py").write_text(BAR, encoding="utf-8")
     recording = write_mcap(tmp_path / "day.mcap", orders(12))
-    model, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
-    trial = run(Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=observed), "rl", 60.0, 6)
+    model = with_recordings(analyse("bar", tmp_path), [recording], {})
+    trial = run(Draft(model, "bar_tests", "person", tmp_path.resolve()), "rl", 60.0, 6)
     assert not trial.error
     assert trial.tests == 6
 
@@ -173,9 +170,8 @@ def test_a_number_stays_on_its_side_of_what_the_code_compares_it_with(tmp_path: 
     code = BAR.replace('order.drink in ("tea", "coffee")', "order.level_ml > 200.0")
     (tmp_path / "bar.py").write_text(code, encoding="utf-8")
     recording = write_mcap(tmp_path / "day.mcap", orders(12))
-    model, seen = with_recordings(analyse("bar", tmp_path), [recording], {})
-    texts = dict(files(Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=seen)))
+    model = with_recordings(analyse("bar", tmp_path), [recording], {})
+    texts = dict(files(Draft(model, "bar_tests", "person", tmp_path.resolve())))
     lines = [line for line in texts["conftest.py"].splitlines() if "level_ml=Uniform(" in line]
     assert len(lines) > 1
-    assert all("# of the code; observed 150 to 260 ml" in line for line in lines)
     assert len({line.partition("#")[0] for line in lines}) > 1

@@ -20,7 +20,6 @@ from pytest_hricdv.extra.draft.code_model import (
     Port,
     StateMachine,
 )
-from pytest_hricdv.extra.draft.observed import Observation
 from pytest_hricdv.extra.draft.project.answers import Answers
 from pytest_hricdv.extra.draft.project.inputs import Input, number_levels, variants_of
 from pytest_hricdv.extra.draft.ros_model import RosStart
@@ -90,7 +89,6 @@ class Draft:
         dropped: subjects of requirements that did not hold in the first runs.
         has_dropped_all: whether no requirement on what it publishes held: then one on the visit is left.
         ros: how the node of ROS 2 is started that the draft is for; None if it is for other code.
-        observed: what recordings of the real system show; None without them.
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
         no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
@@ -114,7 +112,6 @@ class Draft:
     dropped: tuple[str, ...] = ()
     has_dropped_all: bool = False
     ros: RosStart | None = None
-    observed: Observation | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)
     no_waivers: str = ""
     isolates: bool = False

@@ -61,7 +61,7 @@ def _values(draft: Draft, thing: Input, variant: Variant, table: ImportTable) ->
         if part.name in values:
             yield f"{part.name}={table.text(values[part.name], part.imports)}", ""
         elif part.kind == "float":
-            text, note = number_range(draft, thing, part, ranges.get(part.name))
+            text, note = number_range(part, ranges.get(part.name))
             yield f"{part.name}={text}", note
         elif not part.default:
             yield f"{part.name}={table.text(part.neutral or 'None', part.imports)}", ""

@@ -83,7 +83,7 @@ def number_levels(part: MessageField, *, boundaries: bool = False) -> list[tuple
     """
     if part.observed:
         low, high = part.observed
-        margin = (high - low) / 10
+        margin = 0.0 if part.type == "int" else (high - low) / 10
         least = max(low - margin, 0.0) if low >= 0 else low - margin
         return [(f"seen_{word(part.name)}", part.name, _uniform(least, high + margin, part.unit),
                  part.location)]  # fmt: skip

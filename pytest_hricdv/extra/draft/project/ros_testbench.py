@@ -129,10 +129,10 @@ def _constants(draft: Draft) -> list[str]:
     if draft.inputs:
         lines += ["", "# What a person can say to the robot, with the numbers in it.",
                   "SAYS: dict[str, dict[str, Uniform]] = {"]  # fmt: skip
-        lines += [line for thing in draft.inputs for line in command_lines(draft, thing)]
+        lines += [line for thing in draft.inputs for line in command_lines(thing)]
         lines += ["}"]
     said = {command for thing in draft.inputs for command, _ in thing.commands}
-    rest = [line for thing in draft.whole.inputs for line in command_lines(draft, thing.without(said))]
+    rest = [line for thing in draft.whole.inputs for line in command_lines(thing.without(said))]
     return [*lines, *comment_lines(rest)]
 
 
