@@ -16,7 +16,7 @@ from pytest_hricdv.extra.draft.code.flow import SAME, Flow, last_name
 from pytest_hricdv.extra.draft.code.keys import dict_source, fields_of_keys, key_of, with_unique_names
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code.sources import Scope, name_with_dots
-from pytest_hricdv.extra.draft.code.uses import Branches, UseReader, walk_what_runs
+from pytest_hricdv.extra.draft.code.uses import Branches, kind_of_use, walk_what_runs
 from pytest_hricdv.extra.draft.code_model import Imports, MessageField
 
 _KINDS = {bool: "bool", str: "str", int: "float", float: "float"}
@@ -49,7 +49,6 @@ class ContentReader:
 
     def __init__(self, flow: Flow, fields: FieldReader) -> None:
         self._flow, self._fields = flow, fields
-        self._uses = UseReader(flow)
         self._skipped: frozenset[int] = frozenset()
         self._places: dict[str, list[tuple[Scope, ast.AST]]] = {}
 
@@ -191,7 +190,7 @@ class ContentReader:
             if isinstance(node, ast.Attribute) and name_with_dots(node.value) == name:
                 field = self._fields.read_value(node, scope, word(node.attr))
                 top, is_bytes = self._text_of_bytes(node)
-                if not field.kind and is_bytes and self._uses.kind_at(top) == "float":
+                if not field.kind and is_bytes and kind_of_use(self._flow, top) == "float":
                     sources[node.attr] = "str({}).encode()"
                     field = replace(field, kind="float", type="int")  # a text that is a whole number is any number
                 elif is_bytes and field.kind == "str":
@@ -257,5 +256,5 @@ class ContentReader:
 
     def _read_key(self, scope: Scope, node: ast.expr, key: str, default: object) -> MessageField:
         read = self._fields.read_value(node, scope, word(key))
-        kind = read.kind or _KINDS.get(type(default), "") or self._uses.kind_at(node)
+        kind = read.kind or _KINDS.get(type(default), "") or kind_of_use(self._flow, node)
         return replace(read, kind=kind, type="int" if type(default) is int else "")

@@ -14,45 +14,33 @@ from pytest_hricdv.extra.draft.code.sources import Scope
 NUMBER_OF = ("int", "float", "round", "abs", "min", "max")
 """Functions that take numbers, or make them of texts."""
 
-KIND_OF_USE = {"bool": "bool", "float": "float", "object": "", "text": "str", "any": "str", "kept": ""}
-"""Kind of a value, by what is done with it."""
 
-
-class UseReader:
-    """Reads what is done with values."""
-
-    def __init__(self, flow: Flow) -> None:
-        self._flow = flow
-
-    def kind_at(self, node: ast.AST) -> str:
-        """The kind of a value by what is done with it where it stands."""
-        return KIND_OF_USE[self._use(node)]
-
-    def _use(self, node: ast.AST) -> str:
-        above = self._flow.parents.get(id(node))
-        if isinstance(above, ast.If | ast.While | ast.IfExp) and above.test is node:
-            return "bool"
-        if isinstance(above, ast.Assign) and all(
-            isinstance(target, ast.Attribute | ast.Subscript) for target in above.targets
-        ):
-            return "kept"  # what is done with it there, runs show
-        if isinstance(above, ast.Compare) and isinstance(above.ops[0], ast.Is | ast.IsNot):
-            return "kept"
-        if isinstance(above, ast.BoolOp) or (isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)):
-            return "bool"
-        if isinstance(above, ast.UnaryOp | ast.AugAssign):
-            return "float"
-        if isinstance(above, ast.BinOp):
-            others = (above.left, above.right)
-            is_text = any(isinstance(other, ast.JoinedStr) or isinstance(getattr(other, "value", None), str)
-                          for other in others)  # fmt: skip
-            return "text" if is_text else "float"
-        if isinstance(above, ast.Call):
-            is_object = above.func is node or last_name(above.func) in ("put", "put_nowait")
-            return "object" if is_object else "float" if last_name(above.func) in NUMBER_OF else "any"
-        is_inside = isinstance(above, ast.Attribute | ast.Starred | ast.For | ast.AsyncFor | ast.comprehension)
-        is_inside |= isinstance(above, ast.Subscript) and above.value is node
-        return "object" if is_inside or (isinstance(above, ast.keyword) and above.arg is None) else "any"
+def kind_of_use(flow: Flow, node: ast.AST) -> str:
+    """The kind of a value by what is done with it: "bool", "float", "str"; empty for an object, or if runs show it."""
+    above = flow.parents.get(id(node))
+    if isinstance(above, ast.Assign) and all(
+        isinstance(target, ast.Attribute | ast.Subscript) for target in above.targets
+    ):
+        return ""
+    if isinstance(above, ast.Compare) and isinstance(above.ops[0], ast.Is | ast.IsNot):
+        return ""
+    is_condition = isinstance(above, ast.If | ast.While | ast.IfExp) and above.test is node
+    is_not = isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)
+    if is_condition or is_not or isinstance(above, ast.BoolOp):
+        return "bool"
+    if isinstance(above, ast.UnaryOp | ast.AugAssign):
+        return "float"
+    if isinstance(above, ast.BinOp):
+        others = (above.left, above.right)
+        is_text = any(isinstance(other, ast.JoinedStr) or isinstance(getattr(other, "value", None), str)
+                      for other in others)  # fmt: skip
+        return "str" if is_text else "float"
+    if isinstance(above, ast.Call):
+        is_object = above.func is node or last_name(above.func) in ("put", "put_nowait")
+        return "" if is_object else "float" if last_name(above.func) in NUMBER_OF else "str"
+    is_inside = isinstance(above, ast.Attribute | ast.Starred | ast.For | ast.AsyncFor | ast.comprehension)
+    is_inside |= isinstance(above, ast.Subscript) and above.value is node
+    return "" if is_inside or (isinstance(above, ast.keyword) and above.arg is None) else "str"
 
 
 def find_identity_tests(flow: Flow) -> frozenset[str]:

@@ -308,33 +308,6 @@ def signal_name(name: str) -> str:
 
 
 def first_text(values: Iterable[Any]) -> str:
-    """The first text among values, also in a dict or in JSON; empty if there is none.
-
-    >>> first_text([1.0, {"n": 1, "type": "order"}])
-    'order'
-    """
-    for value in values:
-        if isinstance(value, Enum):
-            return text_of(value)
-        if isinstance(value, bytes | bytearray):
-            value = bytes(value).decode("utf-8", "replace")
-        if isinstance(value, str):
-            content = _json(value)
-            if content is None:
-                return value
-            value = content
-        if isinstance(value, Mapping):
-            inner = first_text(value.values())
-            if inner:
-                return inner
-    return ""
-
-
-def _json(text: str) -> dict[str, Any] | None:
-    if not text.startswith("{"):
-        return None
-    try:
-        content = json.loads(text)
-    except (ValueError, RecursionError):
-        return None
-    return content if isinstance(content, dict) else None
+    """The first text, or member of an enumeration, among values; empty if there is none."""
+    texts = (text_of(value) if isinstance(value, Enum) else value for value in values)
+    return next((text for text in texts if isinstance(text, str)), "")
