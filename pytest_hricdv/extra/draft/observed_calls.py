@@ -92,8 +92,6 @@ def _message(title: str, channel: str, site: Site, location: CodeLine, names: li
 
 def with_methods(port: Port, entry: Entry, seen: Observations) -> Port:
     """A device with the methods that were observed, and that the source does not show, as of `getattr`."""
-    if port.role == "parameter" and not (port.annotation or port.default) and any(_find_methods(port, entry, seen)):
-        port = replace(port, role="device")  # nothing said that it is an object
     there = {operation.name for operation in port.operations}
     names = [name for name in dict.fromkeys(_find_methods(port, entry, seen)) if name not in there]
     more = tuple(Operation(name, not _is_attribute(port, name, entry, seen), port.location) for name in names)

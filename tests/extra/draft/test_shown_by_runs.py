@@ -23,7 +23,6 @@ from pytest_hricdv.extra.draft.record import record
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE, RunBorder
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
 from pytest_hricdv.extra.draft.stand_ins.device import Device
-from pytest_hricdv.extra.draft.stand_ins.ports import RunParameter
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 
 GATE = """
@@ -198,23 +197,6 @@ def test_the_parts_of_an_answer_are_sensors_and_the_answer_has_them(tmp_path: Pa
         assert not camera.nearest()
 
     run(body, {})
-
-
-def test_what_seemed_to_be_a_number_is_a_device_where_runs_call_it(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    def body(border: RunBorder) -> None:
-        border.run.test = SimpleNamespace(run={"gain": 1.5})  # type: ignore[assignment]
-        gain = RunParameter("gain").make(border, "gain")
-        assert gain * 2 == 3.0
-        assert not gain.is_set("now")
-
-    roles = []
-    for seen in (None, observe(monkeypatch, tmp_path, body)):
-        entry = read(tmp_path, HOST, seen).entry
-        assert entry is not None
-        roles.append({port.name: port.role for port in entry.ports}["gain"])
-    assert roles == ["parameter", "device"]
 
 
 def test_an_attribute_that_the_code_tests_is_read_and_not_called(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, first_text
 from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Convert, Inbox
@@ -37,12 +37,9 @@ class Device:
 
 
 class DeviceStandIn(Neutral):
-    """A fake of a device, or of an object that may be a device or a number."""
+    """A fake of a device."""
 
-    def __new__(cls, border: RunBorder, name: str, device: Device, number: Any = 0.0) -> Self:
-        return float.__new__(cls, number if isinstance(number, float) else 0.0)
-
-    def __init__(self, border: RunBorder, name: str, device: Device, number: Any = 0.0) -> None:
+    def __init__(self, border: RunBorder, name: str, device: Device) -> None:
         kind: Any = AsyncInbox if border.is_async else Inbox
         inboxes = {method: kind(border, kinds) for method, kinds in device.inboxes.items()}
         self.__dict__.update(_border=border, _name=name, _device=device, _inboxes=inboxes)

@@ -18,7 +18,6 @@ from typing import Any, Protocol
 
 from pytest_hricdv.extra.draft.stand_ins.absent import AbsentPart
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
-from pytest_hricdv.extra.draft.stand_ins.device import Device, DeviceStandIn
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
 
 
@@ -47,7 +46,7 @@ class ClockPort:
 
 @dataclass(frozen=True)
 class RunParameter:
-    """A number that is drawn for each run: a parameter of `Concretization.run`. Code may take it for a device.
+    """A number that is drawn for each run: a parameter of `Concretization.run`.
 
     Args:
         name: of the parameter.
@@ -60,7 +59,7 @@ class RunParameter:
     def make(self, border: RunBorder, name: str) -> Any:
         """The number of this run."""
         number = border.run.test.run[self.name]
-        return round(number) if self.is_whole else DeviceStandIn(border, name, Device(), number)
+        return round(number) if self.is_whole else number
 
 
 @dataclass(frozen=True)
