@@ -14,7 +14,7 @@ MAX_CALLS = 2
 """Calls through which a connection is followed."""
 
 WORKERS = {"threading", "asyncio", "concurrent", "multiprocessing", "sched", "functools", "atexit", "transitions",
-           "weakref", "signal", *dir(builtins)}  # fmt: skip
+           "statemachine", "py_trees", "weakref", "signal", *dir(builtins)}  # fmt: skip
 """Modules and functions that only call what they get: to run it, no matter what happens outside."""
 
 
@@ -63,7 +63,7 @@ class Handovers:
         self, module: Module, scope: Scope | None, call: ast.AST | None, own: str, takes: bool, keyword: str = ""
     ) -> Iterator[str]:
         """Names for an argument of a call: the text next to it, or the name of the call or the parameter."""
-        if not isinstance(call, ast.Call) or resolve_import(module, call.func).partition(".")[0] in WORKERS:
+        if not isinstance(call, ast.Call) or self._is_worker(module, scope, call):
             return
         called = last_name(call.func)
         if not takes and called in self._flow.methods:
@@ -74,6 +74,14 @@ class Handovers:
             return  # it subscribes to a class
         named = next((name for name in (keyword, called) if name.startswith(("on_", "set_", "when_"))), "")
         yield last_part(texts[0]) if texts else named.removeprefix("on_").removeprefix("set_") or own
+
+    def _is_worker(self, module: Module, scope: Scope | None, call: ast.Call) -> bool:
+        """Whether the function that is called, or what made the object that has it, only calls what it gets."""
+        receiver = call.func.value if isinstance(call.func, ast.Attribute) else None
+        made = [(where, node.func) for node, where, _ in self._flow.expressions(receiver, module, scope)
+                if isinstance(node, ast.Call)]  # fmt: skip
+        return any(resolve_import(where, function).partition(".")[0] in WORKERS
+                   for where, function in ((module, call.func), *made))  # fmt: skip
 
     def _texts(self, module: Module, scope: Scope | None, node: ast.expr | None) -> list[str]:
         return list(texts(self._flow.constants(node, module, scope)))

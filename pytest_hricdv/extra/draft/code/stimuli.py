@@ -57,7 +57,7 @@ class StimulusReader:
                 yield from self._messages(name, method, name)
 
     def callbacks(self, entry: Entry) -> Iterator[Message]:
-        """Methods of the entry's object that it hands to somebody, in whatever way: as an argument, in a table, ..."""
+        """Methods of the entry's object that it hands to somebody: as an argument, or by an assignment."""
         scope = self._sources.class_named(entry.module, entry.name)
         methods = methods_of(self._sources, scope) if scope is not None else {}
         handovers = Handovers(self._sources, self._flow)
