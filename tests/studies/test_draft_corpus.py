@@ -24,9 +24,9 @@ FOUND = {
     "tea_cart": (10, 0),  # dataclasses on a bus, `python-statemachine`
     "hostess": (10, 0),  # a tree of `py_trees`, polled devices
     "shelf": (4, 0),  # a control loop, messages in a list
-    "sorter": (20, 0),  # a dispatcher, handlers by name
+    "sorter": (21, 0),  # a dispatcher, handlers by name
     "rover": (16, 0),  # a handler of websockets
-    "patrol": (11, 1),  # callbacks of a blackboard
+    "patrol": (11, 0),  # callbacks of a blackboard
     "walker": (13, 0),  # `match` on enumerations and models
 }
 """Elements that the code of each of these robots says, and wrong ones."""

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.draft.code.keys import dict_source, fields_of_keys, key
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code.sources import Scope, name_with_dots
 from pytest_hricdv.extra.draft.code.uses import Branches, kind_of_use, walk_what_runs
-from pytest_hricdv.extra.draft.code_model import Imports, MessageField
+from pytest_hricdv.extra.draft.code_model import FieldValue, Imports, MessageField
 
 _KINDS = {bool: "bool", str: "str", int: "float", float: "float"}
 """Type of the default of a key -> kind of its values."""
@@ -257,4 +257,7 @@ class ContentReader:
     def _read_key(self, scope: Scope, node: ast.expr, key: str, default: object) -> MessageField:
         read = self._fields.read_value(node, scope, word(key))
         kind = read.kind or _KINDS.get(type(default), "") or kind_of_use(self._flow, node)
-        return replace(read, kind=kind, type="int" if type(default) is int else "")
+        values = {value.text: value for value in read.values}
+        if isinstance(default, str) and default and kind == "str":
+            values.setdefault(default, FieldValue(default, read.location))
+        return replace(read, kind=kind, type="int" if type(default) is int else "", values=tuple(values.values()))
