@@ -51,7 +51,8 @@ def switch_decisions(
     groups = [group for group in groups if not group.is_known]
     for place, group in enumerate(groups):
         names = sorted({*group.nodeids} & experiments.tests.keys(), key=experiments.length)
-        names = sorted(names, key=lambda name: name not in decisions.minimal)[:SWITCHED_TESTS]
+        shrunk = decisions.minimal_of(group)
+        names = [*shrunk, *(name for name in names if name not in shrunk)][:SWITCHED_TESTS]
         if not names:
             continue
         ranked = rank_places(subject, group, traces_of(experiments, group), variation_coverage(experiments, group))
@@ -59,8 +60,7 @@ def switch_decisions(
         search = SwitchSearch(run, (experiments.budget - experiments.used) // (len(groups) - place))
         tests = []
         for name in names:
-            minimal = decisions.minimal.get(name)
-            test = experiments.tests[name] if minimal is None else minimal.test
+            test = shrunk[name].test if name in shrunk else experiments.tests[name]
             wanted = {failure.requirement for failure in group.failures if failure.nodeid == name}
             tests.append((test, partial(_passes, wanted)))
         try:
@@ -202,22 +202,26 @@ def _by_now(
 def _keep_minimal(session: FeatureSession, experiments: Experiments, decisions: PairSearch) -> None:
     """Write replay files of tests that were shrunk."""
     chosen = session.aggregation.chosen
-    for name, minimal in decisions.minimal.items():
+    for (name, requirement), minimal in decisions.minimal.items():
         if experiments.ended == "interrupted":
             return
         try:
             experiments.used += 1
-            decisions.replays[name] = keep_run(session.rerunner, chosen[name], name, minimal)
+            decisions.replays[name, requirement] = keep_run(session.rerunner, chosen[name], name, minimal)
         except KeyboardInterrupt:
             experiments.ended = "interrupted"
 
 
 def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: PairSearch) -> Cause:
     """The cause with its shrunk test, if one was shrunk and can be rerun."""
-    name = decisions.minimal_of(group)
-    if name is None or (replay := decisions.replays.get(name)) is None:
+    kept = [
+        (name, left, replay)
+        for name, left in decisions.minimal_of(group).items()
+        if (replay := decisions.replays.get((name, left.requirement))) is not None
+    ]
+    if not kept:
         return cause
-    left = decisions.minimal[name]
+    name, left, replay = kept[0]
     lines = in_order_begun([action.command for action in left.test.actions], left.ran.begun)
     return replace(cause, minimal=lines, minimal_of=subject.tests[name].id, is_shrunk=True, replay=replay)
 
@@ -265,13 +269,14 @@ def cause_of(
         traces: of runs that failed for it.
     """
     tests = sorted(
-        (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
+        (subject.tests[name] for name in group.nodeids),
+        key=lambda test: (test.nodeid not in group.telling, len(test.abstract), test.id, test.nodeid),
     )
     _, state, _ = group.first
     confirmed = {
         failure.nodeid for failure in group.failures if (failure.nodeid, failure.requirement) in evidence.confirmed
     }
-    shortest = next((test for test in tests if test.nodeid in confirmed), tests[0])
+    shortest = next((test for test in tests if test.nodeid in confirmed & group.telling), tests[0])
     return Cause(
         id=id_of(group),
         requirements=group.requirements,

@@ -83,6 +83,11 @@ class Group:
         return tuple(dict.fromkeys(failure.nodeid for failure in self.failures))
 
     @cached_property
+    def telling(self) -> frozenset[str]:
+        """The ids of the tests that show it: those with violations that are not known, or all."""
+        return frozenset(failure.nodeid for failure in self.failures if self.is_known or not failure.is_known)
+
+    @cached_property
     def requirements(self) -> tuple[str, ...]:
         """The failing requirements, those of most tests first."""
         counts = Counter(failure.requirement for failure in self.failures)

@@ -52,7 +52,7 @@ def shrunk(
         test: that fails.
         space: the ranges of its parameters.
         control: its run.
-        requirement: that it violates.
+        requirement: that it violates; outside of the condition under which this is known, if the control does.
         run: runs a test.
         budget: most runs.
 
@@ -60,10 +60,11 @@ def shrunk(
         KeyboardInterrupt: the user pressed Ctrl-C.
     """
     runs = {test.to_json(): control}
+    is_outside = requirement in control.outside
 
     def fails(candidate: ConcreteTest) -> bool:
         result = run(candidate)
-        if result is None or requirement not in result.violated:
+        if result is None or requirement not in (result.outside if is_outside else result.violated):
             return False
         runs[candidate.to_json()] = result
         return True
@@ -115,19 +116,20 @@ class PairSearch:
     neighbour_runner: Showing = lambda test: None
     made: dict[tuple[str, str], Decision] = field(default_factory=dict)
     """Node id and requirement -> what decides."""
-    minimal: dict[str, Minimal] = field(default_factory=dict)
-    """Node id -> the shrunk test."""
-    replays: dict[str, str | None] = field(default_factory=dict)
-    """Node id -> the replay file of this."""
+    minimal: dict[tuple[str, str], Minimal] = field(default_factory=dict)
+    """Node id and requirement -> the shrunk test."""
+    replays: dict[tuple[str, str], str | None] = field(default_factory=dict)
+    """The same -> the replay file of this."""
 
     def of(self, group: Group) -> Decision | None:
         """The decision of a cause; None if none was tried."""
         keys = ((failure.nodeid, failure.requirement) for failure in group.failures)
         return next((self.made[key] for key in keys if key in self.made), None)
 
-    def minimal_of(self, group: Group) -> str | None:
-        """Node id of a cause's shrunk test; None if none was shrunk."""
-        return next((name for name in group.nodeids if name in self.minimal), None)
+    def minimal_of(self, group: Group) -> dict[str, Minimal]:
+        """Node id -> its shrunk test, for those that were shrunk for this cause."""
+        made = ((failure.nodeid, self.minimal.get((failure.nodeid, failure.requirement))) for failure in group.failures)
+        return {nodeid: minimal for nodeid, minimal in made if minimal is not None}
 
     def decide(self, groups: Sequence[Group]) -> None:
         """Look for what decides, of one cause after the other: each may use its share of the runs that are left."""
@@ -158,7 +160,7 @@ class PairSearch:
             minimal = shrunk(test, space, control, first, ran, left // 2)
             left -= minimal.runs + 1  # one to keep it
             if minimal.test != test:
-                self.minimal[nodeid] = minimal
+                self.minimal[nodeid, first] = minimal
                 test, control, before = minimal.test, minimal.ran, iter(())
         to_show = 1 if left > 1 else 0
         deciding = NeighborSearch(test, space, control, wanted & set(control.violated), ran, left - to_show)
@@ -174,12 +176,15 @@ class PairSearch:
         return self.neighbour_runner(neighbour)
 
     def shortest(self, group: Group) -> str | None:
-        """The test to look at: one that experiments have confirmed, if there is one; the shortest of these."""
+        """The test to look at: one that shows it and that experiments have confirmed, if any; the shortest of these."""
         experiments = self.experiments
         names = [name for name in group.nodeids if name in experiments.tests]
         confirmed = {name for name, _ in experiments.confirmed}
+        lengths = {name: len(experiments.tests[name].actions) for name in names}
         return min(
-            names, key=lambda name: (name not in confirmed, len(experiments.tests[name].actions), name), default=None
+            names,
+            key=lambda name: (name not in group.telling, name not in confirmed, lengths[name], name),
+            default=None,
         )
 
     def _before(self, nodeid: str) -> Iterator[Tried]:

@@ -54,6 +54,7 @@ class RunSummary(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         violated: the requirements that it violated, `failures.FAULT` among them.
+        outside: of these, the ones with a violation outside of the condition under which violations are known.
         checked: the requirements that it passed.
         begun: time (s) and number (from 0) of each action, in the order in which they began.
         events: messages, and changes of signals that are bools or texts, in the order of time.
@@ -64,6 +65,7 @@ class RunSummary(PlainRecord, frozen=True, kw_only=True):
     """
 
     violated: Names
+    outside: Names = ()
     checked: Names = ()
     begun: tuple[tuple[Number, Count], ...] = ()
     events: tuple[RunEvent, ...] = ()
@@ -179,6 +181,7 @@ def ran(result: CaseResult, settings: RunSettings, statements: int = 0) -> RunSu
     times_s = {verdict.requirement: verdict.violations[0].time_s for verdict in result.verdicts if verdict.violations}
     return RunSummary(
         violated=violated,
+        outside=tuple(verdict.requirement for verdict in result.verdicts if verdict.outside),
         checked=tuple(verdict.requirement for verdict in result.verdicts if verdict.verdict == "Passed"),
         begun=tuple(zip(result.action_times_s, result.begun, strict=True)),
         events=tuple(sorted(_events(result, bools), key=lambda event: event.time_s))[:MAX_EVENTS],

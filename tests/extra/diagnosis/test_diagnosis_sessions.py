@@ -148,6 +148,20 @@ def test_a_test_is_reduced_to_what_it_needs_and_kept(surging: pytest.Pytester) -
 
 
 @pytest.mark.slow
+def test_a_new_violation_among_known_ones_is_the_one_that_is_shown_and_reduced(surging: pytest.Pytester) -> None:
+    bright, dim = ["enter hall", "set_lamp level = 100"], ["greet", "set_lamp level = 10"]
+    tests = [bright, ["greet", "greet", *bright], dim, ["greet", *dim]]
+    (surging.path / "greets.txt").write_text("\n\n".join(map("\n".join, tests)) + "\n", encoding="utf-8")
+    known = "--hri-known=R2 when count(on(greeting)) < 1: without a greeting it may be bright"
+    surging.runpytest_inprocess("--hri-suite=greets.txt", known, "--hri-diagnose=200")
+    cause, unanswered = report(surging.path)["causes"]
+    assert (len(cause["tests"]), cause["minimal"]) == (2, ["greet", "set_lamp level = 100"])
+    assert (unanswered["requirements"], unanswered["minimal"]) == (["R3"], ["greet"])  # of the same test
+    again = surging.runpytest_inprocess(f"--hri-replay={cause['replay']}", known, "--hri-report=again")
+    again.assert_outcomes(failed=1, deselected=1)
+
+
+@pytest.mark.slow
 def test_the_budget_and_zero(surging: pytest.Pytester) -> None:
     surging.runpytest_inprocess(*SUITE)
     diagnosis = report(surging.path)["diagnosis"]
