@@ -140,7 +140,7 @@ def _print_end(options: argparse.Namespace, result: Result) -> int:
         print(f"ended after {rounds}: {result.ended}", file=sys.stderr)
         if result.ended == "round limit":
             for plan in result.endless[:3]:
-                print(visible(f"{plan} goes on without end"), file=sys.stderr)
+                print(visible(f"{plan} never ends"), file=sys.stderr)
     return 0
 
 

@@ -151,7 +151,7 @@ def _load_source(path: Path) -> tuple[tuple[str, str], ...]:
 def _load_project(path: Path) -> tuple[()]:
     for entry in read_project(path).agents:
         if not os.path.exists(entry.source):
-            raise BdiSyntaxError.at("an agent's source is not there", entry.location, "")
+            raise BdiSyntaxError.at("the source of an agent does not exist", entry.location, "")
     return ()
 
 

@@ -113,7 +113,7 @@ def check_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) 
     allow = "if it may, declare VirtualTime(allowed_endings="
     early_s = code.last_return_s
     if early_s is not None and early_s < ending.time_s and "early" not in allowed:
-        went_on = f"and the run went on to {ending.time_s:.3f} s"
+        went_on = f"and the run continued to {ending.time_s:.3f} s"
         yield f'the code under test returned at {early_s:.3f} s, {went_on}; {allow}("early",))'
     if ending.how == "limit" and "limit" not in allowed:
         yield f'the run ended at its time limit of {ending.time_s:g} s; {allow}("limit",))'
@@ -156,7 +156,7 @@ def _caught_refusals(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
     told = {str(error) for error in raised if isinstance(error, KernelError)}
     for text in dict.fromkeys(map(str, kernel.refusals)):
         if text not in told:
-            yield f"{text}. The code caught this error and went on"
+            yield f"{text}. The code caught this error and continued"
 
 
 def _failure(error: NodeError, code: CodeUnderTest) -> str:

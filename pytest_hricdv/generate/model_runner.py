@@ -189,7 +189,7 @@ class ModelRunner:
             GenerateError: all runs were cut off.
         """
         plans = self._endless.most_common(_MOST_NAMED)
-        notes = [f"{place} goes on without end in {count} runs of the model; {_REMEDY}" for place, count in plans]
+        notes = [f"{place} never ends in {count} runs of the model; {_REMEDY}" for place, count in plans]
         if self._cut_off_count:
             limit = self.model.max_rounds
             cut_off = f"{self._cut_off_count} of {self.run_count} runs of the model were cut off after {limit} rounds"

@@ -160,12 +160,12 @@ def _causes(before: SuiteBaseline, report: Report, suite: SuiteResult) -> Iterat
     other_seed = hash_seed_difference(before.hash_seed, hash_seed(report))
     if other_seed:
         yield (
-            f"Python's hash seed is another one than before ({other_seed}): code that goes through a set does so in "
+            f"Python's hash seed differs from the one before ({other_seed}): code that goes through a set does so in "
             f"another order; set PYTHONHASHSEED={before.hash_seed if before.hash_seed.isdigit() else '0'} for both"
         )
     if before.code_sha256 == report.code_under_test.sha256:
         yield (
             "the code under test is the same as before, so the testbench, its world, the model or a library "
-            f"has changed, {'if it is not the hash seed, ' if other_seed else ''}or runs depend on what is another one "
-            "each time, such as a clock"
+            f"has changed, {'if it is not the hash seed, ' if other_seed else ''}or runs depend on something that "
+            "changes each time, such as a clock"
         )

@@ -129,7 +129,7 @@ class Supervision:
         error = self._error_of(problem, frame)
         node = self._kernel.inside
         if node is not None and self._interrupted == self._kernel.returns:
-            self._kernel.abandon(NodeError(node.name, self._kernel.now_s, f"goes on whatever is raised in it: {error}"))
+            self._kernel.abandon(NodeError(node.name, self._kernel.now_s, f"catches whatever is raised in it: {error}"))
         self._interrupted = self._kernel.returns
         if node is not None:
             self._kernel.refusals.append(error)

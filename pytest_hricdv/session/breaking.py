@@ -199,4 +199,4 @@ def _find_code_frame(frame: FrameType | None, files: Sequence[Path]) -> FrameTyp
 
 
 def _header(now: Now) -> str:
-    return f"{now.requirement} is violated at {seconds(now.time_s)}: see {NAME}; c goes on, q ends the session"
+    return f"{now.requirement} is violated at {seconds(now.time_s)}: see {NAME}; c continues, q ends the session"

@@ -29,7 +29,7 @@ def test_round_limit_and_seed_are_options(tmp_path: Path, capsys: pytest.Capture
     assert capsys.readouterr() == first
     ended, endless = first.err.splitlines()
     assert ended == "ended after 9 rounds: round limit"
-    assert endless.endswith("a.asl:1:12: plan @_plan1 of a goes on without end")
+    assert endless.endswith("a.asl:1:12: plan @_plan1 of a never ends")
 
 
 @pytest.mark.parametrize("source", ["+!g <- .", "+!g <- .prnt(1).", "p :- p. !g. +!g : p."])

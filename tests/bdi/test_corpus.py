@@ -44,7 +44,7 @@ def test_table_counts_what_was_parsed_and_what_was_refused_by_kind(
     assert refused[0].split(maxsplit=1) == ["2", "expected '.' or ';', found '!'"]
     assert refused[1].strip() == f"first in {folder}/one/bad.asl:2:3"
     assert {line.split(maxsplit=1)[1] for line in refused[2::2]} == {
-        "an agent's source is not there",
+        "the source of an agent does not exist",
     }
     assert [line.strip() for line in lines[calls + 1 : calls + 3]] == [
         "1  unknown internal action .prnt",

@@ -35,7 +35,7 @@ def debugged(lamps: pytest.Pytester, commands: str, *options: str) -> str:
 def test_it_stops_in_the_line_that_acted_while_time_stands_still(lamps: pytest.Pytester) -> None:
     asked = "p hri_state.time_s, hri_state.requirement\np hri_state.signals, hri_state.messages['wish']\np level\nc\n"
     said = debugged(lamps, f"where\n{asked}", "--hri-break-on-violation=R2")
-    assert "> R2 is violated at 1.72 s: see hri_state; c goes on, q ends the session >" in said
+    assert "> R2 is violated at 1.72 s: see hri_state; c continues, q ends the session >" in said
     assert f"> {lamps.path}/lamps/guide.py(19)serve()\n-> lamp.set(level)" in said
     assert "(1.715564, 'R2')" in said
     assert "({'lamp_level': 100.0}, {'level': 100.0, 'cellar': False})" in said

@@ -62,7 +62,7 @@ WAYS = {
                 "            pass",
             )
         ),
-        "node guide goes on whatever is raised in it",
+        "node guide catches whatever is raised in it",
     ),
 }
 

@@ -87,11 +87,11 @@ def test_a_report_says_the_hash_seed_and_a_difference_from_the_baseline_names_it
     assert project.report(lamps.path)["origin"]["hash_seed"] == "1"
     other = in_fresh_process(lamps, monkeypatch, "2", *suite)
     assert "FAILED 2 of 4 tests behave differently from the baseline" in other
-    assert "Python's hash seed is another one than before (1, now 2)" in other
+    assert "Python's hash seed differs from the one before (1, now 2)" in other
     assert "set PYTHONHASHSEED=1 for both" in other
     assert "the model or a library has changed, if it is not the hash seed, or runs depend" in other
     drawn = in_fresh_process(lamps, monkeypatch, "random", *suite)
-    assert "Python's hash seed is another one than before (1, now random)" in drawn
+    assert "Python's hash seed differs from the one before (1, now random)" in drawn
     page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
     assert 'Hash seed</td><td class="wide">random: drawn by Python' in page
     assert "all 4 tests behave as in the baseline" in in_fresh_process(lamps, monkeypatch, "1", *suite)

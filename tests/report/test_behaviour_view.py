@@ -68,7 +68,7 @@ def test_the_terminal_lists_kinds_with_an_example_each_within_its_width() -> Non
         f"  1 test not in the baseline: {fifth}",
         "  1 test only in the baseline: rl-old",
         "  the code under test is the same as before, so the testbench, its world, the model or a library has changed,",
-        "  or runs depend on what is another one each time, such as a clock",
+        "  or runs depend on something that changes each time, such as a clock",
     ]
     assert all(width(line.text) <= 60 for line in lines(report, 60))
     assert list(lines(sample.report(), 100)) == []

@@ -165,7 +165,7 @@ def test_who_catches_what_is_raised_is_left_where_it_is_and_the_other_nodes_end(
     kernel = Kernel(stuck_after_s=0.1)
     kernel.spawn("other", other)
     kernel.spawn("stubborn", stubborn)
-    with pytest.raises(NodeError, match=r"stubborn goes on whatever is raised in it: .*waits in real time"):
+    with pytest.raises(NodeError, match=r"stubborn catches whatever is raised in it: .*waits in real time"):
         kernel.run(10.0)
     kernel.close()
     assert ended == ["other"]

@@ -222,7 +222,7 @@ class MultiAgentSystem:
         candidates = [folder / source for folder in folders]
         path = next((candidate for candidate in candidates if candidate.exists()), candidates[0])
         if not path.exists():
-            raise BdiError(f"{place}: no such file: {path}; the source of a new agent lies beside the project file")
+            raise BdiError(f"{place}: no such file: {path}; the source of a new agent lies next to the project file")
         if path not in self._created:  # an agent may create thousands
             program = read_program(path)
             check_calls(program)

@@ -298,7 +298,7 @@ def first_difference(one: TestResult | None, other: TestResult | None) -> tuple[
     sums = [timeline.checksums for timeline in timelines if timeline is not None]
     for name in sorted(sums[0].keys() | sums[1].keys()):
         if sums[0].get(name) != sums[1].get(name):
-            return (f"{name} differs in digits or instants that a timeline has not",) * 2
+            return (f"{name} differs in digits or instants that a timeline does not show",) * 2
     assert one is not None, "it has a timeline"
     assert other is not None, "it has a timeline"
     ends = tuple(f"{result.outcome}, {result.end_reason}" for result in (one, other))

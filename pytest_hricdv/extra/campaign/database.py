@@ -174,7 +174,7 @@ def error_location(path: Path) -> Iterator[None]:
         if "no such table" in str(error):
             raise damage_error(path, error) from None
         raise CampaignError(
-            f"{path}: cannot be read or written: {error}; what was stored before is kept, and the same command goes on"
+            f"{path}: cannot be read or written: {error}; what was stored before is kept; the same command resumes"
         ) from None
     except OSError as error:
         raise CampaignError(f"{error.filename or path}: {error.strerror or error}") from None

@@ -123,7 +123,7 @@ def notes(result: CampaignResult) -> Iterator[str]:
         where = f" (versions: {different.versions})" if different.versions else ""
         yield f"differs: {different.id}: {different.parting}{where}"
     if not result.is_listed:
-        yield "listed as tests are the runs to keep; what is said of suites and requirements below is of these"
+        yield "only the runs worth keeping are listed as tests; figures of suites and requirements below are of these"
 
 
 def share_text(share: FailedShare) -> str:

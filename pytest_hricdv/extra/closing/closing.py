@@ -219,7 +219,7 @@ class ClosureGenerator:
         errored_runs = [entry.observation.error for entry in archive.entries if entry.observation.error]
         notes = [*self._exploration_notes, *faults]
         if errored_runs:
-            notes.append(f"{len(errored_runs)} runs came to no end; the first: {errored_runs[0]}")
+            notes.append(f"{len(errored_runs)} runs did not end; the first: {errored_runs[0]}")
         if left_out:
             notes.append(
                 f"{len(left_out)} tests are left out, because they do not do again what they did with a person who "

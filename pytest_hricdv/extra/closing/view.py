@@ -159,7 +159,7 @@ def headline(result: ClosingResult) -> str:
 def notes(result: ClosingResult) -> Iterator[str]:
     """Notes on another run, and on runs that did not end, a sentence each."""
     if result.errored_runs:
-        yield f"{plural(result.errored_runs, 'run')} came to no end"
+        yield f"{plural(result.errored_runs, 'run')} did not end"
     if result.good_turing is not None and result.open:
         yield _further(result.good_turing)
     if result.searched:

@@ -96,7 +96,7 @@ def _values(code: CodeModel, testbench: Testbench, machine: StateMachine | None)
                 continue
             for value in field.values:
                 if value.text not in declared[name]:
-                    text = f"{name} can be {value.text!r}, which `values` of the testbench does not have"
+                    text = f"{name} can be {value.text!r}, which `values` of the testbench does not list"
                     yield Drift("value", f"{name}={value.text}", str(value.location), text)
 
 
@@ -105,7 +105,7 @@ def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
     declared = testbench.vocabulary().values.get(testbench.state.name, ())
     for name, state in states.items():
         if declared and name not in declared:
-            text = f"the code has state {name}, which `fields` has not as a value of {testbench.state.name}"
+            text = f"the code has state {name}, which `fields` does not list for {testbench.state.name}"
             yield Drift("value", f"{testbench.state.name}={name}", str(state.location), text)
     if not testbench.state.transitions or not machine.transitions:
         return

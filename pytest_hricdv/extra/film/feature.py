@@ -110,7 +110,7 @@ class FilmView(View):
         if not films:
             return
         made = sum(film.video is not None for film in films)
-        text = f"films: {made} of {plural(len(films), 'failing test')}, beside the report"
+        text = f"films: {made} of {plural(len(films), 'failing test')}, next to the report"
         yield Line(text, "ok" if made else "warn")
         yield from count_notes((film.note for film in films), columns)
 

@@ -70,7 +70,7 @@ def _stop(header: str) -> None:
     while frame is not None and Path(frame.f_code.co_filename).parent == _HERE:
         frame = frame.f_back
     try:
-        pdb = pytestPDB._init_pdb("hri-schedules", header=f"{header}; c goes on")  # type: ignore[no-untyped-call]
+        pdb = pytestPDB._init_pdb("hri-schedules", header=f"{header}; c continues")  # type: ignore[no-untyped-call]
         pdb.reset()
         pdb.interaction(frame, None)
     except pytest.exit.Exception as error:

@@ -109,7 +109,7 @@ def describe_effort(result: ScheduleResult) -> str:
     left_out = f"; {plural(result.left_out, 'test')} left out: {OTHERWISE}" if result.left_out else ""
     if result.end_reason == "nothing to order":
         return f"nothing to order: in no run did two threads, tasks or callbacks of the code take turns{left_out}"
-    lost = f"; {plural(result.lost, 'run')} came to no end" if result.lost else ""
+    lost = f"; {plural(result.lost, 'run')} did not end" if result.lost else ""
     ended = "; interrupted" if result.end_reason == "interrupted" else ""
     return (
         f"{plural(result.runs, 'run')} of {plural(result.tests, 'test')}, {result.both} of "

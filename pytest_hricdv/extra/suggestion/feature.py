@@ -122,7 +122,7 @@ def evidence(suggestion: Suggestion) -> str:
     if suggestion.validation_runs:
         parts.append(f"{suggestion.validation_runs} further tests did not refute it")
     if suggestion.faults:
-        only = f", {suggestion.new} of which no requirement does" if suggestion.new else ""
+        only = f", {suggestion.new} of them noticed by no requirement" if suggestion.new else ""
         parts.append(f"notices {plural(suggestion.faults, 'seeded fault')}{only}")
     return "; ".join(parts)
 

@@ -93,9 +93,9 @@ class TracesView(View):
             return
         written = sum((trace.file or trace.bag) is not None for trace in traces)
         if not any(trace.file for trace in traces) and written:
-            yield Line(f"bags of ROS 2: of {plural(written, 'test')} that failed, beside the report")
+            yield Line(f"bags of ROS 2: of {plural(written, 'test')} that failed, next to the report")
             return
-        text = f"traces: {written} of {plural(len(traces), 'test')}, beside the report"
+        text = f"traces: {written} of {plural(len(traces), 'test')}, next to the report"
         yield Line(text, "ok" if written else "warn")
         yield from count_notes((trace.note for trace in traces), columns)
 

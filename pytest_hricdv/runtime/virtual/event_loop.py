@@ -189,8 +189,8 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         error, node = context.get("exception"), current_node()
         if node is not None and isinstance(error, Exception) and "handle" in context:
             node.kernel.lost_errors.append(
-                f"a callback of asyncio raised {error_text(error)} at {error_line(error)}, and the event loop went on: "
-                "catch it there, or let the loop's exception handler end the program"
+                f"a callback of asyncio raised {error_text(error)} at {error_line(error)}, and the event loop "
+                "continued: catch it there, or let the loop's exception handler end the program"
             )
         super().default_exception_handler(context)
 

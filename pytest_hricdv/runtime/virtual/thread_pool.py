@@ -50,7 +50,7 @@ class Future(real_futures.Future[Any]):
                 if (node := current_node()) is not None:
                     node.kernel.lost_errors.append(
                         f"a callback of a future raised {error_text(error)} at {error_line(error)}, and the thread "
-                        "went on: catch it there"
+                        "continued: catch it there"
                     )
                 raise
 

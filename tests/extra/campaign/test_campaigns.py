@@ -83,7 +83,7 @@ def test_the_sums_are_those_of_all_runs(finished: Finished) -> None:
     assert {test["id"] for test in kept["tests"]} == listed
     assert kept["code_under_test"]["files"] == whole["code_under_test"]["files"]
     assert [suite["cross"]["hit"] for suite in kept["suites"]] == [suite["cross"]["hit"] for suite in whole["suites"]]
-    assert "listed as tests are the runs to keep" in few.stdout
+    assert "only the runs worth keeping are listed as tests" in few.stdout
     assert "Campaign" in (lamps / "whole" / "index.html").read_text(encoding="utf-8")
 
 

@@ -115,7 +115,7 @@ GREETS = 'any(action.command == "greet" for action in run.test.actions)'
 def test_runs_that_err_are_noted_and_the_others_make_the_suite(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", LAMP, f"    if {GREETS}:\n        {{}}[run.test.seed]\n{LAMP}")
     lamps.runpytest_inprocess(*SUITE)
-    (note,) = (note for note in report(lamps.path)["suites"][0]["generation"]["notes"] if "came to no end" in note)
+    (note,) = (note for note in report(lamps.path)["suites"][0]["generation"]["notes"] if "did not end" in note)
     assert "the first: KeyError: " in note
     assert {*outcomes(lamps.path).values()} == {"passed"}
 

@@ -30,7 +30,7 @@ def test_the_summary_counts_points_by_kind_and_names_open_ones_in_at_most_ten_li
         "  branches            0           0      1",
         "  bins                1           4     12",
         "  verdicts            0           0      1",
-        "  1 run came to no end",
+        "  1 run did not end",
         "  a further run would hit 0.005 new points, 0.1 % of its points (Good-Turing)",
         "  violated: R4 (joint_speed < 0.25) in Reset, released: 1 run (closure-x)",
         "  violated: the robot raised <b>KeyError</b>: 2 runs (closure-x)",

@@ -194,7 +194,7 @@ def test_a_test_whose_code_works_for_ever_is_in_no_experiment(lamps: pytest.Pyte
         test["id"] for test in written["tests"] if test["outcome"] != "passed"
     )
     result.stdout.fnmatch_lines(
-        ["*goes on whatever is raised in it: no time has passed for 0.5 s of work, at *guide.py:*"]
+        ["*catches whatever is raised in it: no time has passed for 0.5 s of work, at *guide.py:*"]
     )
 
 

@@ -99,7 +99,7 @@ def test_failing_and_known_failing_tests_are_filmed_and_linked(filmed: pytest.Py
     page = Page((folder / "index.html").read_text(encoding="utf-8"))
     shown = [*details(page, 0), *details(page, 1)]
     assert [test["film"] for test in shown if BRIGHT in test["nodeid"]] == [film]
-    result.stdout.fnmatch_lines(["films: 2 of 2 failing tests, beside the report"])
+    result.stdout.fnmatch_lines(["films: 2 of 2 failing tests, next to the report"])
 
 
 @pytest.mark.slow
@@ -122,7 +122,7 @@ def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_
     first, second = sorted(films(filmed.path).values(), key=lambda film: film["note"])
     assert (first["note"], second["video"]) == ("", None)
     assert second["note"].startswith("not filmed: 1 failure of R2 had been filmed in this process; ")
-    result.stdout.fnmatch_lines(["films: 1 of 2 failing tests, beside the report", "  1 not filmed: *"])
+    result.stdout.fnmatch_lines(["films: 1 of 2 failing tests, next to the report", "  1 not filmed: *"])
 
 
 @pytest.mark.slow

@@ -82,7 +82,7 @@ value = "data"
 def test_a_failing_run_leaves_its_bag_and_bags_are_judged_as_their_runs_were(cell: Path) -> None:
     """By what topics say: R1 is about them. R2 is about the world, whose signals no topic has in time."""
     _edit(cell / "conftest.py", ('{"period_s": 0.1}', '{"period_s": 0.4}'))
-    assert "bags of ROS 2: of 2 tests that failed, beside the report" in run("pytest", cell)[1]
+    assert "bags of ROS 2: of 2 tests that failed, next to the report" in run("pytest", cell)[1]
     tests = _report(cell)
     assert {test["id"]: test["outcome"] == "failed" for test in tests} == {
         test["id"]: test.get("trace", {}).get("bag") is not None for test in tests

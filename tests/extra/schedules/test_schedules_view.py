@@ -26,7 +26,7 @@ RACE = RaceRecord(
     ("result", "said"),
     [
         (DONE, "20 runs of 3 tests, 4 of 5 pairs of statements in either order, nodes held up for 0.05 s at most"),
-        (replace(DONE, lost=1, left_out=2), f"1 run came to no end; 2 tests left out: {OTHERWISE}"),
+        (replace(DONE, lost=1, left_out=2), f"1 run did not end; 2 tests left out: {OTHERWISE}"),
         (
             replace(DONE, runs=0, tests=0, left_out=2, end_reason="nothing to order"),
             "nothing was run: 2 tests left out",

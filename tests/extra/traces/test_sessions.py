@@ -71,7 +71,7 @@ def test_a_trace_has_the_record_and_the_verdicts(lamps: pytest.Pytester, workers
         assert len(said) == sum(len(of["violations"]) for of in test["requirements"].values()) + len(
             test["action_times_s"]
         )
-    result.stdout.fnmatch_lines(["traces: 4 of 4 tests, beside the report"])
+    result.stdout.fnmatch_lines(["traces: 4 of 4 tests, next to the report"])
 
 
 @pytest.mark.slow
@@ -97,7 +97,7 @@ def test_a_trace_that_cannot_be_written_is_a_note(lamps: pytest.Pytester) -> Non
     (lamps.path / "hri-report").mkdir()
     (lamps.path / "hri-report" / "traces").write_text("in the way", encoding="utf-8")
     result = lamps.runpytest_inprocess(*ASKED, "-p", "no:xdist", "--hri-mcap-all")
-    result.stdout.fnmatch_lines(["traces: 0 of 4 tests, beside the report", "  4 not written: *"])
+    result.stdout.fnmatch_lines(["traces: 0 of 4 tests, next to the report", "  4 not written: *"])
     assert set(project.outcomes(lamps.path).values()) == {"passed", "known-violation"}
 
 
