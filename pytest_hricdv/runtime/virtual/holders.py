@@ -15,13 +15,15 @@ from contextlib import suppress
 from functools import partial
 from itertools import islice
 from operator import is_
-from types import BuiltinFunctionType, BuiltinMethodType
+from types import BuiltinMethodType
 from typing import Any
 
 from pytest_hricdv.runtime.virtual.reach import is_module
 
 MAX_ITEMS = 1000
 """Items of a list or dictionary that are looked at: longer ones are data."""
+
+_PLAIN_KEYS = frozenset({str, bytes, int, float, bool, type(None)})
 
 Reference = tuple[object, Callable[[object], object]]
 """An object, and the function that puts another one in its place."""
@@ -114,13 +116,13 @@ def _reduced(value: Any) -> tuple[Any, ...] | None:
 
 
 def items_of(value: Any) -> Iterator[Reference]:
-    """Items of a dictionary, list, deque or set, and keys that are or keep functions."""
+    """Items of a dictionary, list, deque or set, and keys of a dictionary."""
     if isinstance(value, defaultdict):
         yield value.default_factory, partial(setattr, value, "default_factory")
     if isinstance(value, dict):
         for key, item in [*islice(dict.items(value), MAX_ITEMS)]:
             yield item, partial(dict.__setitem__, value, key)
-            if type(key) in (BuiltinFunctionType, tuple, frozenset):
+            if type(key) not in _PLAIN_KEYS:
                 yield key, _put_key(value, key)
     elif isinstance(value, list | deque):
         kind: Any = list if isinstance(value, list) else deque

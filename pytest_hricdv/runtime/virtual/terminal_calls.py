@@ -15,7 +15,7 @@ import sys
 import termios
 from collections.abc import Callable, Iterable
 from functools import wraps
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Self
 
 from pytest_hricdv.runtime.blocking_calls import real_wait
 from pytest_hricdv.runtime.kernel import Node, current_node
@@ -215,11 +215,36 @@ def _select(read: Iterable[Any], write: Iterable[Any], other: Iterable[Any], tim
     return (files[0] if terminal.wait_readable(timeout) else [], [], [])
 
 
-class _Poll:
-    """Like `select.poll()` in a node that has a terminal."""
+class _AnyPoll:
+    """Like `select.epoll()` in a node: what is ready is told at once, and nothing is waited for."""
 
     def __init__(self, real: Any) -> None:
         self._real = real
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._real, name)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._real.close()
+
+    def poll(self, timeout: float | None = None, *limit: int) -> list[tuple[int, int]]:
+        node = current_node()
+        ready = list(self._real.poll(timeout if node is None else 0, *limit))
+        if ready or node is None or timeout == 0:
+            return ready
+        kernel, frame = node.kernel, sys._getframe(1)
+        kind = f"select.{type(self._real).__name__}.poll"
+        raise RealTimeError(real_wait(frame, f"node {node.name}", kernel.code, kernel.virtual, kind))
+
+
+class _Poll(_AnyPoll):
+    """Like `select.poll()` in a node, which may have a terminal."""
+
+    def __init__(self, real: Any) -> None:
+        super().__init__(real)
         self._terminal: Terminal | None = None
         self._wanted: dict[int, int] = {}
 
@@ -240,19 +265,19 @@ class _Poll:
         else:
             del self._wanted[meant[1].fd]
 
-    def poll(self, timeout: float | None = None) -> list[tuple[int, int]]:
+    def poll(self, timeout: float | None = None, *limit: int) -> list[tuple[int, int]]:
         if not self._wanted or self._terminal is None:
-            return list(self._real.poll(timeout))
+            return super().poll(timeout)
         wait_s = None if timeout is None or timeout < 0 else timeout / _MS_PER_S
         ready = self._terminal.wait_readable(wait_s)
         return [(self._terminal.fd, select.POLLIN)] if ready and self._wanted[self._terminal.fd] & select.POLLIN else []
 
 
-def _make_poll(real: Callable[[], Any]) -> Callable[[], Any]:
+def _make_poll(real: Callable[..., Any], virtual: Callable[[Any], _AnyPoll]) -> Callable[..., Any]:
     @wraps(real)
-    def poll() -> Any:
-        node = current_node()
-        return real() if node is None or not terminals_of(node.kernel) else _Poll(real())
+    def poll(*args: Any, **keywords: Any) -> Any:
+        made = real(*args, **keywords)
+        return made if current_node() is None else virtual(made)
 
     return poll
 
@@ -301,8 +326,9 @@ REPLACED: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
 }
 REPLACED["select.select"] = (_REAL_SELECT, _select)
 REPLACED["getpass.getpass"] = (getpass.getpass, _make_ask(getpass.getpass))
-if hasattr(select, "poll"):
-    REPLACED["select.poll"] = (select.poll, _make_poll(select.poll))
+for _name, _virtual in (("poll", _Poll), ("epoll", _AnyPoll)):
+    if hasattr(select, _name):
+        REPLACED[f"select.{_name}"] = (getattr(select, _name), _make_poll(getattr(select, _name), _virtual))
 
 
 def is_of_session(stream: Any) -> bool:

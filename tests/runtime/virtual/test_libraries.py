@@ -232,6 +232,13 @@ def rest(wait_s):
     assert Way((time.sleep, 2)) is Way.SLOW
     Way.SLOW.value[0](wait_s)
 """,
+    "of_a_lock_that_is_a_key": """
+lock = threading.Lock()
+waits, every = {lock: 0.25}, {lock}
+def rest(wait_s):
+    assert lock in every
+    time.sleep(waits[lock])
+""",
     "in_iterators": """
 now, ways = iter(time.monotonic, None), map(time.sleep, itertools.repeat(0.25))
 also = zip(itertools.cycle([time.sleep]), itertools.count())
@@ -338,6 +345,8 @@ def test_what_keeps_a_clock_where_nothing_can_replace_it_is_refused(
         ("import os\ncall = functools.partial(os.system, 'touch made')", r"waits in real time, in os\.system"),
         ("import os\ndef call(ways=(os.system,)):\n    ways[0]('touch made')", r"waits in real time, in os\.system"),
         ("from os import _exit\ncall = functools.partial(_exit, 0)", r"os\._exit\(0\) at .*: it would end all tests"),
+        ("import select\ndef call():\n    select.poll().poll(200)", r"waits in real time, in select\.poll\.poll"),
+        ("import select\ndef call():\n    select.epoll().poll(0.2)", r"waits in real time, in select\.epoll\.poll"),
         ("import os\ncall = [os.execv][0].__call__", r"os\.execv\('true', \.\.\.\) at .*: it would end all tests"),
     ],
 )
