@@ -24,7 +24,7 @@ read.
 
 # Modules, each built on the ones before it:
 #
-# - `names`, `node` (what every part of a formula says about itself), `evaluation_state` (what compiled formulas read)
+# - `node` (what every part of a formula says about itself), `evaluation_state` (what compiled formulas read)
 # - `operators` and `number_operators` (operators with memory)
 # - `terms`, `past_formula`, `formula` (formulas as data: their text, analysis and compilation)
 # - `units`, `vocabulary` (signals, messages, types), `requirement` (requirement, errors in a text)

@@ -1,4 +1,4 @@
-"""Places in the code that pages name, as `file: name`, are there; the map of the code has ten behaviours."""
+"""What pages and docstrings of packages name in the code exists; the map of the code has ten behaviours."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from tests.docs.page import DOCS
 
 SECTION = "## Map of the code"
 PLACE = re.compile(r"`([\w/]+\.py): ([\w.]+)`")
+ITEM = re.compile(r"^- (`\w+`(?:, `\w+`)*):", re.MULTILINE)
+PACKAGES = sorted((DOCS.parent / "pytest_hricdv").rglob("__init__.py"))
 
 
 def places() -> list[tuple[str, str, str]]:
@@ -49,3 +51,9 @@ def test_each_place_that_a_page_names_exists(page: str, file: str, name: str) ->
     path = DOCS.parent / file
     assert path.is_file(), f"{page} names {file}, which does not exist"
     assert name in defined(path), f"{page} names {name}, which {file} does not define"
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.parent.name)
+def test_the_modules_that_a_package_lists_exist(package: Path) -> None:
+    listed = {name for item in ITEM.findall(package.read_text(encoding="utf-8")) for name in re.findall(r"\w+", item)}
+    assert not listed - {path.stem for path in package.parent.iterdir()}
