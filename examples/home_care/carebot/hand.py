@@ -29,8 +29,10 @@ class Hand:
         """Whether it is open, and nothing can be in it."""
 
     async def grab(self) -> None:
-        """Close it. Raises GripperError if it does not close, or nothing is in it then."""
+        """Close it. Raises GripperError if it was not open, does not close, or nothing is in it then."""
         self.is_empty = False
+        if self._gripper.state().opening < OPEN and not self._config.faults.trusts_gripper:
+            raise GripperError("the gripper is not open")  # jammed around what somebody took, it would seem to hold it
         self._gripper.command(GripperCommand(close=True))
         opening, looks = await self._settled(), not self._config.faults.trusts_gripper
         if opening > HELD and looks:

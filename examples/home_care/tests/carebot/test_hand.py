@@ -32,3 +32,10 @@ def test_what_it_cannot_let_go_of_it_holds_on_to() -> None:
         asyncio.run(hand.drop())
     assert gripper.told[-1] == GripperCommand(close=True)
     assert not hand.is_empty
+
+
+def test_it_takes_nothing_with_a_gripper_that_was_not_open() -> None:
+    """Jammed around what somebody has taken meanwhile, it is as far open as around something new."""
+    hand = Hand(StuckGripper(), Bus(), Config(gripper_limit_s=0.002, gripper_period_s=0.001))
+    with pytest.raises(GripperError, match="not open"):
+        asyncio.run(hand.grab())
