@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from msgspec import Struct
+from msgspec import Struct, to_builtins
 
 from pytest_hricdv._base.input_file import MalformedError, from_json
 from pytest_hricdv._base.message import nearest
@@ -33,7 +33,7 @@ from pytest_hricdv.generate.actors import (
 from pytest_hricdv.generate.chosen_values import RUN, Values, owner
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
 from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler, Sampling, Uniform
-from pytest_hricdv.generate.schedule import ScheduleDecision, schedule_from_data
+from pytest_hricdv.generate.schedule import ScheduleData, ScheduleDecision, schedule_from_data, schedule_to_data
 
 Parameters = Mapping[str, float]
 UNIFORM = "uniform"
@@ -184,7 +184,7 @@ class ConcreteTest:
         actions = [[action.command, dict(action.parameters)] for action in self.actions]
         plain = {"id": self.id, "suite": self.suite, "seed": self.seed, "actions": actions, "run": dict(self.run)}
         after = {"after": after_to_data(self.after)} if self.after else {}
-        schedule = {"schedule": [decision.to_data() for decision in self.schedule]} if self.schedule else {}
+        schedule = {"schedule": to_builtins(schedule_to_data(self.schedule))} if self.schedule else {}
         return canonical_json({**plain, **after, **schedule})
 
     @classmethod
@@ -208,7 +208,7 @@ class _TestText(Struct):
     actions: tuple[tuple[str, dict[str, float]], ...]
     run: dict[str, float]
     after: dict[str, tuple[int, ...]] = {}
-    schedule: tuple[tuple[str, str, int, float], ...] = ()
+    schedule: ScheduleData | None = None
 
 
 def variant(test: AbstractTest, k: int) -> AbstractTest:

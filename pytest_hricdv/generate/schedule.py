@@ -1,21 +1,59 @@
 """Schedules: the order in which nodes of the code under test proceed, as parameters of a concrete test.
 
-Without decisions, nodes continue in the order in which they began to wait, and code takes no time. A decision changes
-one thing about this.
+Without decisions, nodes go on in the order in which they began to wait, and code takes no time. A decision changes one
+thing about this.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Literal
 
+from msgspec.structs import replace
+
+from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
 from pytest_hricdv.generate import GenerateError
 
 EACH_TIME = 0
-"""The number of a decision that holds for each execution of its statement."""
+"""The occurrence of a decision that holds for each execution of its statement."""
 
-Kind = Literal["hold", "delay", "order", "delivery"]
+WRITES = "="
+"""Ends the place of an assignment that reads what it writes, where it has read and not written yet."""
+
+Kind = Literal["preemption", "delay", "order", "delivery"]
+
+
+class DecisionData(PlainRecord, frozen=True, kw_only=True):
+    """One decision in JSON.
+
+    Args:
+        kind: of the decision, see `ScheduleDecision`.
+        file: of the statement, from the folder of its package; none of an order or a delivery.
+        line: of the statement.
+        is_between: the node waits between reading and writing of the statement, not before it.
+        topic: of a delivery.
+        node: that waited or sent the message, where it is known; nothing depends on it.
+        occurrence: see `ScheduleDecision`.
+        delay_s: likewise (s).
+        choice: likewise.
+    """
+
+    kind: Kind
+    file: str = ""
+    line: Count = 0
+    is_between: bool = False
+    topic: str = ""
+    node: str = ""
+    occurrence: Count
+    delay_s: NotNegative = 0.0
+    choice: Count = 0
+
+
+class ScheduleData(PlainRecord, frozen=True, kw_only=True):
+    """A schedule in JSON: its decisions."""
+
+    decisions: tuple[DecisionData, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -23,39 +61,59 @@ class ScheduleDecision:
     """One decision.
 
     Args:
-        kind: `hold`: before the statement, the node waits until another node of the code has run, at most as long as
-            the code may be slow. `delay`: before the statement, it waits for a fixed time. `order`: of the nodes that
-            are ready, or wait for a lock or a queue, not the first one continues. `delivery`: a message arrives
-            later; those with its sender and topic stay in order.
+        kind: `preemption`: before the statement, the node waits until another node of the code has run, at most as long
+            as the code may be slow. `delay`: before the statement, it waits for a fixed time. `order`: of the nodes
+            that are ready, or wait for a lock or a queue, another one than the first goes on. `delivery`: a message
+            arrives later; those with its sender and topic stay in order.
         place: of the statement, `file:line`; of a delivery, the topic; empty for `order`.
-        number: which execution of the statement, message of the topic, or choice of the run, from 1; or `EACH_TIME`.
-        value: of a hold, at most how long (s); of a delay or delivery, how long (s); of an order, which node, from 0.
+        occurrence: which execution of the statement, message of the topic, or choice of the run, from 1; or
+            `EACH_TIME`.
+        delay_s: of a preemption, at most how long (s); of a delay or delivery, how long (s).
+        choice: of an order, which node goes on, from 0.
+        node: that waited or sent the message; nothing depends on it.
     """
 
     kind: Kind
     place: str
-    number: int
-    value: float = 0.0
+    occurrence: int
+    delay_s: float = 0.0
+    choice: int = 0
+    node: str = field(default="", compare=False)
 
-    def to_data(self) -> list[Any]:
+    def to_data(self) -> DecisionData:
         """For JSON."""
-        return [self.kind, self.place, self.number, self.value]
+        whole = DecisionData(
+            kind=self.kind, node=self.node, occurrence=self.occurrence, delay_s=self.delay_s, choice=self.choice
+        )
+        match self.kind:
+            case "order":
+                return whole
+            case "delivery":
+                return replace(whole, topic=self.place)
+            case _:
+                file, _, line = self.place.removesuffix(WRITES).rpartition(":")
+                return replace(whole, file=file, line=int(line), is_between=self.place.endswith(WRITES))
 
 
-def schedule_from_data(data: Sequence[Any]) -> tuple[ScheduleDecision, ...]:
-    """Build a schedule from the data that `to_data` gave for each decision.
+def schedule_to_data(schedule: Iterable[ScheduleDecision]) -> ScheduleData | None:
+    """A schedule for JSON; None for the usual order."""
+    decisions = tuple(decision.to_data() for decision in schedule)
+    return ScheduleData(decisions=decisions) if decisions else None
+
+
+def schedule_from_data(data: ScheduleData | None) -> tuple[ScheduleDecision, ...]:
+    """The schedule that `schedule_to_data` gave.
 
     Raises:
-        GenerateError: it is no such list.
+        GenerateError: a decision lacks what its kind needs.
     """
-    decisions = []
-    for entry in data:
-        match [*entry]:
-            case ["hold" | "delay" | "order" | "delivery" as kind, str(place), int(number), int(value) | float(value)]:
-                decisions.append(ScheduleDecision(kind, place, number, float(value)))
-            case _:
-                raise GenerateError(
-                    f"no decision of a schedule: {entry!r}; expected [kind, place, number, value], "
-                    "the kind hold, delay, order or delivery"
-                )
-    return tuple(decisions)
+    return tuple(map(_decision, data.decisions if data is not None else ()))
+
+
+def _decision(data: DecisionData) -> ScheduleDecision:
+    statement = f"{data.file}:{data.line}{WRITES * data.is_between}" if data.file and data.line else ""
+    place = {"order": "", "delivery": data.topic}.get(data.kind, statement)
+    if not (data.choice if data.kind == "order" else place):
+        lacks = {"order": "choice", "delivery": "topic"}.get(data.kind, "file and line")
+        raise GenerateError(f"a decision of a schedule, {data.kind}, lacks its {lacks}")
+    return ScheduleDecision(data.kind, place, data.occurrence, float(data.delay_s), data.choice, data.node)

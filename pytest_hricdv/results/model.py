@@ -24,6 +24,7 @@ from pytest_hricdv.coverage.records import (
     SuiteCode,
 )
 from pytest_hricdv.execution.outcome import FAILING, TestOutcome
+from pytest_hricdv.generate.schedule import ScheduleData
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges, Difference
 from pytest_hricdv.results.behaviour import Timeline as Timeline
@@ -49,7 +50,7 @@ class ConcreteParameters(PlainRecord, frozen=True, kw_only=True):
 
     actions: tuple[ActionParameters, ...]
     run: Mapping[str, Number]
-    schedule: tuple[tuple[str, str, Count, Number], ...] = ()
+    schedule: ScheduleData | None = None
 
 
 class ReplayComparison(PlainRecord, frozen=True, kw_only=True):

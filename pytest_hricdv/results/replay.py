@@ -16,7 +16,7 @@ from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, TestData
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.generate.schedule import schedule_from_data
+from pytest_hricdv.generate.schedule import schedule_from_data, schedule_to_data
 from pytest_hricdv.results.model import ConcreteParameters
 
 SCHEMA = "hricdv-replay/2"
@@ -24,6 +24,11 @@ SCHEMA = "hricdv-replay/2"
 
 class ReplayError(InputError):
     """A replay file cannot be read or written; the message names the file, the cause and what to do."""
+
+
+FailureKind = Literal["", "wrong-order", "late", "deadlock"]
+"""Why a test fails under its schedule: because of the order of two threads; because of a delay alone; threads wait for
+locks of each other. Empty where no schedule was searched."""
 
 
 class ReplayOrigin(msgspec.Struct, frozen=True):
@@ -34,12 +39,14 @@ class ReplayOrigin(msgspec.Struct, frozen=True):
         test: id of the test it was made from.
         requirement: id of the requirement that it is about.
         runs: how many runs it took.
+        failure_kind: of a test with a schedule.
     """
 
     how: Literal["shrunk", "search", "schedule"]
     test: str = msgspec.field(name="from")
     requirement: str
     runs: int
+    failure_kind: FailureKind = ""
 
 
 @dataclass(frozen=True)
@@ -73,8 +80,8 @@ class Replay:
     def to_json(self) -> str:
         """The file's text; floats are exact."""
         actions = [{"command": a.command, "parameters": dict(a.parameters)} for a in self.concrete.actions]
-        decisions = [decision.to_data() for decision in self.concrete.schedule]
-        schedule = {"schedule": decisions} if decisions else {}
+        decisions = schedule_to_data(self.concrete.schedule)
+        schedule = {"schedule": msgspec.to_builtins(decisions)} if decisions else {}
         plain = {
             "schema": SCHEMA,
             "test": self.test.to_data(),

@@ -18,6 +18,7 @@ from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.generate import chosen_values
 from pytest_hricdv.generate.actors import after_to_data
+from pytest_hricdv.generate.schedule import schedule_to_data
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Requirement, RequirementResult
 from pytest_hricdv.monitor.analysis import limits, names_shown
@@ -89,7 +90,7 @@ def build_result(
         concrete=ConcreteParameters(
             actions=tuple(actions),
             run=dict(case.concrete.run),
-            schedule=tuple((entry.kind, entry.place, entry.number, entry.value) for entry in case.concrete.schedule),
+            schedule=schedule_to_data(case.concrete.schedule),
         ),
         seed=test.seed,
         plans=dict(test.plans) if result else {},

@@ -26,6 +26,7 @@ from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.sampler import Sampler
+from pytest_hricdv.generate.schedule import schedule_to_data
 from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.model import ReplayComparison, TestResult
@@ -298,6 +299,6 @@ def name_test(test: ConcreteTest, made_by: str) -> ConcreteTest:
     """The test with a new id, made from how it was made and from its content, so that equal tests have equal ids."""
     actions = [[action.command, sorted(action.parameters.items())] for action in test.actions]
     after = [sorted(test.after.items())] if test.after else []
-    schedule = [[decision.to_data() for decision in test.schedule]] if test.schedule else []
+    schedule = [msgspec.to_builtins(schedule_to_data(test.schedule))] if test.schedule else []
     content = digest("made", test.suite, test.seed, actions, sorted(test.run.items()), *after, *schedule)
     return replace(test, id=f"{slug(test.suite)}-{slug(made_by)}-{content[:_DIGITS]}")

@@ -37,7 +37,7 @@ RESULTS = Path(__file__).with_name("results.json")
 SEARCH_SCHEDULES = post_session.search_schedules
 
 Races = list[dict[str, Any]]
-"""The races that a session found, with `found_after`, `kind`, `is_counted` and `words`."""
+"""The races that a session found, with `found_after`, `failure_kind`, `is_counted` and `words`."""
 
 
 def main() -> None:
@@ -91,7 +91,9 @@ def row(race: Race, options: argparse.Namespace) -> str:
     failing = sum(map(fails, twins))
     middle, plain_middle = (f"{median(each):g}" if each else "" for each in (firsts, plain_firsts))
     last = str(firsts[-1]) if firsts else ""
-    words = dict.fromkeys(f"\n    {race['kind']}: {race['words']}" for races in (*found, *twins) for race in races)
+    words = dict.fromkeys(
+        f"\n    {race['failure_kind']}: {race['words']}" for races in (*found, *twins) for race in races
+    )
     counts = (
         f"{race.name + ' (held out)' * race.is_held_out:<30}{f'{len(firsts)}{of}':>10}{middle:>8}{last:>6}"
         f"{f'{late}{of}':>11}{f'{len(plain_firsts)} of {options.plain_seeds}':>10}{plain_middle:>8}"
@@ -141,7 +143,7 @@ def search_races(
     if failed:
         raise session.SessionError(f"{race.name} fails under the usual schedule: {', '.join(failed)}")
     races = report["schedules"].get("races", [])
-    return [{key: race[key] for key in ("found_after", "kind", "is_counted", "words")} for race in races]
+    return [{key: race[key] for key in ("found_after", "failure_kind", "is_counted", "words")} for race in races]
 
 
 def _until_first(*, is_plain: bool) -> Callable[..., Any]:

@@ -288,6 +288,7 @@ def cause_of(
         replay=shortest.replay,
         locations=locate(subject, ranked, switched, is_compared=subject.compares(group)),
         stood=node_places(subject, traces),
+        schedule=shortest.concrete.schedule,
         deciding_change=_decides(group, len(confirmed), decision),
         minimal_pair=decision,
         confirmed=len(confirmed),

@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord, ReplayName, TestId
+from pytest_hricdv.generate.schedule import ScheduleData
 from pytest_hricdv.results.behaviour import Timeline
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
@@ -145,6 +146,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         replay: of this test.
         locations: the most suspicious statements first; empty if no code was measured.
         stood: where each node of the code was at the violation, `file:line in function`; of a traced run only.
+        schedule: under which this test fails; None for the usual one.
         deciding_change: what makes the difference between failing and passing, in words; empty if nobody tried.
         minimal_pair: the result of the search for a minimal pair; None without a search.
         confirmed: number of tests that, as an experiment has shown, fail for it.
@@ -163,6 +165,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     replay: ReplayName | None = None
     locations: tuple[SuspiciousPlace, ...] = ()
     stood: Names = ()
+    schedule: ScheduleData | None = None
     deciding_change: str = ""
     minimal_pair: Decision | None = None
     confirmed: Count = 0

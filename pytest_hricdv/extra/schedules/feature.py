@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, NamedTuple
 
-from pytest_hricdv.extra.schedules.records import BUDGETS, LANES, SCHEDULES, THREADS
+from pytest_hricdv.extra.schedules.records import BUDGETS, FAILURE_KIND, LANES, SCHEDULES, THREADS
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value, usage_error
 
@@ -71,11 +71,14 @@ class SchedulesFeature(Feature[ScheduleOptions]):
         return run
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
-        """Add the number of threads that took turns; with a schedule, when they did."""
+        """Add the number of threads that took turns; with a schedule, when they did, and why it fails."""
         if run.test.schedule and (last := _instrumentation().last) is not None:
             from pytest_hricdv.extra.schedules.scheduler import lanes
 
             result = LANES.put(result, lanes(last))
+        replay = context.collection.replays.get(result.id)
+        if replay is not None and replay.replay.origin is not None and (run.failed or run.errors):
+            result = FAILURE_KIND.put(result, replay.replay.origin.failure_kind)
         return THREADS.put(result, run.threads) if run.threads > 1 else result
 
     def follow_up(self, context: RunContext) -> str:

@@ -15,15 +15,13 @@ from pathlib import Path
 from pytest_hricdv.coverage.source_files import ModuleFile, module_files
 from pytest_hricdv.execution.faulty_import import text_as_loaded
 from pytest_hricdv.execution.instrumented_code import Change
+from pytest_hricdv.generate.schedule import WRITES
 
 HOOK, BETWEEN = "__hricdv_point__", "__hricdv_between__"
 """What instrumented code calls: before a statement; and with the value that a statement is about to write."""
 
 LOCAL_LOCK = "a lock"
 """Data that stands for all locks in local variables: which one it is, only a run knows."""
-
-WRITES = "="
-"""Ends the place of a point between reading and writing, `robot.py:31=`."""
 
 _COMPOUND = (ast.If, ast.While, ast.For, ast.AsyncFor, ast.With, ast.AsyncWith, ast.Try, ast.Match)
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)

@@ -11,15 +11,16 @@ from msgspec.structs import replace
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.extra.schedules.budgets import PRECISION_S, measure_budgets, slow_down
-from pytest_hricdv.extra.schedules.points import WRITES, points_of
+from pytest_hricdv.extra.schedules.points import points_of
 from pytest_hricdv.extra.schedules.races import RaceExamination, words
 from pytest_hricdv.extra.schedules.records import OTHERWISE, BudgetRecord, RaceRecord, ScheduleResult, ScheduleSearchEnd
 from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, ScheduleWorker
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate, ScheduleSearch
 from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.schedule import WRITES, schedule_to_data
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.results.replay import ReplayOrigin
+from pytest_hricdv.results.replay import FailureKind, ReplayOrigin
 from pytest_hricdv.session.feature import DecidingRun, FeatureSession
 from pytest_hricdv.session.replaying import name_test
 
@@ -71,7 +72,7 @@ def _keep_broken(session: FeatureSession, candidate: ScheduleCandidate, budget: 
     """The budget with a replay file: of its test, a millisecond slower."""
     places = [budget.place, *budget.other.split()[:1]]
     slower = slow_down(candidate.test, places, budget.budget_s + PRECISION_S)
-    return replace(budget, replay=_keep(session, candidate, slower, budget.requirement, 1)[1])
+    return replace(budget, replay=_keep(session, candidate, slower, budget.requirement, 1, "late")[1])
 
 
 def _candidates(
@@ -188,7 +189,8 @@ class RaceHunt:
         is_moved = test.actions != candidate.test.actions
         examination = RaceExamination(self.run, lambda run: requirement in run.fails, is_moved)
         race = examination.examine(test, ran)
-        made, replay = _keep(self.session, candidate, race.test, requirement, race.runs)
+        kind: FailureKind = "deadlock" if not requirement and race.ran.is_deadlock else race.kind
+        made, replay = _keep(self.session, candidate, race.test, requirement, race.runs, kind)
         if self._is_known(requirement, race.ran.involves):
             return
         tolerated = requirement in self.session.options.known_violations and not self.session.options.strict
@@ -196,10 +198,11 @@ class RaceHunt:
             requirement=requirement,
             fault=race.ran.faults[0] if not requirement and race.ran.faults else "",
             test=candidate.test.id,
-            kind=race.kind,
+            failure_kind=kind,
+            schedule=schedule_to_data(race.test.schedule),
             words=words(candidate, race),
             least_s=round(race.least_s, 6),
-            is_counted=not tolerated and (race.kind == "wrong order" or self._is_declared),
+            is_counted=not tolerated and (kind != "late" or self._is_declared),
             found_after=self._runs,
             id=made,
             replay=replay,
@@ -208,14 +211,19 @@ class RaceHunt:
 
 
 def _keep(
-    session: FeatureSession, candidate: ScheduleCandidate, test: ConcreteTest, requirement: str, runs: int
+    session: FeatureSession,
+    candidate: ScheduleCandidate,
+    test: ConcreteTest,
+    requirement: str,
+    runs: int,
+    kind: FailureKind,
 ) -> tuple[str | None, str | None]:
     """Id and replay file of the candidate's test with a schedule."""
     with session.signals.let_through():
         result = session.rerunner.run(name_test(test, "schedule"))
     if result is None:
         return None, None
-    origin = ReplayOrigin("schedule", candidate.test.id, requirement or "fault", runs)
+    origin = ReplayOrigin("schedule", candidate.test.id, requirement or "fault", runs, kind)
     case = session.aggregation.chosen[candidate.nodeid]
     kept, replay = session.rerunner.keep(case, result, candidate.nodeid, origin)
     return kept.abstract.id, replay
@@ -223,4 +231,4 @@ def _keep(
 
 def _problem(race: RaceRecord) -> str:
     what = f"{race.requirement} is violated" if race.requirement else race.fault
-    return f"{what}, by {race.test} under another schedule ({race.kind}): {race.words}"
+    return f"{what}, by {race.test} under another schedule ({race.failure_kind}): {race.words}"

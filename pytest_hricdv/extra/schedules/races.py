@@ -19,7 +19,7 @@ JUST_S = 1e-6
 HALVINGS = 12
 """Of a delay, until it is known to a five-thousandth of itself."""
 
-RaceKind = Literal["wrong order", "late"]
+RaceKind = Literal["wrong-order", "late"]
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class ScheduleRace:
     Args:
         test: with the fewest decisions.
         ran: its run.
-        kind: `wrong order` if it fails because of the order of two threads or tasks, `late` if a delay does it that
+        kind: `wrong-order` if it fails because of the order of two threads or tasks, `late` if a delay does it that
             changes no order.
         least_s: the least delay that does it (s), where it is late.
         runs: that it took to find out.
@@ -62,12 +62,12 @@ class RaceExamination:
         """What is left of a schedule under which a test fails."""
         test, ran = self._least(test, ran)
         late = self._late(test, ran) if test.schedule else None
-        kind: RaceKind = "wrong order"
+        kind: RaceKind = "wrong-order"
         least_s = sum(held.for_s for held in ran.held)
         if late is not None:
             test, ran, least_s, before = self._shortest(*late)
-            kind = "wrong order" if before is None or is_other_order(before, ran) else "late"
-        return ScheduleRace(test, ran, kind, least_s, self.runs)
+            kind = "wrong-order" if before is None or is_other_order(before, ran) else "late"
+        return ScheduleRace(_name_nodes(test, ran), ran, kind, least_s, self.runs)
 
     def _tries(self, test: ConcreteTest) -> ScheduleRun | None:
         """The run, if it fails in the same way."""
@@ -115,11 +115,18 @@ class RaceExamination:
                 fails, test, ran = middle, shorter, again
         if just_passes is None and self._tries(_scale(test, whole, 0.0)) is None:
             just_passes = self.last
-        return test, ran, sum(decision.value for decision in test.schedule), just_passes
+        return test, ran, sum(decision.delay_s for decision in test.schedule), just_passes
+
+
+def _name_nodes(test: ConcreteTest, ran: ScheduleRun) -> ConcreteTest:
+    """The test whose decisions say which node they held up, for readers."""
+    nodes = {(held.kind, held.place): held.node for held in ran.held}
+    schedule = (replace(entry, node=nodes.get((entry.kind, entry.place), "")) for entry in test.schedule)
+    return replace(test, schedule=tuple(schedule))
 
 
 def _scale(test: ConcreteTest, schedule: Sequence[ScheduleDecision], share: float) -> ConcreteTest:
-    return replace(test, schedule=tuple(replace(entry, value=entry.value * share) for entry in schedule))
+    return replace(test, schedule=tuple(replace(entry, delay_s=entry.delay_s * share) for entry in schedule))
 
 
 def is_other_order(before: ScheduleRun, ran: ScheduleRun) -> bool:
@@ -147,8 +154,8 @@ def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDeci
     """The same delay, which ends just before the other node runs."""
     if decision.kind == "delivery":
         return decision
-    for_s = next((entry.for_s for entry in held if entry.place == decision.place), decision.value)
-    return replace(decision, kind="delay", value=max(0.0, for_s - JUST_S))
+    for_s = next((entry.for_s for entry in held if entry.place == decision.place), decision.delay_s)
+    return replace(decision, kind="delay", delay_s=max(0.0, for_s - JUST_S))
 
 
 def words(candidate: ScheduleCandidate, race: ScheduleRace) -> str:
@@ -167,7 +174,7 @@ def words(candidate: ScheduleCandidate, race: ScheduleRace) -> str:
         parts.append(f"{held.node} waits {before} for {held.for_s:.6g} s{during}")
     parts += [wait for wait in race.ran.waits if wait not in candidate.usual.waits]
     orders = [decision for decision in race.test.schedule if decision.kind == "order"]
-    parts += [f"at choice {entry.number} number {int(entry.value) + 1} of what is ready goes first" for entry in orders]
+    parts += [f"at choice {entry.occurrence} number {entry.choice + 1} of what is ready goes first" for entry in orders]
     return "; ".join(parts)
 
 

@@ -7,6 +7,8 @@ from typing import Literal, TypeVar
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
+from pytest_hricdv.generate.schedule import ScheduleData
+from pytest_hricdv.results.replay import FailureKind
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
@@ -22,7 +24,8 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
         requirement: that is violated; empty for a fault.
         fault: what else is wrong, a sentence.
         test: id of the test that passes.
-        kind: `wrong order`: it fails because of the order of two nodes; `late`: a delay alone does it.
+        failure_kind: see `results.replay.FailureKind`.
+        schedule: with the fewest decisions.
         words: what happens.
         least_s: the least delay that does it (s).
         is_counted: it fails the session; a late one does where `Timing(slowest_s=...)` is declared.
@@ -34,7 +37,8 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
     requirement: str
     fault: str = ""
     test: TestId
-    kind: Literal["wrong order", "late"]
+    failure_kind: FailureKind
+    schedule: ScheduleData | None = None
     words: str
     least_s: NotNegative
     is_counted: bool
@@ -129,7 +133,10 @@ BUDGETS: Section[tuple[BudgetRecord, ...]] = Section("budgets", tuple[BudgetReco
 THREADS: TestSection[int] = TestSection("threads", int, 0)
 """Of a test in whose run the code had more than one thread, or node of ROS 2: how many."""
 
+FAILURE_KIND: TestSection[FailureKind] = TestSection("failure_kind", FailureKind, "")
+"""Of a failing test that a search for schedules has made."""
+
 LANES: TestSection[tuple[NodeLane, ...]] = TestSection("lanes", tuple[NodeLane, ...], ())
 """Of a test with a schedule."""
 
-SECTIONS, TEST_SECTIONS = (SCHEDULES, BUDGETS), (THREADS, LANES)
+SECTIONS, TEST_SECTIONS = (SCHEDULES, BUDGETS), (THREADS, FAILURE_KIND, LANES)

@@ -42,6 +42,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         actions: when they began (s), and their numbers from 1.
         held: what decisions did.
         steps: thread and point of what was executed, one after the other, as `pack_steps` packs the first ones.
+        is_deadlock: nodes waited for locks of each other when it was over.
         waits: of nodes that waited without end when it was over, a sentence each.
         record: SHA-256 of the record.
         ended: how it ended.
@@ -59,6 +60,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     actions: tuple[tuple[NotNegative, Count], ...] = ()
     held: tuple[HeldNode, ...] = ()
     steps: bytes = b""
+    is_deadlock: bool = False
     waits: Names = ()
     record: str = ""
     ended: str = ""
@@ -176,6 +178,7 @@ def _summary(scheduler: Scheduler) -> ScheduleRun:
         conflicts=executed.conflicts(),
         executed=executed.executed,
         ready=tuple((count, places[steps[step][0]] if step < len(steps) else "") for count, step in scheduler.choices),
+        is_deadlock=scheduler.is_deadlock,
         waits=tuple(scheduler.waits),
         messages=Counter(topic for _, topic in scheduler.messages),
         arrivals=tuple(topic for _, topic in sorted(scheduler.messages, key=itemgetter(0))) if is_late else (),

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.schedules.records import NodeLane
 from pytest_hricdv.generate.schedule import EACH_TIME, Kind, ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
-from pytest_hricdv.runtime.virtual.deadlocks import EndlessWait, find_endless_waits
+from pytest_hricdv.runtime.virtual.deadlocks import EndlessWait, find_deadlocks, find_endless_waits
 from pytest_hricdv.runtime.virtual.thread_pool import WORK
 
 MAX_STEPS = 200_000
@@ -54,7 +54,7 @@ class HeldNode(PlainRecord, frozen=True, kw_only=True):
         choices: the same of choices between what was ready.
     """
 
-    kind: Kind = "hold"
+    kind: Kind = "preemption"
     place: str
     node: str
     time_s: NotNegative
@@ -101,6 +101,8 @@ class Scheduler:
     the run had executed before."""
     messages: list[tuple[int, str]] = field(default_factory=list)
     """When each message of the bus arrives (us of simulated time), and its topic."""
+    is_deadlock: bool = False
+    """Whether nodes wait for locks of each other when the run is over."""
     waits: list[str] = field(default_factory=list)
     """Of nodes that wait without end when the run is over, a sentence each."""
     held_up: list[HeldNode] = field(default_factory=list)
@@ -118,8 +120,8 @@ class Scheduler:
 
     def __post_init__(self) -> None:
         self._places = self.points.places
-        self._at = {(entry.place, entry.number): entry for entry in self.decisions if entry.place}
-        self._picks = {entry.number: int(entry.value) for entry in self.decisions if entry.kind == "order"}
+        self._at = {(entry.place, entry.occurrence): entry for entry in self.decisions if entry.place}
+        self._picks = {entry.occurrence: entry.choice for entry in self.decisions if entry.kind == "order"}
 
     def hooks(self) -> dict[str, Callable[..., object]]:
         """What instrumented code calls: before a statement, and with the value that it is about to write."""
@@ -169,11 +171,11 @@ class Scheduler:
     def _hold(self, node: Node, decision: ScheduleDecision) -> None:
         began_s, number = self.kernel.now_s, len(self._meanwhile)
         steps, choices = len(self.steps), len(self.choices)
-        if decision.kind == "hold":
+        if decision.kind == "preemption":
             self._waiting.append(node)
         self._held += 1
         try:
-            self.kernel.block(decision.value)
+            self.kernel.block(decision.delay_s)
         finally:
             self._held -= 1
             if node in self._waiting:
@@ -194,7 +196,7 @@ class Scheduler:
         """How long a message is on its way (s)."""
         number = self._counts[topic] = self._counts.get(topic, 0) + 1
         decision = self._at.get((topic, number))
-        delay_s = decision.value if decision else 0.0
+        delay_s = decision.delay_s if decision else 0.0
         now_us = self.kernel.now_us
         arrival_us = max(now_us + round(delay_s * US_PER_S), self._arrivals.get((sender, topic), 0))
         self._arrivals[sender, topic] = arrival_us
@@ -215,7 +217,9 @@ class Scheduler:
 
     def note_waits(self) -> None:
         """The run is over: who waits without end, and for what."""
-        for wait in find_endless_waits([node for node in self.kernel.nodes if self.code.has(node)]):
+        nodes = [node for node in self.kernel.nodes if self.code.has(node)]
+        self.is_deadlock = any(True for _ in find_deadlocks(nodes))
+        for wait in find_endless_waits(nodes):
             begin = f"{wait.node} waits without end at {wait.place}"
             if wait.holder is not None:
                 self.waits.append(f"{begin} for a lock that {wait.holder} holds")

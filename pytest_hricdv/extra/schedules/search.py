@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from random import Random
 from typing import TypeVar
 
@@ -196,7 +196,7 @@ class ScheduleSearch:
         least = min(self.orders[choice] for choice in choices)
         choice = rng.choice([choice for choice in choices if self.orders[choice] == least])
         self.orders[choice] += 1
-        decision = ScheduleDecision("order", "", _choose_early(rng, choices[choice]), choice[1])
+        decision = ScheduleDecision("order", "", _choose_early(rng, choices[choice]), choice=choice[1])
         return candidate, replace(candidate.test, schedule=(decision,))
 
     def _further(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[tuple[int, ConcreteTest]]:
@@ -215,7 +215,7 @@ class ScheduleSearch:
         for place in range(HOLDS):
             for conflict in later.values():
                 if (held := _holds(conflict)[place]) is not None:
-                    decision = ScheduleDecision("hold", *held, self.slowest_s)
+                    decision = self._preempt(held)
                     yield place, replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
     def _inside(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[ConcreteTest]:
@@ -224,9 +224,11 @@ class ScheduleSearch:
         for held in run.held:
             begin, end = held.steps
             inside = {_holds(conflict)[0]: None for conflict in run.conflicts if begin <= conflict.step < end}
-            decisions = [ScheduleDecision("hold", *place, self.slowest_s) for place in inside if place is not None]
+            decisions = [self._preempt(place) for place in inside if place is not None]
             for number in range(*held.choices):
-                decisions += (ScheduleDecision("order", "", number + 1, one) for one in range(1, run.ready[number][0]))
+                decisions += (
+                    ScheduleDecision("order", "", number + 1, choice=one) for one in range(1, run.ready[number][0])
+                )
             for decision in decisions:
                 yield replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
@@ -238,7 +240,11 @@ class ScheduleSearch:
         held = _holds(conflict)[self.tried[conflict.pair] % HOLDS]
         self.tried[conflict.pair] += 1
         is_delay = self.tried.total() % DELAY_EACH == 0 and not conflict.is_in_one_node
-        return [] if held is None else [ScheduleDecision("delay" if is_delay else "hold", *held, self.slowest_s)]
+        return [] if held is None else [ScheduleDecision("delay" if is_delay else "preemption", *held, self.slowest_s)]
+
+    def _preempt(self, execution: tuple[str, int]) -> ScheduleDecision:
+        """Hold a node up before an execution of a place."""
+        return ScheduleDecision("preemption", *execution, self.slowest_s)
 
     def _is_near(self, conflict: DataConflict) -> bool:
         return conflict.gap_s <= self.slowest_s
@@ -256,16 +262,17 @@ class ScheduleSearch:
         for _ in range(length):
             if usual.ready and rng.random() < 0.3:
                 number = rng.randrange(len(usual.ready))
-                made.append(ScheduleDecision("order", "", number + 1, rng.randrange(1, usual.ready[number][0])))
+                chosen = rng.randrange(1, usual.ready[number][0])
+                made.append(ScheduleDecision("order", "", number + 1, choice=chosen))
             elif usual.messages and rng.random() < LATE:
                 topic = rng.choice(sorted(usual.messages))
                 made.append(ScheduleDecision("delivery", topic, rng.randint(1, usual.messages[topic]), self.slowest_s))
             elif near and rng.random() < 0.5:
                 conflict = rng.choice(near)
-                made.append(ScheduleDecision("hold", conflict.first, conflict.number, self.slowest_s))
+                made.append(self._preempt((conflict.first, conflict.number)))
             else:
                 place = rng.choice([*usual.executed])
-                made.append(ScheduleDecision("hold", place, rng.randint(1, usual.executed[place]), self.slowest_s))
+                made.append(self._preempt((place, rng.randint(1, usual.executed[place]))))
         return made
 
     def _at_random(self, rng: Random, candidates: Sequence[ScheduleCandidate]) -> TestSchedule:
@@ -332,4 +339,6 @@ def _may_be(sampler: Sampler | None, value: float) -> bool:
 
 
 def _sort_decisions(decisions: Sequence[ScheduleDecision]) -> tuple[ScheduleDecision, ...]:
-    return tuple(sorted(dict.fromkeys(decisions), key=lambda entry: (entry.kind, entry.place, entry.number)))
+    """The decisions, each once; other orders last, which come first when decisions are taken away."""
+    rank = attrgetter("kind", "place", "occurrence")
+    return tuple(sorted(dict.fromkeys(decisions), key=lambda entry: (entry.kind == "order", rank(entry))))

@@ -96,7 +96,7 @@ def title(race: RaceRecord) -> str:
     if not race.requirement:
         return f"{race.test}: {race.fault}"
     fails = f"{race.requirement} of {race.test} fails"
-    if race.kind == "late":
+    if race.failure_kind == "late":
         counted = "" if race.is_counted else "; listed only, as no Timing(slowest_s=...) is declared"
         return f"{fails} if the code is {race.least_s:.4g} s late{counted}"
     return f"{fails} in the wrong order"

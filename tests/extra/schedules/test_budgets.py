@@ -22,8 +22,8 @@ def candidate(name: str, *executed: str) -> ScheduleCandidate:
 def test_a_budget_is_that_of_the_test_that_breaks_first(limits: dict[str, float]) -> None:
     def run(test: ConcreteTest) -> ScheduleRun:
         (decision,) = test.schedule
-        assert (decision.kind, decision.place, decision.number) == ("delay", "arm.py:3", EACH_TIME)
-        return ScheduleRun(violated=("R1", "R9") if decision.value > limits[test.id] else ("R9",))
+        assert (decision.kind, decision.place, decision.occurrence) == ("delay", "arm.py:3", EACH_TIME)
+        return ScheduleRun(violated=("R1", "R9") if decision.delay_s > limits[test.id] else ("R9",))
 
     candidates = [candidate(name, "arm.py:3") for name in limits]
     (budget,) = measure_budgets(run, candidates, {"arm.py:3": "Arm.move", "arm.py:9": "Arm.rest"})

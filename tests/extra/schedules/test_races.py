@@ -17,7 +17,7 @@ USUAL = ScheduleRun(threads=2)
 
 
 def hold(place: str, value: float = 0.05) -> ScheduleDecision:
-    return ScheduleDecision("hold", place, 1, value)
+    return ScheduleDecision("preemption", place, 1, value)
 
 
 def examined(fails: Callable[[dict[str, ScheduleDecision]], bool], *decisions: ScheduleDecision) -> ScheduleRace:
@@ -30,8 +30,8 @@ def examined(fails: Callable[[dict[str, ScheduleDecision]], bool], *decisions: S
                 place=entry.place,
                 node="robot",
                 time_s=1.0,
-                for_s=min(entry.value, 0.02) if entry.kind == "hold" else entry.value,
-                between=(("guard.py:7", "guard"),) if entry.kind == "hold" else (),
+                for_s=min(entry.delay_s, 0.02) if entry.kind == "preemption" else entry.delay_s,
+                between=(("guard.py:7", "guard"),) if entry.kind == "preemption" else (),
             )
             for entry in test.schedule
             if entry.kind != "order"
@@ -44,15 +44,15 @@ def examined(fails: Callable[[dict[str, ScheduleDecision]], bool], *decisions: S
 
 
 def test_what_fails_with_the_delay_alone_is_late_by_the_least_delay_that_does_it() -> None:
-    race = examined(lambda at: at["a"].kind == "hold" or at["a"].value > 0.0125, hold("a"))
+    race = examined(lambda at: at["a"].kind == "preemption" or at["a"].delay_s > 0.0125, hold("a"))
     assert race.kind == "late"
     assert abs(race.least_s - 0.0125) < 1e-4
     assert race.test.schedule[0].kind == "delay"
 
 
 def test_what_fails_however_short_the_delay_is_another_order() -> None:
-    assert examined(lambda at: True, hold("a")).kind == "wrong order"
-    assert examined(lambda at: at["a"].kind == "hold" or at["a"].value > 0.0, hold("a")).kind == "late"
+    assert examined(lambda at: True, hold("a")).kind == "wrong-order"
+    assert examined(lambda at: at["a"].kind == "preemption" or at["a"].delay_s > 0.0, hold("a")).kind == "late"
 
 
 @pytest.mark.parametrize(

@@ -126,7 +126,7 @@ def test_a_race_is_found_repeated_and_explained(pytester: pytest.Pytester) -> No
     assert result.ret == 1
     schedules = written(folder)["schedules"]
     (race,) = schedules["races"]
-    assert (race["requirement"], race["kind"], race["is_counted"]) == ("R1", "wrong order", True)
+    assert (race["requirement"], race["failure_kind"], race["is_counted"]) == ("R1", "wrong-order", True)
     assert race["words"].startswith("arm waits before arm.py:17 for 0.0")
     assert "while arm: Thread-1 (watch) executes arm.py:22, arm.py:23, arm.py:24" in race["words"]
     assert schedules["runs"] == 20
@@ -135,8 +135,20 @@ def test_a_race_is_found_repeated_and_explained(pytester: pytest.Pytester) -> No
     )
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(["*the same run, to the bit*"])
+    (decision,) = race["schedule"]["decisions"]
+    assert {**decision, "kind": "", "occurrence": 0, "delay_s": 0.0} == {
+        "kind": "",
+        "file": "arm.py",
+        "line": 17,
+        "node": "arm",
+        "occurrence": 0,
+        "delay_s": 0.0,
+    }
+    (test,) = written(folder, "again")["tests"]
+    assert (test["failure_kind"], test["concrete"]["schedule"]) == ("wrong-order", race["schedule"])
     (cause,) = written(folder, "again")["causes"]
     assert cause["deciding_change"] == "passes without the wait before arm.py:17"
+    assert cause["schedule"] == race["schedule"]
 
 
 @pytest.mark.slow
@@ -158,7 +170,7 @@ CUSTOM = """
 from pytest_hricdv.run import ConcreteAction, ConcreteTest, ScheduleDecision
 
 STOPS = tuple(ConcreteAction(**action) for action in {actions!r})
-SCHEDULE = tuple(ScheduleDecision(*decision) for decision in {schedule!r})
+SCHEDULE = (ScheduleDecision("{kind}", "{file}:{line}", {occurrence}, {delay_s}),)
 
 
 def test_it_stops_whatever_comes_in_between(hri_run):
@@ -178,9 +190,10 @@ def test_a_race_is_found_in_tests_of_other_suites_and_a_custom_test_repeats_it(
     options = (f"--hri-suite={suite}", "--hri-close-runs=8", "--hri-schedules=20", "-p", "no:cacheprovider")
     pytester.runpytest_subprocess(*options)
     (race,) = written(folder)["schedules"]["races"]
-    assert (race["requirement"], race["kind"]) == ("R1", "wrong order")
+    assert (race["requirement"], race["failure_kind"]) == ("R1", "wrong-order")
     concrete = json.loads((folder / race["replay"]).read_text(encoding="utf-8"))["concrete"]
-    text = CUSTOM.format(actions=concrete["actions"], schedule=concrete["schedule"])
+    (decision,) = concrete["schedule"]["decisions"]
+    text = CUSTOM.format(actions=concrete["actions"], **decision)
     (folder / "test_custom.py").write_text(text, encoding="utf-8")
     custom = pytester.runpytest_subprocess("test_custom.py", "-p", "no:cacheprovider", "-o", "hri_suite=")
     custom.assert_outcomes(failed=1)
@@ -207,11 +220,13 @@ def test_a_replay_shows_switches_and_stops_at_the_statement_that_waits(pytester:
     arm, watch = test["lanes"]
     assert (arm["node"], watch["node"]) == ("arm", "arm: Thread-1 (watch)")
     assert [place for *_, place in arm["held"]] == ["arm.py:17"]
-    ((kind, *_),) = json.loads((folder / replay.partition("=")[2]).read_text(encoding="utf-8"))["concrete"]["schedule"]
+    (decision,) = test["concrete"]["schedule"]["decisions"]
     assert "arm.py:22" in [place for _, place in watch["switches"]]
     command = (sys.executable, "-m", "pytest", replay, "--pdb", "--hri-report=third", "-p", "no:cacheprovider")
     stopped = pytester.run(*command, stdin=b"p self.stopped\nc\nq\n")
-    stopped.stdout.fnmatch_lines([f"*arm waits before arm.py:17 ({kind})*", "*self.motor.move(True)", "*False"])
+    stopped.stdout.fnmatch_lines(
+        [f"*arm waits before arm.py:17 ({decision['kind']})*", "*self.motor.move(True)", "*False"]
+    )
 
 
 BRAKES = """
@@ -256,7 +271,7 @@ def test_a_budget_is_exact_to_a_millisecond(pytester: pytest.Pytester, name: str
         .replace("VirtualTime(", 'VirtualTime(allowed_endings=("early",), '),
         encoding="utf-8",
     )
-    measured = pytester.runpytest_subprocess(*OPTIONS, "--hri-budgets=2")
+    measured = pytester.run(sys.executable, "-m", "pytest_hricdv", "budgets", "--tests=2", "--", *OPTIONS)
     budgets = {budget["name"]: budget for budget in written(folder)["budgets"] if "other" not in budget}
     budget = budgets[f"Arm.{name}"]
     assert (budget["requirement"], abs(budget["budget_s"] - expected_s) <= 0.001) == ("R1", True), budgets
@@ -269,9 +284,9 @@ def verdict_with(pytester: pytest.Pytester, replay: str, delay_s: float) -> str:
     """What a replay file shows once its delay is another one; as it is, it is the same run."""
     file = pytester.path / replay
     test = json.loads(file.read_text(encoding="utf-8"))
-    (decision,) = test["concrete"]["schedule"]
-    is_edited = abs(decision[-1] - delay_s) > 1e-9
-    decision[-1] = delay_s if is_edited else decision[-1]
+    (decision,) = test["concrete"]["schedule"]["decisions"]
+    is_edited = abs(decision["delay_s"] - delay_s) > 1e-9
+    decision["delay_s"] = delay_s if is_edited else decision["delay_s"]
     file.write_text(json.dumps(test), encoding="utf-8")
     again = pytester.runpytest_subprocess(f"--hri-replay={replay}", "--hri-report=again", "-p", "no:cacheprovider")
     again.stdout.fnmatch_lines(["*the test was edited*" if is_edited else "*the same run, to the bit*"])

@@ -14,7 +14,7 @@ DONE = ScheduleResult(runs=20, tests=3, slowest_s=0.05, pairs=5, both=4)
 RACE = RaceRecord(
     requirement="R1",
     test="rl-a",
-    kind="wrong order",
+    failure_kind="wrong-order",
     words="arm waits before arm.py:17",
     least_s=0.01,
     is_counted=True,

@@ -33,7 +33,9 @@ def test_every_near_pair_is_reversed_soon() -> None:
 def test_another_one_goes_first_at_each_place_soon() -> None:
     usual = ScheduleRun(threads=2, ready=READY)
     rounds = len(TURNS) * len(PLACES)
-    chosen = {decision.number for test in draw(usual, rounds) for decision in test.schedule if decision.kind == "order"}
+    chosen = {
+        decision.occurrence for test in draw(usual, rounds) for decision in test.schedule if decision.kind == "order"
+    }
     assert {READY[number - 1][1] for number in chosen} == set(PLACES)
 
 
