@@ -129,13 +129,18 @@ class ScheduleSearch:
         for number in count() if able else ():
             rng = make_rng("schedules", self.seed, number)
             draw = ScheduleSearch._pair if number % 2 and self._has_untried_pair() else TURNS[number % len(TURNS)]
-            made = draw(self, rng, able) or self._pair(rng, able) or self._at_random(rng, able)
+            made = draw(self, rng, able) or self._otherwise(rng, able)
             if self._is_new(made[1]):
                 yield made
 
     def _has_untried_pair(self) -> bool:
         """Whether a single decision is still to be tried: large code has more of them than their share of the turns."""
         return any(not self.tried[pair] for pair in self.near)
+
+    def _otherwise(self, rng: Random, able: Sequence[ScheduleCandidate]) -> TestSchedule:
+        """What is drawn where a way knows nothing: once pairs were tried at each place, decisions beside others."""
+        inside = self._pop_inside() if all(self.tried[pair] >= HOLDS for pair in self.near) else None
+        return inside or self._pair(rng, able) or self._at_random(rng, able)
 
     def _pop_further(self, *_: object) -> TestSchedule | None:
         return self.further.pop(0)[1:] if self.further else None
@@ -310,16 +315,18 @@ DrawSchedule = Callable[[ScheduleSearch, Random, Sequence[ScheduleCandidate]], T
 
 TURNS: tuple[DrawSchedule, ...] = (
     ScheduleSearch._pop_further,
+    ScheduleSearch._pop_inside,
+    ScheduleSearch._pair,
+    ScheduleSearch._pop_inside,
+    ScheduleSearch._pop_further,
     ScheduleSearch._pair,
     ScheduleSearch._pop_inside,
     ScheduleSearch._order,
     ScheduleSearch._pop_further,
+    ScheduleSearch._pop_inside,
     ScheduleSearch._pair,
     ScheduleSearch._pop_inside,
     ScheduleSearch._at_random,
-    ScheduleSearch._pop_further,
-    ScheduleSearch._pair,
-    ScheduleSearch._pop_inside,
 )
 """The ways of drawing schedules, in turns; while a pair is untried, every other turn goes to pairs."""
 
