@@ -43,7 +43,7 @@ FEATURES = MappingProxyType(
         "audit": ("feature", "records"),  # before what follows failures up: some are none
         "unused": ("feature",),
         "search": ("feature", "records", "view"),
-        "schedules": ("feature", "execution", "records", "view"),
+        "schedules": ("feature", "execution", "command", "records", "view"),
         "patch": ("feature", "records", "view"),
         "trend": ("feature",),
         "film": ("feature", "records"),

@@ -23,6 +23,10 @@ WRITES = "="
 
 Kind = Literal["preemption", "delay", "order", "delivery"]
 
+FailureKind = Literal["", "wrong-order", "late", "deadlock"]
+"""Why a test fails under its schedule: because of the order of two threads; because of a delay alone; threads wait for
+locks of each other. Empty where no schedule was searched."""
+
 
 class DecisionData(PlainRecord, frozen=True, kw_only=True):
     """One decision in JSON.

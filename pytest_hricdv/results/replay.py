@@ -16,7 +16,7 @@ from pytest_hricdv._base.message import InputError, quote
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, TestData
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.generate.schedule import schedule_from_data, schedule_to_data
+from pytest_hricdv.generate.schedule import FailureKind, schedule_from_data, schedule_to_data
 from pytest_hricdv.results.model import ConcreteParameters
 
 SCHEMA = "hricdv-replay/2"
@@ -24,11 +24,6 @@ SCHEMA = "hricdv-replay/2"
 
 class ReplayError(InputError):
     """A replay file cannot be read or written; the message names the file, the cause and what to do."""
-
-
-FailureKind = Literal["", "wrong-order", "late", "deadlock"]
-"""Why a test fails under its schedule: because of the order of two threads; because of a delay alone; threads wait for
-locks of each other. Empty where no schedule was searched."""
 
 
 class ReplayOrigin(msgspec.Struct, frozen=True):

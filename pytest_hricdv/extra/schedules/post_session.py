@@ -17,10 +17,10 @@ from pytest_hricdv.extra.schedules.records import OTHERWISE, BudgetRecord, RaceR
 from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, ScheduleWorker
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate, ScheduleSearch
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.schedule import WRITES, schedule_to_data
+from pytest_hricdv.generate.schedule import WRITES, FailureKind, schedule_to_data
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.results.replay import FailureKind, ReplayOrigin
+from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session.feature import DecidingRun, FeatureSession
 from pytest_hricdv.session.replaying import name_test
 
