@@ -12,6 +12,7 @@ from msgspec import Struct, to_builtins
 
 from pytest_hricdv._base.input_file import MalformedError, from_json
 from pytest_hricdv._base.message import nearest
+from pytest_hricdv._base.schedule_record import ScheduleData
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, disturbance_of, id_of_test
 from pytest_hricdv.generate.actors import (
@@ -33,7 +34,7 @@ from pytest_hricdv.generate.actors import (
 from pytest_hricdv.generate.chosen_values import RUN, Values, owner
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
 from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler, Sampling, Uniform
-from pytest_hricdv.generate.schedule import ScheduleData, ScheduleDecision, schedule_from_data, schedule_to_data
+from pytest_hricdv.generate.schedule import ScheduleDecision, schedule_from_data, schedule_to_data
 
 Parameters = Mapping[str, float]
 UNIFORM = "uniform"

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Literal
 
 from msgspec.structs import replace
 
-from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
+from pytest_hricdv._base.schedule_record import DecisionData, DecisionKind, ScheduleData
 from pytest_hricdv.generate import GenerateError
 
 EACH_TIME = 0
@@ -20,44 +19,6 @@ EACH_TIME = 0
 
 WRITES = "="
 """Ends the place of an assignment that reads what it writes, where it has read and not written yet."""
-
-Kind = Literal["preemption", "delay", "order", "delivery"]
-
-FailureKind = Literal["", "wrong-order", "late", "deadlock"]
-"""Why a test fails under its schedule: because of the order of two threads; because of a delay alone; threads wait for
-locks of each other. Empty where no schedule was searched."""
-
-
-class DecisionData(PlainRecord, frozen=True, kw_only=True):
-    """One decision in JSON.
-
-    Args:
-        kind: of the decision, see `ScheduleDecision`.
-        file: of the statement, from the folder of its package; none of an order or a delivery.
-        line: of the statement.
-        is_between: the node waits between reading and writing of the statement, not before it.
-        topic: of a delivery.
-        node: that waited or sent the message, where it is known; nothing depends on it.
-        occurrence: see `ScheduleDecision`.
-        delay_s: likewise (s).
-        choice: likewise.
-    """
-
-    kind: Kind
-    file: str = ""
-    line: Count = 0
-    is_between: bool = False
-    topic: str = ""
-    node: str = ""
-    occurrence: Count
-    delay_s: NotNegative = 0.0
-    choice: Count = 0
-
-
-class ScheduleData(PlainRecord, frozen=True, kw_only=True):
-    """A schedule in JSON: its decisions."""
-
-    decisions: tuple[DecisionData, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -77,7 +38,7 @@ class ScheduleDecision:
         node: that waited or sent the message; nothing depends on it.
     """
 
-    kind: Kind
+    kind: DecisionKind
     place: str
     occurrence: int
     delay_s: float = 0.0

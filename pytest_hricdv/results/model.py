@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
 from msgspec import Meta
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord, ReplayName, TestId
+from pytest_hricdv._base.schedule_record import ScheduleData
 from pytest_hricdv.coverage.cross_product import CrossCoverage, ExplorationRecord, ProductDeclaration
 from pytest_hricdv.coverage.records import (
     Closure,
@@ -24,7 +25,6 @@ from pytest_hricdv.coverage.records import (
     SuiteCode,
 )
 from pytest_hricdv.execution.outcome import FAILING, TestOutcome
-from pytest_hricdv.generate.schedule import ScheduleData
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges, Difference
 from pytest_hricdv.results.behaviour import Timeline as Timeline

@@ -13,10 +13,11 @@ from pytest_hricdv._base import atomic_file
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
 from pytest_hricdv._base.message import InputError, quote
+from pytest_hricdv._base.schedule_record import FailureKind
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, TestData
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.generate.schedule import FailureKind, schedule_from_data, schedule_to_data
+from pytest_hricdv.generate.schedule import schedule_from_data, schedule_to_data
 from pytest_hricdv.results.model import ConcreteParameters
 
 SCHEMA = "hricdv-replay/2"

@@ -67,7 +67,7 @@ def test_a_plan_without_end_is_noted_with_its_place(tmp_path: Path, loop: str) -
     runner.run(["hall"])
     assert runner.notes() == ()
     runner.run(["hall", "polite", "bright"])
-    assert any("visitor.asl:10:1: plan @" in note and "without end in 1 runs" in note for note in runner.notes())
+    assert any("visitor.asl:10:1: plan @" in note and "never ends in 1 runs" in note for note in runner.notes())
 
 
 def test_runs_in_which_nobody_acts_are_noted(tmp_path: Path) -> None:

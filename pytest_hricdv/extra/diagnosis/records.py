@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord, ReplayName, TestId
-from pytest_hricdv.generate.schedule import ScheduleData
+from pytest_hricdv._base.schedule_record import ScheduleData
 from pytest_hricdv.results.behaviour import Timeline
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 

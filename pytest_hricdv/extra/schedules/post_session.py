@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from msgspec.structs import replace
 
+from pytest_hricdv._base.schedule_record import FailureKind
 from pytest_hricdv.execution.hri_case import HriCase
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.extra.schedules.budgets import PRECISION_S, measure_budgets, slow_down
@@ -17,7 +18,7 @@ from pytest_hricdv.extra.schedules.records import OTHERWISE, BudgetRecord, RaceR
 from pytest_hricdv.extra.schedules.schedule_run import RunTest, ScheduleRun, ScheduleWorker
 from pytest_hricdv.extra.schedules.search import ScheduleCandidate, ScheduleSearch
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.schedule import WRITES, FailureKind, schedule_to_data
+from pytest_hricdv.generate.schedule import WRITES, schedule_to_data
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin

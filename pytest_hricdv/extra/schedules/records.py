@@ -7,7 +7,7 @@ from typing import Literal, TypeVar
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
-from pytest_hricdv.generate.schedule import FailureKind, ScheduleData
+from pytest_hricdv._base.schedule_record import FailureKind, ScheduleData
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
@@ -23,7 +23,7 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
         requirement: that is violated; empty for a fault.
         fault: what else is wrong, a sentence.
         test: id of the test that passes.
-        failure_kind: see `generate.schedule.FailureKind`.
+        failure_kind: see `FailureKind`.
         schedule: with the fewest decisions.
         words: what happens.
         least_s: the least delay that does it (s).

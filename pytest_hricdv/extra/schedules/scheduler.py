@@ -10,11 +10,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
+from pytest_hricdv._base.schedule_record import DecisionKind
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.instrumented_code import instrument
 from pytest_hricdv.extra.schedules.points import BETWEEN, HOOK, CodePoints, points_of
 from pytest_hricdv.extra.schedules.records import NodeLane
-from pytest_hricdv.generate.schedule import EACH_TIME, Kind, ScheduleDecision
+from pytest_hricdv.generate.schedule import EACH_TIME, ScheduleDecision
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Kernel, Node
 from pytest_hricdv.runtime.virtual.deadlocks import EndlessWait, find_deadlocks, find_endless_waits
@@ -54,7 +55,7 @@ class HeldNode(PlainRecord, frozen=True, kw_only=True):
         choices: the same of choices between what was ready.
     """
 
-    kind: Kind = "preemption"
+    kind: DecisionKind = "preemption"
     place: str
     node: str
     time_s: NotNegative

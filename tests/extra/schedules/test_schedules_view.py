@@ -45,7 +45,7 @@ def test_it_says_what_was_run_and_what_was_not(result: ScheduleResult, said: str
 
 def test_a_race_is_titled_by_what_fails() -> None:
     assert title(RACE) == "R1 of rl-a fails in the wrong order"
-    late = replace(RACE, kind="late", is_counted=False)
+    late = replace(RACE, failure_kind="late", is_counted=False)
     assert title(late).startswith("R1 of rl-a fails if the code is 0.01 s late; listed only")
     assert title(replace(RACE, requirement="", fault="deadlock: a waits")) == "rl-a: deadlock: a waits"
     page = render(SCHEDULES.put(sample.report(tests=1), replace(DONE, races=(RACE,), open=("a.py:1 before a.py:2",))))
