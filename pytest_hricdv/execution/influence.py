@@ -158,7 +158,7 @@ class Influence:
         ]
         others: list[Any] = [self._kernel.world]
         for node in nodes:
-            if not node.ended and not self._is_code(node):
+            if not self._is_code(node):
                 others += [node.body, *(value for frame in _frames(node) for value in _values(frame))]
         own = self._follow(roots, with_globals=False)
         theirs = self._follow(others, with_globals=True)

@@ -502,9 +502,7 @@ class Kernel:
             if not (isinstance(error, (Exception, SystemExit)) or word_of(error)):
                 raise
             raised = error
-        if node.greenlet.dead:
-            node.ended = True
-            del node.body  # and what it keeps, as a thread
+        node.ended = node.greenlet.dead
         if isinstance(raised, BaseException):
             problem = f"failed at {self.now_s:.3f} s: {error_text(raised)}"
             raise NodeError(node.name, self.now_s, problem) from raised

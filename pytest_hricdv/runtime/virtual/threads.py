@@ -63,6 +63,10 @@ def _threads() -> _Threads | None:
     return threads
 
 
+def _do_nothing() -> None:
+    """The body of a node whose thread is over."""
+
+
 class Thread:
     """Like `threading.Thread`."""
 
@@ -137,7 +141,8 @@ class Thread:
             self._over.set()
             threads = _threads()
             if threads is not None and self._node is not None:
-                threads.running.pop(self._node)  # nothing else keeps it
+                threads.running.pop(self._node)
+                self._node.body = _do_nothing  # nothing else keeps it
 
     def run(self) -> None:
         """The thread's work; to be overridden, or given as `target`."""
