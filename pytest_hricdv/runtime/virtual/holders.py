@@ -59,14 +59,14 @@ _KINDS: dict[type, tuple[Callable[[Any], Items], Callable[[Any, Items], Any]]] =
 """Class -> what an object of it keeps, and how one with other things is made."""
 
 
-def held_by(value: Any) -> Items | None:
+def contents_of(value: Any) -> Items | None:
     """What an object keeps that cannot be changed; None for an object of another kind."""
     kind = type(value)
     if issubclass(kind, tuple):
         return tuple.__getitem__(value, slice(None))
     if kind in _KINDS:
         return _KINDS[kind][0](value)
-    reduced = _reduced(value)
+    reduced = _reduce(value)
     return None if reduced is None else (*reduced[1], *reduced[2:])
 
 
@@ -76,7 +76,7 @@ def with_others(value: Any, other: Callable[[Any], Any]) -> Any:
     Args:
         other: an item -> what stands for it, or the item.
     """
-    held = held_by(value)
+    held = contents_of(value)
     if held is None:
         return value
     items = [*map(other, held)]
@@ -89,7 +89,7 @@ def _with_held(value: Any, items: Items) -> Any:
         return tuple.__new__(kind, items)
     if kind in _KINDS:
         return _KINDS[kind][1](value, items)
-    reduced = _reduced(value)
+    reduced = _reduce(value)
     assert reduced is not None, "it has told what it keeps"
     count = len(reduced[1])
     made = reduced[0](*items[:count])
@@ -103,7 +103,7 @@ def _method(method: types.MethodType, function: Any, owner: Any) -> Any:
     return types.MethodType(function, owner) if owner is method.__self__ else getattr(owner, method.__name__)
 
 
-def _reduced(value: Any) -> tuple[Any, ...] | None:
+def _reduce(value: Any) -> tuple[Any, ...] | None:
     """How an iterator of Python's library is made: a function, its arguments, perhaps a state. None for others."""
     kind = type(value)
     is_one = kind.__module__ in ("builtins", "itertools") and hasattr(kind, "__next__")

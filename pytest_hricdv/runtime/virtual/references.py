@@ -27,7 +27,7 @@ from types import (
 )
 from typing import Any
 
-from pytest_hricdv.runtime.virtual.holders import MAX_ITEMS, Reference, held_by, items_of
+from pytest_hricdv.runtime.virtual.holders import MAX_ITEMS, Reference, contents_of, items_of
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 
 
@@ -98,7 +98,7 @@ class ReferenceSearch:
             yield value, put
         elif depth <= MAX_DEPTH and id(value) not in self._seen:
             self._seen[id(value)] = value
-            held, holds = held_by(value), False
+            held, holds = contents_of(value), False
             for item, put_item in self._items(value) if held is None else ((item, _hold) for item in held[:MAX_ITEMS]):
                 for found, put_found in self._look(item, put_item, depth + 1):
                     if put_found is _hold:
