@@ -40,7 +40,7 @@ def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of
         [
             "closing: * runs, * simulated; ended: the budget of runs is used up",
             "  statements *  40 *  0 *  1",
-            "  open: lamps/guide.py:*; executed up to line 43*",
+            "  open: lamps/guide.py:*: executed up to line 43*",
         ]
     )
 
