@@ -19,7 +19,7 @@ observations with a chance of 2 / (n + 1), whatever their distribution: 18 % wit
 
 
 @dataclass
-class BagTopic:
+class TopicShapes:
     """A topic in bags.
 
     Args:
@@ -67,10 +67,10 @@ def with_recordings(model: CodeModel, paths: Sequence[Path], packages: Mapping[s
     return replace(model, messages=messages, problems=(*model.problems, *problems), questions=questions)
 
 
-def _observe(recordings: Sequence[Recording]) -> dict[str, BagTopic]:
-    topics: dict[str, BagTopic] = {}
+def _observe(recordings: Sequence[Recording]) -> dict[str, TopicShapes]:
+    topics: dict[str, TopicShapes] = {}
     for message in (message for recording in recordings for part in recording.parts for message in part):
-        topic = topics.setdefault(key_of(message.topic), BagTopic(message.topic))
+        topic = topics.setdefault(key_of(message.topic), TopicShapes(message.topic))
         topic.count += 1
         for path, value in message.fields.items():
             for part in value if isinstance(value, tuple) else (value,):
@@ -96,7 +96,7 @@ def _is_of(key: str, topics: set[str]) -> bool:
     return key in topics or any(key.endswith(f"_{topic}") for topic in topics if topic)
 
 
-def _rename(topics: Mapping[str, BagTopic], messages: Sequence[Message]) -> dict[str, BagTopic]:
+def _rename(topics: Mapping[str, TopicShapes], messages: Sequence[Message]) -> dict[str, TopicShapes]:
     """Rename recorded topics as messages call them: `/robot1/scan` to `scan` if it is the only one."""
     renamed: dict[str, str] = {}
     for message in messages:
@@ -109,7 +109,7 @@ def _rename(topics: Mapping[str, BagTopic], messages: Sequence[Message]) -> dict
     return {renamed.get(key, key): topic for key, topic in topics.items()}
 
 
-def _with_values(message: Message, seen: Mapping[str, BagTopic], source: str) -> Message:
+def _with_values(message: Message, seen: Mapping[str, TopicShapes], source: str) -> Message:
     topic = seen.get(key_of(message.topic))
     if topic is None:
         return message
@@ -131,12 +131,12 @@ def _with_observed(part: MessageField, shape: Shape | None, place: CodeLine) -> 
     return part
 
 
-def _count(topic: BagTopic) -> str:
+def _count(topic: TopicShapes) -> str:
     return "1 message" if topic.count == 1 else f"{topic.count} messages"
 
 
 def _differences(
-    messages: Sequence[Message], seen: Mapping[str, BagTopic], source: str
+    messages: Sequence[Message], seen: Mapping[str, TopicShapes], source: str
 ) -> Iterator[tuple[str, CodeLine | None]]:
     """The topics that only the code has, and those that only the bags have."""
     verbs = {"received": "receives", "published": "publishes", "both": "publishes and receives"}
@@ -150,14 +150,14 @@ def _differences(
             yield f"{source}: has {_count(topic)} of {topic.name}, which the code neither publishes nor receives", None
 
 
-def _open_questions(questions: Sequence[Question], seen: Mapping[str, BagTopic]) -> tuple[Question, ...]:
+def _open_questions(questions: Sequence[Question], seen: Mapping[str, TopicShapes]) -> tuple[Question, ...]:
     """The questions without those for texts and numbers that were observed."""
     answered = {f"{key}.{path}" for key, topic in seen.items() for path, shape in topic.fields.items()
                 if not shape.is_open and topic.count >= MIN_OBSERVATIONS}  # fmt: skip
     return tuple(question for question in questions if question.about not in answered)
 
 
-def _questions(messages: Sequence[Message], seen: Mapping[str, BagTopic], source: str) -> Iterator[Question]:
+def _questions(messages: Sequence[Message], seen: Mapping[str, TopicShapes], source: str) -> Iterator[Question]:
     for message in messages:
         topic = seen.get(key_of(message.topic))
         if topic is None or message.direction == "published":
