@@ -21,7 +21,6 @@ from pytest_hricdv._base import project_files
 from pytest_hricdv._base.project_files import Identity, differences
 from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, start_process
 from pytest_hricdv.extra.cluster import code_archive
-from pytest_hricdv.extra.cluster.code_archive import ArchiveError
 from pytest_hricdv.extra.cluster.private_folder import require_safe
 from pytest_hricdv.session.remote import Answer, Service, WorkerName
 
@@ -62,7 +61,7 @@ class _WorkerProcess:
         try:
             if self._process is None or self._service != service:
                 self._start(service)
-        except (ProcessError, OSError, ArchiveError) as error:
+        except (ProcessError, OSError) as error:
             self.end()
             return Answer(self._worker, unable=f"it cannot begin: {error}")
         except OtherProjectError as error:
@@ -72,7 +71,7 @@ class _WorkerProcess:
         lines: list[bytes] = []
         try:
             self._process.send(message)
-            self._read(self._process, service.silent_s, lines)
+            lines.extend(self._process.answer(service.silent_s))  # has those before an error
         except ProcessError as error:
             shown = self._without_folder(lines)
             self.end()
@@ -102,9 +101,8 @@ class _WorkerProcess:
             start_process(service.module, self._directory, hash_seed=service.hash_seed)
         )
         self._process.send(service.job)
-        lines: list[bytes] = []
-        self._read(self._process, max(service.silent_s, BEGIN_S), lines)
-        self._identity = msgspec.json.decode(lines[-1], type=Identity)
+        *_, identity = self._process.answer(max(service.silent_s, BEGIN_S))
+        self._identity = msgspec.json.decode(identity, type=Identity)
         if service.project:
             _require_same(service.project, self._identity.project)
         self._service = service
@@ -113,33 +111,8 @@ class _WorkerProcess:
         """The folder that the service's directory is in: a new one with the project that was sent, or any."""
         if not service.archive_sha256:
             return Path()
-        if code_archive.digest(service.archive) != service.archive_sha256:
-            raise ArchiveError("the project that came is not the one that was sent: its SHA-256 is another one")
         self._sent = self._stack.enter_context(code_archive.unpack(service.archive, scratch))
         return self._sent
-
-    def _read(self, process: SeparateProcess, silent_s: float, lines: list[bytes]) -> None:
-        """Takes an answer; ends the process when it is silent for too long."""
-        too_long = threading.Event()
-
-        def end() -> None:
-            too_long.set()
-            process.kill()
-
-        watch = threading.Timer(silent_s, end)
-        watch.start()
-        try:
-            for line in process.answer():
-                watch.cancel()
-                lines.append(line)
-                watch = threading.Timer(silent_s, end)
-                watch.start()
-        except ProcessError:
-            if too_long.is_set():
-                raise ProcessError(f"no sign of life for {silent_s:g} s") from None
-            raise
-        finally:
-            watch.cancel()
 
     def end(self) -> None:
         """End the process."""

@@ -257,12 +257,10 @@ def test_a_project_that_is_another_one_is_refused_before_it_is_imported(
     (echo / "evil_service.py").write_text(evil, encoding="utf-8")
     own = {"conftest.py": "0123456789abcdef"}
     there = Service("evil_service", b"{}", str(tmp_path), {}, 20.0, sources=own)
-    sent = replace(there, directory=".", archive=archive, archive_sha256=code_archive.digest(archive))
-    forged = replace(sent, sources={}, archive_sha256="0" * 64)
-    expected = (there, "conftest.py changed"), (sent, "conftest.py changed"), (forged, "its SHA-256 is another one")
-    for asked, why in expected:
+    sent = replace(there, directory=".", archive=archive, archive_sha256="0" * 64)
+    for asked in (there, sent):
         answer = cluster.connection.client.submit(worker_side.ask, asked, b"[]", pure=False).result()
-        assert why in answer.unable
+        assert "conftest.py changed" in answer.unable
     assert not (tmp_path / "ran").exists()
 
 
