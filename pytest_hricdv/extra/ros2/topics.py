@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NoReturn
 
 from pytest_hricdv.extra.ros2.clocks import system_ns
-from pytest_hricdv.extra.ros2.content_filter import content_filter
 from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.events import EndpointEvents, Lease
 from pytest_hricdv.extra.ros2.graph import GraphEntity, note
@@ -181,7 +180,7 @@ class TopicSubscription(_TopicEndpoint, QueueHandle):
 
     Raises:
         ValueError: a wrong topic.
-        RCLError: an invalid filter expression.
+        RCLError: a filter expression, which is not simulated.
     """
 
     def __init__(
@@ -223,30 +222,24 @@ class TopicSubscription(_TopicEndpoint, QueueHandle):
         return lifespan_ns > 0 and info["source_timestamp"] + lifespan_ns <= system_ns(self.kernel)
 
     def set_content_filter(self, expression: str, parameters: Sequence[str]) -> None:
-        """Take only messages that pass, from now on; all, if the expression is empty."""
-        self._passes = content_filter(expression, parameters) if expression else None
-        self._filter = (expression, list(parameters))
+        """Raises RCLError, unless all messages are to be taken."""
+        if expression:
+            raise RCLError(f"content filters are not simulated: {expression}; filter the messages in the callback")
 
     set_on_new_message_callback = QueueHandle.set_callback
     clear_on_new_message_callback = QueueHandle.clear_callback
 
     def is_cft_enabled(self) -> bool:
-        return self._passes is not None
+        return False
 
-    def get_content_filter(self) -> Any:
-        """Its filter, as `rclpy` names it. Raises RCLError if it has none."""
-        if self._passes is None:
-            raise RCLError("failed to get content filter for the topic: content filter is not set")
-        from rclpy.subscription_content_filter_options import (  # type: ignore[import-not-found, unused-ignore]
-            ContentFilterOptions,
-        )
-
-        return ContentFilterOptions(*self._filter)
+    def get_content_filter(self) -> NoReturn:
+        """Raises RCLError: it has none."""
+        raise RCLError("failed to get content filter for the topic: content filter is not set")
 
     def deliver(self, message: Any, info: dict[str, Any], lifespan_ns: int = 0) -> None:
         """Add a message to the queue, unless its lifespan is over; the oldest one goes if there are too many."""
         self._notice_lost(info)
-        if self._is_stale(info, lifespan_ns) or (self._passes is not None and not self._passes(message)):
+        if self._is_stale(info, lifespan_ns):
             return
         self._received += 1
         self.last_ns = self.kernel.now_us * 1000

@@ -13,6 +13,7 @@ from pytest_hricdv.extra.ros2 import qos
 from pytest_hricdv.extra.ros2.bridge import Bridge, vocabulary
 from pytest_hricdv.extra.ros2.events import EventHandle, SubscriptionEventType
 from pytest_hricdv.extra.ros2.graph import carry_with
+from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.extra.ros2.world import wait_for
 from pytest_hricdv.generate.sampler import Uniform
@@ -157,3 +158,10 @@ def test_a_subscription_hears_by_the_next_message_of_how_many_were_lost() -> Non
     assert 0 < missing < 15
     assert astuple(lost.take_event()) == (missing, missing)
     assert not lost.is_ready()
+
+
+def test_a_filter_of_content_is_an_error_that_says_so() -> None:
+    from cell_msgs.msg import Scan
+
+    with pytest.raises(RCLError, match="content filters are not simulated: range > 1; filter the messages"):
+        TopicSubscription(timed().node("arm")._node, Scan, SCAN, qos.Profile(), ("range > 1", []))
