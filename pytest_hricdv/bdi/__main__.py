@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from pytest_hricdv._base.command_line import CommandParser, end_with_reader
 from pytest_hricdv._base.message import visible
@@ -19,7 +18,6 @@ examples:
   hricdv model run hello.mas2j --max-rounds 500 --seed 7
   hricdv model trace hello.mas2j --percept ann:light(on)
   hricdv lint hello.mas2j
-  hricdv model corpus models
 
 A project file names its agents; each has its AgentSpeak source beside it:
 
@@ -29,9 +27,8 @@ A project file names its agents; each has its AgentSpeak source beside it:
   bob.asl:       +hello[source(A)] <- .print("hello, ", A).
 
 run prints the output of the agents as '[agent] text', trace the causes of plans and actions, lint probable
-mistakes, corpus which of the files below a folder can be loaded. Warnings, errors and how the run ended go to the
-standard error. The exit code is 0, or 1 if lint has findings or corpus refuses a file, or 2 if the model cannot be
-loaded or run.
+mistakes. Warnings, errors and how the run ended go to the standard error. The exit code is 0, or 1 if lint has
+findings, or 2 if the model cannot be loaded or run.
 """
 
 
@@ -102,17 +99,6 @@ def _lint(options: argparse.Namespace) -> int:
     return 1 if findings else 0
 
 
-def _corpus(options: argparse.Namespace) -> int:
-    from pytest_hricdv.bdi.corpus import read_corpus, table
-
-    corpus = read_corpus(Path(options.folder))
-    print(visible(table(corpus), keep="\n\t"))
-    if options.all:
-        for result in corpus.failures:
-            print(visible(f"\n{result.message}", keep="\n\t"))
-    return 1 if corpus.failures else 0
-
-
 def _run_project(options: argparse.Namespace, trace: bool) -> Result:
     environment = NoEnvironment() if getattr(options, "strict_actions", False) else None
     system = MultiAgentSystem.load(options.file, environment)
@@ -177,10 +163,6 @@ def _parser(called: str) -> CommandParser:
         help="names of percepts of the environment; in a source file: '// lint: percepts NAME, ...'",
     )
     lint.set_defaults(command=_lint)
-    corpus = _command(commands, "corpus", "parse all models below a folder and print which cannot be loaded, and why")
-    corpus.add_argument("folder", metavar="FOLDER", help="a folder with .asl and .mas2j files anywhere below it")
-    corpus.add_argument("--all", action="store_true", help="print the error of each refused file behind the table")
-    corpus.set_defaults(command=_corpus)
     return parser
 
 

@@ -12,7 +12,6 @@ from pytest_hricdv.bdi.actions.registry import (
     describe_missing,
     foreign_calls,
     inspects_intentions,
-    wrong_calls,
 )
 from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention
@@ -20,7 +19,7 @@ from pytest_hricdv.bdi.language.terms import Call, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail
 
-__all__ = ["StandardActions", "check_calls", "describe_missing", "foreign_calls", "inspects_intentions", "wrong_calls"]
+__all__ = ["StandardActions", "check_calls", "describe_missing", "foreign_calls", "inspects_intentions"]
 
 
 class StandardActions:

@@ -221,17 +221,6 @@ def foreign_calls(tree: object) -> list[Call]:
     return [call for call in _calls_of(tree) if _is_missing(call) and _is_foreign(call.name)]
 
 
-def wrong_calls(tree: object) -> list[str]:
-    """All errors of :func:`check_calls`."""
-    errors: list[str] = []
-    for call in _calls_of(tree):
-        try:
-            check_call(call)
-        except BdiError as error:
-            errors.append(str(error))
-    return errors
-
-
 def _calls_of(tree: object) -> list[Call]:
     """The calls in a part of a program, in the order of the source."""
     calls = [part for part in parts_of(tree) if isinstance(part, Call)]

@@ -65,16 +65,6 @@ def read_program(path: Path, named_at: Location | None = None, naming_text: str 
     return _ProgramReader().read(path, named_at, naming_text)
 
 
-def parse_alone(path: Path) -> Program:
-    """Parse a source file without what it includes.
-
-    Raises:
-        FileNotFoundError: there is no such file.
-        BdiError: the file cannot be read, or has a syntax error.
-    """
-    return _ProgramReader(alone=True).parse_file(path, read_source(path))
-
-
 @dataclass(frozen=True, slots=True)
 class SourceText:
     """The text of a source or project file.
@@ -114,14 +104,9 @@ def with_encoding(error: BdiSyntaxError, source: SourceText) -> BdiSyntaxError:
 
 
 class _ProgramReader:
-    """Reads one program: a source, and all that it includes, directly or not.
+    """Reads one program: a source, and all that it includes, directly or not."""
 
-    Args:
-        alone: whether what it includes is left out.
-    """
-
-    def __init__(self, alone: bool = False) -> None:
-        self._alone = alone
+    def __init__(self) -> None:
         self._local_spaces = count(1)
         self._open: list[Path] = []
         """The file that is being read, behind those that led to it."""
@@ -173,8 +158,6 @@ class _ProgramReader:
                 plans.extend(item.plans)
                 beliefs.extend(item.beliefs)
             elif isinstance(item, Include):
-                if self._alone:
-                    continue
                 inner = item.space or space
                 included = self.read(Path(file).parent / item.path, item.location, text, inner)
                 beliefs.extend(included.beliefs)
