@@ -1,4 +1,4 @@
-"""The timeline of a run: messages, signals and triggers of monitors, as short text that can be drawn.
+"""The timeline of a run: messages, signals and triggers of monitors, as short text that can be drawn and compared.
 
 A record holds thousands of changes of each signal; what a picture can show of them is kept, extremes included.
 """
@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import zip_longest
 from zlib import crc32
 
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv.monitor import Trigger, Verdict
-from pytest_hricdv.results.model import Timeline
+from pytest_hricdv.results.model import TestResult, Timeline
 from pytest_hricdv.runtime import Record, RecordedMessage
 from pytest_hricdv.runtime.record import Value
 
@@ -100,3 +101,53 @@ def thin_signal(times: Sequence[float], values: Sequence[float], end_s: float) -
 def _time(time_s: float) -> str:
     """Milliseconds are finer than any picture."""
     return f"{time_s:.3f}".rstrip("0").rstrip(".")
+
+
+NOTHING = "nothing further"
+
+
+def differing_events(one: TestResult | None, other: TestResult | None) -> tuple[str, str]:
+    """The first different event of each of two runs; two empty texts if none differs."""
+    timelines = [result.timeline if result is not None else None for result in (one, other)]
+    if timelines[0] is None or timelines[1] is None:
+        said = tuple(_without_run(result) for result in (one, other))
+        return (said[0], said[1]) if said[0] != said[1] else ("", "")
+    lists = [sorted(_events(timeline), key=lambda event: event[0]) for timeline in timelines if timeline is not None]
+    for here, there in zip_longest(*lists):
+        if here != there:
+            return _text(here), _text(there)
+    sums = [timeline.checksums for timeline in timelines if timeline is not None]
+    for name in sorted(sums[0].keys() | sums[1].keys()):
+        if sums[0].get(name) != sums[1].get(name):
+            return (f"{name} differs in digits or instants that a timeline does not show",) * 2
+    assert one is not None, "it has a timeline"
+    assert other is not None, "it has a timeline"
+    ends = tuple(f"{result.outcome}, {result.end_reason}" for result in (one, other))
+    return (ends[0], ends[1]) if ends[0] != ends[1] else ("", "")
+
+
+def _without_run(result: TestResult | None) -> str:
+    if result is None:
+        return "no result"
+    if result.timeline is not None:
+        return f"a run of {result.timeline.end_s:g} s"
+    lines = result.failure.strip().splitlines()
+    raised = [line.removeprefix("E").strip() for line in lines if line.startswith("E ")]
+    return f"no run: {(raised or lines or ['it was not run'])[0]}"
+
+
+def _events(timeline: Timeline) -> Iterator[tuple[float, str]]:
+    for message in timeline.messages:
+        time_s, sender, topic, fields = message.split("\t", 3)
+        yield float(time_s), f"{sender} {topic} {fields}"
+    for name, series in timeline.signals.items():
+        values = series.split()
+        for time_text, value in zip(values[::2], values[1::2], strict=True):
+            yield float(time_text), f"{name} = {value}"
+    for name, texts in timeline.texts.items():
+        yield from ((at_s, f"{name} = {text!r}") for at_s, text in texts)
+    yield timeline.end_s, "end of the run"
+
+
+def _text(event: tuple[float, str] | None) -> str:
+    return NOTHING if event is None else f"{event[0]:g} s: {event[1]}"

@@ -6,13 +6,12 @@ import contextlib
 import importlib
 import io
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 
-from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.hri_case import HriCase
@@ -22,7 +21,6 @@ from pytest_hricdv.report import explanation
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import PytestOutcome, build_result
-from pytest_hricdv.runtime.record import Record
 from pytest_hricdv.session.child_process import (
     END,
     NO_REWRITE_WARNING,
@@ -54,10 +52,9 @@ class RunRequest(msgspec.Struct, frozen=True):
 
 
 class RunBatch(msgspec.Struct, frozen=True):
-    """Any later line: runs to execute, in order; with `records`, replies include the records of runs."""
+    """Any later line: runs to execute, in order."""
 
     requests: tuple[RunRequest, ...]
-    records: bool = False
 
 
 class RunReply(msgspec.Struct, frozen=True):
@@ -66,13 +63,11 @@ class RunReply(msgspec.Struct, frozen=True):
     Args:
         result: as a report has it.
         replay: the text of its replay file, where it failed.
-        record: its events in the order of time, a line each, where that was asked for.
     """
 
     key: tuple[int, int]
     result: TestResult
     replay: str = ""
-    record: tuple[str, ...] = ()
 
 
 def _serve(context: RunContext, messages: Iterable[bytes], write: Callable[[bytes], None]) -> None:
@@ -84,18 +79,17 @@ def _serve(context: RunContext, messages: Iterable[bytes], write: Callable[[byte
     for line in messages:
         batch = msgspec.json.decode(line, type=RunBatch)
         for request in batch.requests:
-            write(encode(_reply(context, request, with_record=batch.records)).encode())
+            write(encode(_reply(context, request)).encode())
         write(END)
 
 
-def _reply(context: RunContext, request: RunRequest, *, with_record: bool) -> RunReply:
+def _reply(context: RunContext, request: RunRequest) -> RunReply:
     commands, sampling = context.collection.testbench.commands, context.options.sampling
     case = HriCase(request.suite, AbstractTest.from_data(request.data), commands, sampling)
     result, failure = _execute(context, case, request.nodeid)
     built = _build(context, case, request, result, failure)
     replay = context.provenance.replay(case, built, request.suite_seed).to_json() if built.leaves_evidence else ""
-    record = tuple(events(result.record)) if with_record and result is not None else ()
-    return RunReply(request.key, built, replay, record)
+    return RunReply(request.key, built, replay)
 
 
 def _execute(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResult | None, str]:
@@ -136,19 +130,6 @@ def _build(
         rerun_options=context.options.again,
     )
     return msgspec.structs.replace(built, failure=text)
-
-
-def events(record: Record) -> Iterator[str]:
-    """The content that a record's hash covers, in the order of time, a line each."""
-    timed: list[tuple[float, str]] = [
-        (message.time_s, f"{message.sender} {message.topic} {json.dumps(dict(message.fields), sort_keys=True)}")
-        for message in record.messages
-    ]
-    for name in sorted([*record.signals, *record.texts]):
-        times, values = record.signals[name] if name in record.signals else record.texts[name]
-        timed += [(time_s, f"{name} = {value!r}") for time_s, value in zip(times, values, strict=True)]
-    timed.sort(key=lambda event: event[0])
-    return (f"{time_s!r} s: {text}" for time_s, text in timed)
 
 
 def main() -> None:

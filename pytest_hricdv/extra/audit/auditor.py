@@ -17,8 +17,9 @@ from pytest_hricdv.extra.audit.process import RerunOrder
 from pytest_hricdv.extra.audit.records import AUDIT, UNREPEATABLE, AuditResult, Unrepeatable, sentence
 from pytest_hricdv.extra.audit.repeating import Begin, Repeater, Rerun, Start, StartError, key_of
 from pytest_hricdv.results.codec import encode
-from pytest_hricdv.results.model import TestResult, Timeline
+from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import UNCHECKED
+from pytest_hricdv.results.timeline import differing_events
 from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.aggregation import TestTimes
 from pytest_hricdv.session.child_process import FreshSession, drop_editor_plugin, make_worker_input, session_arguments
@@ -170,7 +171,7 @@ class Auditor:
     def _mark(self, result: TestResult, repeat: Rerun, cause: RepeatCause) -> TestResult:
         """The result with its mark; a failure that is not one alone is no violation."""
         again = repeat.ran.result
-        here, there = first_difference(result, again)
+        here, there = differing_events(result, again)
         if again is None:
             there = repeat.ran.problem
         unconfirmed = result.fails and (again is None or not again.fails or _violations(again) != _violations(result))
@@ -280,53 +281,3 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
 def _in_turn(groups: Sequence[Sequence[TestResult]]) -> list[TestResult]:
     """The members of the groups in turn: one of each group, then the next of each."""
     return [result for row in zip_longest(*groups) for result in row if result is not None]
-
-
-NOTHING = "nothing further"
-
-
-def first_difference(one: TestResult | None, other: TestResult | None) -> tuple[str, str]:
-    """The first different event of each of two runs; two empty texts if none differs."""
-    timelines = [result.timeline if result is not None else None for result in (one, other)]
-    if timelines[0] is None or timelines[1] is None:
-        said = tuple(_without_run(result) for result in (one, other))
-        return (said[0], said[1]) if said[0] != said[1] else ("", "")
-    lists = [sorted(_events(timeline), key=lambda event: event[0]) for timeline in timelines if timeline is not None]
-    for here, there in zip_longest(*lists):
-        if here != there:
-            return _text(here), _text(there)
-    sums = [timeline.checksums for timeline in timelines if timeline is not None]
-    for name in sorted(sums[0].keys() | sums[1].keys()):
-        if sums[0].get(name) != sums[1].get(name):
-            return (f"{name} differs in digits or instants that a timeline does not show",) * 2
-    assert one is not None, "it has a timeline"
-    assert other is not None, "it has a timeline"
-    ends = tuple(f"{result.outcome}, {result.end_reason}" for result in (one, other))
-    return (ends[0], ends[1]) if ends[0] != ends[1] else ("", "")
-
-
-def _without_run(result: TestResult | None) -> str:
-    if result is None:
-        return "no result"
-    if result.timeline is not None:
-        return f"a run of {result.timeline.end_s:g} s"
-    lines = result.failure.strip().splitlines()
-    raised = [line.removeprefix("E").strip() for line in lines if line.startswith("E ")]
-    return f"no run: {(raised or lines or ['it was not run'])[0]}"
-
-
-def _events(timeline: Timeline) -> Iterator[tuple[float, str]]:
-    for message in timeline.messages:
-        time_s, sender, topic, fields = message.split("\t", 3)
-        yield float(time_s), f"{sender} {topic} {fields}"
-    for name, series in timeline.signals.items():
-        values = series.split()
-        for time_text, value in zip(values[::2], values[1::2], strict=True):
-            yield float(time_text), f"{name} = {value}"
-    for name, texts in timeline.texts.items():
-        yield from ((at_s, f"{name} = {text!r}") for at_s, text in texts)
-    yield timeline.end_s, "end of the run"
-
-
-def _text(event: tuple[float, str] | None) -> str:
-    return NOTHING if event is None else f"{event[0]:g} s: {event[1]}"

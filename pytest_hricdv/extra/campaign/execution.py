@@ -1,8 +1,7 @@
 """Executes a campaign: sends the missing runs to a cluster in tasks, and stores each result as it arrives.
 
-The audit repeats some runs, on another worker if there is one, and compares the records. Where they differ, both are
-asked for their records, and the first event at which they part is kept: what differs between two machines, or two
-versions, shows there first.
+The audit repeats some runs, on another worker if there is one, and compares the records. Where they differ, the first
+event at which their timelines part is kept: what differs between two machines, or two versions, shows there first.
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
-from itertools import zip_longest
 
 import msgspec
 
@@ -19,6 +17,7 @@ from pytest_hricdv.extra.campaign.database import LOST
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.results.timeline import differing_events
 from pytest_hricdv.session import run_process
 from pytest_hricdv.session.remote import Answer, LostRequest, RemoteProject, Service, WorkerName, Workers, WorkRequest
 from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
@@ -92,11 +91,11 @@ class Execution:
         keys[question.key] = task
         queue.append(question)
 
-    def question(self, task: Sequence[RunKey], *, avoid: str = "", records: bool = False) -> WorkRequest:
+    def question(self, task: Sequence[RunKey], *, avoid: str = "") -> WorkRequest:
         """The question to a worker for these runs."""
-        key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(run) for run in task], records, avoid)
+        key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(run) for run in task], avoid)
         requests = tuple(self._request(run) for run in task)
-        return WorkRequest(key[:24], msgspec.json.encode(RunBatch(requests, records)), avoid)
+        return WorkRequest(key[:24], msgspec.json.encode(RunBatch(requests)), avoid)
 
     def _request(self, key: RunKey) -> RunRequest:
         run = self.plan.run(key)
@@ -163,7 +162,7 @@ def audit(execution: Execution, percent: float) -> None:
         hashes = store.hashes(run.key for run in _runs(answer))
         for run in _runs(answer):
             sha256 = run.result.record_sha256 or ""
-            parting = "" if sha256 == hashes[run.key] else _find_difference(execution, run.key, answer.worker.address)
+            parting = "" if sha256 == hashes[run.key] else _find_difference(store, run, answer.worker)
             store.add_repeat(run.key, sha256, answer.worker, parting)
         execution.on_progress()
 
@@ -178,18 +177,12 @@ def _runs(answer: Answer) -> list[RunReply]:
     return [msgspec.json.decode(line, type=RunReply) for line in answer.lines]
 
 
-def _find_difference(execution: Execution, key: RunKey, there: str) -> str:
-    """The first event at which the records of a run part, on the two workers that disagree."""
-    first = execution.store.workers()[execution.store.row(key).worker].address
-    queue = deque(execution.question([key], avoid=avoid, records=True) for avoid in (first, there))
-    records = [(answer.worker, run.record) for _, answer in _ask(execution, queue) for run in _runs(answer)]
-    if len(records) < 2:
-        return "the records cannot be compared: the run could not be done once more"
-    (worker, record), (other, other_record) = sorted(records, key=lambda pair: pair[0].address)
-    for number, (here, elsewhere) in enumerate(zip_longest(record, other_record, fillvalue="no further event"), 1):
-        if here != elsewhere:
-            return f"event {number}: {here} ({_where(worker)}), but {elsewhere} ({_where(other)})"
-    return "done once more, both gave the same record: it changes from run to run"
+def _find_difference(store: Store, again: RunReply, worker: WorkerName) -> str:
+    """The first event at which a run and its repetition part."""
+    first = store.workers()[store.row(again.key).worker]
+    ((_, result, _),) = store.results([again.key])
+    here, there = differing_events(result, again.result)
+    return f"{here} ({_where(first)}), but {there} ({_where(worker)})" if here or there else "their timelines are equal"
 
 
 def _where(worker: WorkerName) -> str:
