@@ -38,7 +38,7 @@ from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Node
 
 
-class _CoupledRunTrace(StepRecorder, CoupledRun):
+class _PeopleRun(StepRecorder, CoupledRun):
     """A traced run whose time is that of the run under test."""
 
     def tell(self, receiver: Agent, literal: Structure, source: str, goal: bool) -> None:
@@ -48,7 +48,7 @@ class _CoupledRunTrace(StepRecorder, CoupledRun):
         super().tell(receiver, literal, source, goal)
 
 
-class _ActingAgentTrace(ActingAgent, TracedAgent):
+class _PersonAgent(ActingAgent, TracedAgent):
     """A traced agent that stops before each external action."""
 
 
@@ -94,7 +94,7 @@ class OnlinePeople:
     def __init__(self, roles: Sequence[Role], chooser: Chooser, commands: Concretization) -> None:
         self._roles = roles
         self._commands = commands
-        self._run = run = _CoupledRunTrace()
+        self._run = run = _PeopleRun()
         self._decisions = Decisions(roles[0], chooser)
         self._steering = _note(roles[0].steering, run, TracedAgent)
         self._people = {role.agent.name: self._person(place, role) for place, role in enumerate(roles)}
@@ -110,7 +110,7 @@ class OnlinePeople:
         self._record = LaneRecord()
 
     def _person(self, place: int, role: Role) -> _Person:
-        agent = _note(role.agent, self._run, _ActingAgentTrace)
+        agent = _note(role.agent, self._run, _PersonAgent)
         assert isinstance(agent, ActingAgent)
         agent.couple()
         return _Person(place, role, agent, EventInbox(role))
@@ -320,7 +320,7 @@ class OnlinePeople:
         return person.role.plans_executed(person.agent)
 
 
-def _note(template: AgentTemplate, run: _CoupledRunTrace, kind: type[TracedAgent]) -> TracedAgent:
+def _note(template: AgentTemplate, run: _PeopleRun, kind: type[TracedAgent]) -> TracedAgent:
     agent = template.agent(run, kind)
     assert isinstance(agent, TracedAgent)
     return agent
