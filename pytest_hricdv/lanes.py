@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from pytest_hricdv.generate.actors import PAUSE_S, TURN, TURN_WAIT_S, act_of, actor_of, interleave, stay_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
@@ -213,3 +214,12 @@ class ActorTimes:
             if deed.waited_us < another.done_us and another.begun_us < deed.begun_us
         ]
         return tuple(dict.fromkeys(pairs))
+
+
+def order_bins(taken: Iterable[ConcreteAction], one: str, other: str) -> tuple[tuple[str, str, str], ...]:
+    """See `pytest_hricdv.run.Run.order_bins`; of the actions that have begun, in order."""
+    acts = [(actor_of(action.command), act_of(action.command)) for action in taken]
+    theirs = [act for act in acts if act[0] in (one, other)]
+    met = [(first, second) for first, second in pairwise(theirs) if first[0] != second[0]]
+    bins = [(first[1], second[1], one) if first[0] == one else (second[1], first[1], other) for first, second in met]
+    return tuple(dict.fromkeys(bins))

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pytest_hricdv._base.message import InputError, nearest
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.ros2 import MissingExecutableError
 from pytest_hricdv.disturbance import Disturbance, Disturbances, MessageDisturbance
-from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.generate.schedule import ScheduleDecision
-from pytest_hricdv.lanes import ActorTimes, Lanes, without_schedule
+from pytest_hricdv.lanes import ActorTimes, Lanes, order_bins, without_schedule
 from pytest_hricdv.monitor import MonitorError, MonitorSet
+from pytest_hricdv.run_course import Ending, RunCourse
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS
-from pytest_hricdv.runtime.kernel import US_PER_S
-from pytest_hricdv.runtime.livelock import LOOKS_EACH_S, Cycle, RepetitionDetector
 
 if TYPE_CHECKING:
     from pytest_hricdv.declarations.ros2 import Launch, Middleware, Ros2System, RosNode
@@ -40,23 +36,6 @@ class TestbenchError(InputError):
 
 class UnstartableError(TestbenchError):
     """The testbench's run cannot start, in no test of the session: what it needs is not there."""
-
-
-@dataclass(frozen=True)
-class Ending:
-    """How a run ended, and when (s of simulated time): "stopped", "limit", "idle", "cycle", "failed" (with the error).
-
-    `cycle` is what it repeated, without anything new, where it did so up to its end.
-    """
-
-    how: str
-    time_s: float
-    error: NodeError | None = None
-    cycle: Cycle | None = None
-
-
-INSTANT_S = 1e-6
-"""The kernel's resolution of time."""
 
 
 class Actions(Protocol):
@@ -208,12 +187,11 @@ class Run:
         self._check_actor(actor)
         if len(self.actors) > 1 and self.producing is not None:
             self._take_once(actor, self._deciding)
-            self._deciding.add(actor)
             return self._times.note_times(actor, self._actions_of_people(actor, self.producing), self.kernel)
         if len(self.actors) > 1:
-            lanes = self._lanes_of_test()
-            self._take_once(actor, lanes.taken)
-            return self._times.note_times(actor, lanes.actions(actor), self.kernel)
+            self._lanes = self._lanes or Lanes(self.test, self.kernel, self._begin)
+            self._take_once(actor, {*self._lanes.taken})
+            return self._times.note_times(actor, self._lanes.actions(actor), self.kernel)
         return self._all_actions()
 
     def _all_actions(self) -> Iterator[ConcreteAction]:
@@ -230,7 +208,6 @@ class Run:
 
     def _acts_of_bystander(self, name: str) -> Iterator[ConcreteAction]:
         self._take_once(name, self._watched)
-        self._watched.add(name)
         acts = self.bystanders[name].acts_of(self.test.run)
 
         def take() -> Iterator[ConcreteAction]:
@@ -241,9 +218,10 @@ class Run:
 
         return take()
 
-    def _take_once(self, actor: str, taken: Collection[str]) -> None:
+    def _take_once(self, actor: str, taken: set[str]) -> None:
         if actor in taken:
             raise TestbenchError(f"run.actions({actor!r}): a node takes its actions already; expected one node")
+        taken.add(actor)
 
     def _check_actor(self, actor: str) -> None:
         if actor in self.actors or not (actor or len(self.actors) > 1):
@@ -251,11 +229,6 @@ class Run:
         call, names = f"run.actions({actor!r})" if actor else "run.actions()", (*self.actors, *self.bystanders)
         whom = "an actor of the model, or of a bystander" if self.bystanders else "an actor of the model"
         raise TestbenchError(f"{call}: expected the name of {whom}{nearest(actor, names)}")
-
-    def _lanes_of_test(self) -> Lanes:
-        if self._lanes is None:
-            self._lanes = Lanes(self.test, self.kernel, self._begin)
-        return self._lanes
 
     def report_action(self, number: int) -> None:
         """Report that action `number` (from 0) of the test begins now, for a world that has the whole test.
@@ -287,16 +260,7 @@ class Run:
         >>> run.order_bins("nurse", "child")                          # doctest: +SKIP
         (('send_on', 'step_in', 'child'), ('send_on', 'wait', 'nurse'))
         """
-        theirs = [
-            (actor_of(action.command), act_of(action.command))
-            for action in self.taken
-            if actor_of(action.command) in (one, other)
-        ]
-        met = [(first, second) for first, second in pairwise(theirs) if first[0] != second[0]]
-        bins = [
-            (first[1], second[1], one) if first[0] == one else (second[1], first[1], other) for first, second in met
-        ]
-        return tuple(dict.fromkeys(bins))
+        return order_bins(self.taken, one, other)
 
     def overlap_bins(self, waiting: str, other: str) -> tuple[tuple[str, str], ...]:
         """What one actor waited to do, and what another one did meanwhile, as bins of a cross product.
@@ -362,16 +326,13 @@ class Run:
         if self.ending is not None:
             ended = f"the run ended at {self.ending.time_s:g} s"
             raise TestbenchError(f"run.go called again, after {ended}: expected one call")
+        course = RunCourse(
+            self.kernel, self.monitors, self.recorder, lambda: len(self.taken), self.bus.senders, self.may_go_round
+        )
         why = ""
         with nullcontext() if self.filming is None else self.filming(self):
             try:
-                why = self._until_it_goes_round(limit_s)
-                if why == "idle" and self.monitors.is_instant_open:  # what begins at the last instant is not pending
-                    self.kernel.skip(self.kernel.now_s + INSTANT_S)
-                # An instant is judged once it is over, and what happened at the last one may have met a deadline.
-                self._go_on(self.kernel.now_us + 1)
-                # Later triggers do not count: a topic at 10 Hz that nobody answers would continue for ever.
-                self._go_on()
+                why, self.ending = course.run(limit_s)
             except NodeError as error:
                 if isinstance(error.__cause__, MonitorError | TestbenchError):
                     raise  # by the requirements or the testbench, in whichever node it was noticed
@@ -384,52 +345,3 @@ class Run:
                     self.before_end()
                 self.kernel.close()
         return why
-
-    def _until_it_goes_round(self, limit_s: float) -> str:
-        """Run up to the limit at most, or until nothing new comes; why it ended."""
-        cycle: Cycle | None = None
-        repetition = RepetitionDetector(self.kernel, self.recorder, lambda: len(self.taken), self._is_of_code)
-
-        def look() -> None:
-            nonlocal cycle
-            cycle = cycle or repetition.cycle()
-            if cycle is not None:
-                self.kernel.stop("goes round")
-
-        if not self.may_go_round:
-            self.kernel.look_each(LOOKS_EACH_S, look)
-        why = self.kernel.run(limit_s)
-        self.kernel.look_each(math.inf, lambda: None)
-        how = "cycle" if cycle is not None and why == "goes round" else "stopped" if self.kernel.is_stopped else why
-        if how == "limit" and not self.may_go_round:
-            cycle = repetition.cycle(self.kernel.now_s / 2)
-        self.ending = Ending(how, self.kernel.now_s, cycle=cycle)
-        return why
-
-    def _is_of_code(self, sender: str) -> bool:
-        return self.bus.senders.get(sender, False)
-
-    def _go_on(self, until_us: int | None = None) -> None:
-        """Run up to the last deadline that is open now, at most to `until_us`.
-
-        In whole microseconds, as the clock counts: a time in seconds may be a little later than the one it stands for,
-        and an idle run would never reach it.
-        """
-        self.monitors.advance(self.kernel.now_s)
-        deadline_us = self._open_deadline_us()
-        if deadline_us is None:
-            return
-        end_us = deadline_us if until_us is None else min(deadline_us, until_us)
-        end_s = end_us / US_PER_S
-        while self.kernel.now_us < end_us:  # a node may stop the run once more
-            if self.kernel.run(end_s) == "idle":
-                self.kernel.skip(end_s)
-        self.monitors.advance(self.kernel.now_s)
-
-    def _open_deadline_us(self) -> int | None:
-        """The first microsecond at which the last open deadline has come; None if that is not later than now."""
-        deadline_s = self.monitors.next_deadline_s()
-        if deadline_s is None:
-            return None
-        deadline_us = -(-round(deadline_s * 1e9) // 1000)  # deadlines have whole nanoseconds
-        return deadline_us if self.kernel.now_us < deadline_us else None

@@ -12,7 +12,7 @@ from types import FrameType
 from pytest_hricdv._base.error_text import causes, error_text
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.monitor import Verdict
-from pytest_hricdv.run import INSTANT_S
+from pytest_hricdv.run_course import INSTANT_S
 from pytest_hricdv.runtime import Kernel, KernelError, Node, NodeError
 from pytest_hricdv.testbench import Ending, Outcome, Testbench
 
