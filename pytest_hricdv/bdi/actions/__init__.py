@@ -13,8 +13,8 @@ from pytest_hricdv.bdi.actions.registry import (
     foreign_calls,
     inspects_intentions,
 )
-from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome
-from pytest_hricdv.bdi.agent.intentions import Intention
+from pytest_hricdv.bdi.agent.agent_state import AgentState
+from pytest_hricdv.bdi.agent.intentions import ActionResult, Intention, Outcome
 from pytest_hricdv.bdi.language.terms import Call, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail

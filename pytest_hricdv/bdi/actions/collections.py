@@ -7,7 +7,7 @@ from functools import partial
 from typing import TypeVar
 
 from pytest_hricdv.bdi.actions.registry import WRONG, Invocation, internal_action
-from pytest_hricdv.bdi.agent.agent_state import Outcome
+from pytest_hricdv.bdi.agent.intentions import Outcome
 from pytest_hricdv.bdi.language.collection import CollectionTerm, MapTerm, QueueTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import ITEMS, spend

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
-from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
+from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import drop_goal, fail_goal
-from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Event, IntendedMeans, Intention
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Event, IntendedMeans, Intention, Outcome
 from pytest_hricdv.bdi.language.syntax import AchievementGoal, PlanTrigger, Statement
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, PlanTerm, String, Structure, Term

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from pytest_hricdv.bdi.actions.registry import MANY, Invocation, check_calls, internal_action
-from pytest_hricdv.bdi.agent.agent_state import Outcome
+from pytest_hricdv.bdi.agent.intentions import Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.limits import limit_answers, spend
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger

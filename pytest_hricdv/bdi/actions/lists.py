@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from itertools import chain
 
 from pytest_hricdv.bdi.actions.registry import INTERNAL, MANY, WRONG, Invocation, internal_action
-from pytest_hricdv.bdi.agent.agent_state import Outcome
+from pytest_hricdv.bdi.agent.intentions import Outcome
 from pytest_hricdv.bdi.language.collection import CollectionTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import ITEMS, check_text, spend

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 
 from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
-from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.agent.directory import DIRECTORY
-from pytest_hricdv.bdi.agent.intentions import PendingQuestion, SpeechAct
+from pytest_hricdv.bdi.agent.intentions import Outcome, PendingQuestion, SpeechAct
 from pytest_hricdv.bdi.agent.messages import send, text_of
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Not, Or

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
-from pytest_hricdv.bdi.agent.intentions import Intention
+from pytest_hricdv.bdi.agent.agent_state import AgentState
+from pytest_hricdv.bdi.agent.intentions import Intention, Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
 from pytest_hricdv.bdi.language.limits import spend
 from pytest_hricdv.bdi.language.syntax import Formula, Program

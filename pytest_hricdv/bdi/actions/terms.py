@@ -12,7 +12,7 @@ from pytest_hricdv.bdi.actions.registry import (
     internal_action,
     is_function,
 )
-from pytest_hricdv.bdi.agent.agent_state import Outcome
+from pytest_hricdv.bdi.agent.intentions import Outcome
 from pytest_hricdv.bdi.agent.messages import is_source, text_of, with_source
 from pytest_hricdv.bdi.language.collection import MapTerm, QueueTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError

@@ -6,8 +6,8 @@ import re
 from datetime import date, timedelta
 
 from pytest_hricdv.bdi.actions.registry import WRONG, Invocation, internal_action, is_function
-from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
-from pytest_hricdv.bdi.agent.intentions import IntendedMeans, PendingWait
+from pytest_hricdv.bdi.agent.agent_state import AgentState
+from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Outcome, PendingWait
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_trigger
 from pytest_hricdv.bdi.language.syntax import GOAL_STATE, InternalActionCall, Plan, PlanTrigger

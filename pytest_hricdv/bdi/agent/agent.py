@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import sys
 
-from pytest_hricdv.bdi.agent.agent_state import ActionTable, AgentState
+from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import end_deadlines, fail, no_applicable_plan
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, PendingQuestion, RunServices, SpeechAct
+from pytest_hricdv.bdi.agent.intentions import (
+    ActionTable,
+    Event,
+    IntendedMeans,
+    Intention,
+    PendingQuestion,
+    RunServices,
+    SpeechAct,
+)
 from pytest_hricdv.bdi.agent.messages import receive
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.agent.statements import EXECUTE

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
-from typing import Protocol
 
 from pytest_hricdv.bdi.agent.intentions import (
+    ActionTable,
     Event,
     ForkedIntention,
     HardDeadline,
     IntendedMeans,
     Intention,
+    Outcome,
     PendingQuestion,
     PendingWait,
     RunServices,
@@ -25,25 +25,6 @@ from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.inference import MAX_NESTED_QUERIES
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute, substitute_only
 from pytest_hricdv.bdi.logic.unify import Trail
-
-Outcome = bool | Iterator[object]
-"""Success or failure of an internal action, or an iterator that binds variables anew for each solution."""
-ActionResult = tuple[bool, bool, tuple[Term, ...]]
-"""The result of an internal action as a statement: whether it succeeded; whether it moved its own intention, which then
-does not continue with the next statement by itself; annotations for the failure event."""
-
-
-class ActionTable(Protocol):
-    """The internal actions and functions that agents can use."""
-
-    def execute(self, agent: AgentState, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
-        """Execute an internal action as a statement of an intention."""
-
-    def solve(self, agent: AgentState, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
-        """Evaluate an internal action as a condition."""
-
-    def function(self, agent: AgentState, call: Call, bindings: Bindings) -> Term:
-        """The value of a function in an expression."""
 
 
 class AgentState:
@@ -138,10 +119,7 @@ class AgentState:
         means.pc += 1
         if means.blocks:
             means.leave_blocks()
-        if self.suspending:
-            self.ready(intention)
-        else:
-            self.intentions.append(intention)
+        self.ready(intention)
 
     def requeue(self, intention: Intention) -> None:
         """Make an intention ready for the statement that it is at, or end the plan if it has none left."""
@@ -236,17 +214,17 @@ class AgentState:
 
     def all_intentions(self) -> list[tuple[Intention, Event | None]]:
         """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
-        intentions: list[tuple[Intention, Event | None]] = []
-        intentions += [(event[2] or Intention(0), event) for event in (*self.events, *self.held_events)]
-        intentions += [(intention, None) for intention in self.intentions]
-        intentions += [(intention, None) for intention, _ in self.feedback]
-        intentions += [(wait.intention, None) for wait in self.waits]
-        intentions += [(intention, None) for intention in self.woken]
-        intentions += [(question.intention, None) for question in self.questions.values()]
-        intentions += [(intention, None) for intention in self.suspended]
-        if self.current is not None:
-            intentions.append((self.current, None))
-        return intentions
+        goals = [(event[2] or Intention(0), event) for event in (*self.events, *self.held_events)]
+        others = [
+            *self.intentions,
+            *(intention for intention, _ in self.feedback),
+            *(wait.intention for wait in self.waits),
+            *self.woken,
+            *(question.intention for question in self.questions.values()),
+            *self.suspended,
+            *filter(None, [self.current]),
+        ]
+        return [*goals, *((intention, None) for intention in others)]
 
     def open_deadlines(self) -> list[HardDeadline]:
         """The deadlines of goals that have not ended yet; the others are forgotten."""
@@ -270,10 +248,9 @@ class AgentState:
 
     def remove_event(self, event: Event) -> None:
         """Remove an event that waits for a plan, if it still does."""
-        if event in self.events:
-            self.events.remove(event)
-        elif event in self.held_events:
-            self.held_events.remove(event)
+        for events in (self.events, self.held_events):
+            if event in events:
+                events.remove(event)
 
     # --- events and beliefs
 

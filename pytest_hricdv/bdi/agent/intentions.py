@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from pytest_hricdv.bdi.agent.directory import Directory
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.syntax import Body, ExternalAction, For, Formula, Plan, PlanTrigger, Statement, While
-from pytest_hricdv.bdi.language.terms import Number, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import Call, Number, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
 
@@ -319,3 +319,23 @@ class RunServices(Protocol):
 
     def stop(self) -> None:
         """End the run after this round."""
+
+
+Outcome = bool | Iterator[object]
+"""Success or failure of an internal action, or an iterator that binds variables anew for each solution."""
+ActionResult = tuple[bool, bool, tuple[Term, ...]]
+"""The result of an internal action as a statement: whether it succeeded; whether it moved its own intention, which then
+does not continue with the next statement by itself; annotations for the failure event."""
+
+
+class ActionTable(Protocol):
+    """The internal actions and functions that agents can use."""
+
+    def execute(self, agent: Any, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
+        """Execute an internal action as a statement of an intention."""
+
+    def solve(self, agent: Any, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
+        """Evaluate an internal action as a condition."""
+
+    def function(self, agent: Any, call: Call, bindings: Bindings) -> Term:
+        """The value of a function in an expression."""

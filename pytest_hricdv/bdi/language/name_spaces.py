@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.errors import EvaluationError, Location
 from pytest_hricdv.bdi.language.plan_patterns import PlanPattern
 from pytest_hricdv.bdi.language.syntax import (
     Comparison,
     ExternalAction,
     Include,
     InitialGoal,
-    NameSpaceBlock,
     Plan,
 )
 from pytest_hricdv.bdi.language.syntax_tree import child_fields
@@ -34,6 +33,17 @@ from pytest_hricdv.bdi.language.terms import (
     Variable,
     is_name,
 )
+
+
+@dataclass(frozen=True, slots=True)
+class NameSpaceBlock:
+    """``{ begin namespace(name, local) } ... { end }``; or ``{ namespace(name, local) }``, which only declares it."""
+
+    name: str
+    local: bool | None
+    items: tuple[object, ...] | None
+    location: Location
+
 
 DEFAULT = "default"
 """The default name space."""

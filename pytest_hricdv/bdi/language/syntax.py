@@ -331,16 +331,6 @@ class Include:
 
 
 @dataclass(frozen=True, slots=True)
-class NameSpaceBlock:
-    """``{ begin namespace(name, local) } ... { end }``; or ``{ namespace(name, local) }``, which only declares it."""
-
-    name: str
-    local: bool | None
-    items: tuple[object, ...] | None
-    location: Location
-
-
-@dataclass(frozen=True, slots=True)
 class Program:
     """The source of one agent: its initial beliefs and rules, its initial goals, and its plans.
 

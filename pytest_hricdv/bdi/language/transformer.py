@@ -9,6 +9,7 @@ from lark.tree import Meta
 
 from pytest_hricdv.bdi.language import syntax
 from pytest_hricdv.bdi.language.errors import NO_LOCATION, EvaluationError, Location
+from pytest_hricdv.bdi.language.name_spaces import NameSpaceBlock
 from pytest_hricdv.bdi.language.plan_patterns import PlanPattern, expand_pattern, plans_in
 from pytest_hricdv.bdi.language.syntax_tree import variables_of, with_constants_evaluated
 from pytest_hricdv.bdi.language.term_transformer import Children, TermTransformer
@@ -89,17 +90,17 @@ class AgentSpeakTransformer(TermTransformer):
     def include(self, meta: Meta, items: Children) -> syntax.Include:
         return syntax.Include(unescape(items[0][1:-1]), self._at(meta), None if items[1] is None else str(items[1]))
 
-    def declaration(self, meta: Meta, items: Children) -> syntax.NameSpaceBlock:
+    def declaration(self, meta: Meta, items: Children) -> NameSpaceBlock:
         return self._name_space(meta, Structure("namespace", tuple(items[0])), None)
 
-    def _name_space(self, meta: Meta, directive: Structure, items: Children | None) -> syntax.NameSpaceBlock:
+    def _name_space(self, meta: Meta, directive: Structure, items: Children | None) -> NameSpaceBlock:
         name, *kinds = directive.args
         scopes = [{"local": True, "global": False}.get(str(kind)) for kind in kinds]
         if not is_name(name) or len(scopes) > 1 or None in scopes:
             raise self._error(meta, f"expected namespace(name), or namespace(name, local), found {directive}")
         self.has_spaces = True
         scope = scopes[0] if scopes else None
-        return syntax.NameSpaceBlock(str(name), scope, None if items is None else tuple(items), self._at(meta))
+        return NameSpaceBlock(str(name), scope, None if items is None else tuple(items), self._at(meta))
 
     def function(self, meta: Meta, items: Children) -> None:
         name = unescape(items[0][1:-1])
@@ -113,7 +114,7 @@ class AgentSpeakTransformer(TermTransformer):
             )
         self._functions[name, int(items[1])] = unescape(items[2][1:-1])
 
-    def pattern(self, meta: Meta, items: Children) -> PlanPattern | syntax.NameSpaceBlock:
+    def pattern(self, meta: Meta, items: Children) -> PlanPattern | NameSpaceBlock:
         directive, *parts = items
         if directive.functor == "namespace" and directive.args:
             return self._name_space(meta, directive, parts)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pytest_hricdv.bdi.actions import StandardActions
 from pytest_hricdv.bdi.actions.registry import ACTIONS
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome
-from pytest_hricdv.bdi.agent.intentions import Intention, SpeechAct
+from pytest_hricdv.bdi.agent.agent_state import AgentState
+from pytest_hricdv.bdi.agent.intentions import ActionResult, Intention, Outcome, SpeechAct
 from pytest_hricdv.bdi.agent.messages import is_processed_directly
 from pytest_hricdv.bdi.language.terms import Call, Structure, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.agent_state import ActionTable
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, SpeechAct
+from pytest_hricdv.bdi.agent.intentions import ActionTable, Event, IntendedMeans, Intention, SpeechAct
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError, Location
 from pytest_hricdv.bdi.language.syntax import And, ExternalAction, Formula, Plan
