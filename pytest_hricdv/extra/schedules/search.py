@@ -1,10 +1,11 @@
 """Searches for schedules under which a passing test fails.
 
 One run of a test notes which node executes which statement when. Where two nodes read and write the same data, the
-first is held up until the other one has run, which reverses their order (see `pairs`). Pairs that were not reversed yet
-are tried first. Where the other one comes too late for that, a parameter of the test is moved so that it comes in time.
-A run has one to three decisions: most races need one (S. Burckhardt, P. Kothari, M. Musuvathi, S. Nagarakatte: A
-Randomized Scheduler with Probabilistic Guarantees of Finding Bugs, ASPLOS 2010).
+first is held up until the other one has run, which reverses their order (see `pairs`). Each place to hold a node up is
+tried alone first, once for all pairs that begin there. Where the other one comes too late for that, a parameter of the
+test is moved so that it comes in time. A run has one to three decisions: most races need one (S. Burckhardt,
+P. Kothari, M. Musuvathi, S. Nagarakatte: A Randomized Scheduler with Probabilistic Guarantees of Finding Bugs,
+ASPLOS 2010).
 """
 
 from __future__ import annotations
@@ -96,6 +97,8 @@ class ScheduleSearch:
     """Schedules with one more decision while a node is held up."""
     combined: Counter[tuple[str, ...]] = field(default_factory=Counter)
     """Places of decisions -> how many of `inside` were tried."""
+    reversals: int = 0
+    """Tries to reverse pairs."""
     repeats: int = 0
     """Draws since the last new one."""
     drawn: set[tuple[str, tuple[ScheduleDecision, ...], str]] = field(default_factory=set)
@@ -128,19 +131,9 @@ class ScheduleSearch:
         able = [candidate for candidate in candidates if candidate.usual.threads > 1 or candidate.usual.ready]
         for number in count() if able else ():
             rng = make_rng("schedules", self.seed, number)
-            draw = ScheduleSearch._pair if number % 2 and self._has_untried_pair() else TURNS[number % len(TURNS)]
-            made = draw(self, rng, able) or self._otherwise(rng, able)
+            made = TURNS[number % len(TURNS)](self, rng, able) or self._pair(rng, able) or self._at_random(rng, able)
             if self._is_new(made[1]):
                 yield made
-
-    def _has_untried_pair(self) -> bool:
-        """Whether a single decision is still to be tried: large code has more of them than their share of the turns."""
-        return any(not self.tried[pair] for pair in self.near)
-
-    def _otherwise(self, rng: Random, able: Sequence[ScheduleCandidate]) -> TestSchedule:
-        """What is drawn where a way knows nothing: once pairs were tried at each place, decisions beside others."""
-        inside = self._pop_inside() if all(self.tried[pair] >= HOLDS for pair in self.near) else None
-        return inside or self._pair(rng, able) or self._at_random(rng, able)
 
     def _pop_further(self, *_: object) -> TestSchedule | None:
         return self.further.pop(0)[1:] if self.further else None
@@ -184,13 +177,11 @@ class ScheduleSearch:
                 of_tests.setdefault(candidate.nodeid, (candidate, []))[1].append(conflict)
         candidate, conflicts = rng.choice([*of_tests.values()])
         conflict = _choose_early(rng, conflicts)
-        test: ConcreteTest | None = candidate.test
-        if least[1]:
-            test = self._move(rng, candidate, conflict)
-        decisions = self._reverse(conflict)
-        if test is None:
+        if (test := self._move(rng, candidate, conflict) if least[1] else candidate.test) is None:
+            self.tried[pair] += 1
             return None
-        if not decisions or rng.random() >= ONE:
+        decisions = self._reverse(conflict, candidate.usual)
+        if not decisions or (least != (0, False) and rng.random() >= ONE):
             decisions += self._more(rng, candidate, rng.randint(1, MOST_DECISIONS - 1))
         return candidate, replace(test, schedule=_sort_decisions(decisions))
 
@@ -242,14 +233,19 @@ class ScheduleSearch:
             for decision in decisions:
                 yield replace(test, schedule=_sort_decisions([*test.schedule, decision]))
 
-    def _reverse(self, conflict: DataConflict) -> list[ScheduleDecision]:
+    def _reverse(self, conflict: DataConflict, usual: ScheduleRun) -> list[ScheduleDecision]:
         """What lets the second one come before the first one; at the next times right after it, or earlier still.
 
-        A hold ends once any other node has run, a delay outlasts those that a pair of two nodes does not need.
+        A hold ends once any other node has run, a delay outlasts those that a pair of two nodes does not need. What
+        holds the first one up tries all pairs that begin with it.
         """
-        held = _holds(conflict)[self.tried[conflict.pair] % HOLDS]
-        self.tried[conflict.pair] += 1
-        is_delay = self.tried.total() % DELAY_EACH == 0 and not conflict.is_in_one_node
+        tries, execution = self.tried[conflict.pair], (conflict.first, conflict.number)
+        alike = (other for other in usual.conflicts if execution == (other.first, other.number))
+        near = set() if self._needs_move(conflict) else {other.pair for other in alike if not self._needs_move(other)}
+        self.tried.update(pair for pair in near | {conflict.pair} if self.tried[pair] == tries)
+        self.reversals += 1
+        held = _holds(conflict)[tries % HOLDS]
+        is_delay = self.reversals % DELAY_EACH == 0 and not conflict.is_in_one_node
         return [] if held is None else [ScheduleDecision("delay" if is_delay else "preemption", *held, self.slowest_s)]
 
     def _preempt(self, execution: tuple[str, int]) -> ScheduleDecision:
@@ -314,21 +310,22 @@ class ScheduleSearch:
 DrawSchedule = Callable[[ScheduleSearch, Random, Sequence[ScheduleCandidate]], TestSchedule | None]
 
 TURNS: tuple[DrawSchedule, ...] = (
+    ScheduleSearch._pair,
     ScheduleSearch._pop_further,
     ScheduleSearch._pop_inside,
     ScheduleSearch._pair,
+    ScheduleSearch._order,
     ScheduleSearch._pop_inside,
     ScheduleSearch._pop_further,
     ScheduleSearch._pair,
     ScheduleSearch._pop_inside,
     ScheduleSearch._order,
     ScheduleSearch._pop_further,
-    ScheduleSearch._pop_inside,
     ScheduleSearch._pair,
     ScheduleSearch._pop_inside,
     ScheduleSearch._at_random,
 )
-"""The ways of drawing schedules, in turns; while a pair is untried, every other turn goes to pairs."""
+"""The ways of drawing schedules, in turns. One that has nothing to draw leaves its turn to a pair."""
 
 
 def _holds(conflict: DataConflict) -> tuple[tuple[str, int] | None, ...]:
