@@ -19,23 +19,23 @@ from tests.plugin.project import (
 )
 
 ORDERLY = {
-    "SIGTERM": '__import__("os").kill(__import__("os").getpid(), 15)',
+    "SIGTERM": '__import__("interrupting").begin(15, times=1)',
     "SIGINT": '__import__("os").kill(__import__("os").getpid(), 2)',
-    "many SIGINT": '__import__("interrupting").begin()',
+    "many SIGINT": '__import__("interrupting").begin(2, times=100)',
 }
 
 
 INTERRUPTING = """
-import os, signal, threading, time
+import os, threading, time
 
-def begin():
-    threading.Thread(target=interrupt, daemon=True).start()
+def begin(number, times):
+    threading.Thread(target=interrupt, args=(number, times), daemon=True).start()
     while True:  # it does not come to its end: this is what is interrupted
         pass
 
-def interrupt():
-    for _ in range(100):
-        os.kill(os.getpid(), signal.SIGINT)
+def interrupt(number, times):
+    for _ in range(times):
+        os.kill(os.getpid(), number)
         time.sleep(0.002)  # one signal in each step of what ends the session, and not all in the first
 """
 
