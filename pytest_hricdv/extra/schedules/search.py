@@ -131,9 +131,14 @@ class ScheduleSearch:
         able = [candidate for candidate in candidates if candidate.usual.threads > 1 or candidate.usual.ready]
         for number in count() if able else ():
             rng = make_rng("schedules", self.seed, number)
-            made = TURNS[number % len(TURNS)](self, rng, able) or self._pair(rng, able) or self._at_random(rng, able)
+            draw = ScheduleSearch._pair if number % 2 and self._has_untried_pair() else TURNS[number % len(TURNS)]
+            made = draw(self, rng, able) or self._pair(rng, able) or self._at_random(rng, able)
             if self._is_new(made[1]):
                 yield made
+
+    def _has_untried_pair(self) -> bool:
+        """Whether a single decision is still to be tried: large code has more of them than their share of the turns."""
+        return any(not self.tried[pair] for pair in self.near)
 
     def _pop_further(self, *_: object) -> TestSchedule | None:
         return self.further.pop(0)[1:] if self.further else None
@@ -310,7 +315,6 @@ class ScheduleSearch:
 DrawSchedule = Callable[[ScheduleSearch, Random, Sequence[ScheduleCandidate]], TestSchedule | None]
 
 TURNS: tuple[DrawSchedule, ...] = (
-    ScheduleSearch._pair,
     ScheduleSearch._pop_further,
     ScheduleSearch._pop_inside,
     ScheduleSearch._pair,
@@ -325,7 +329,7 @@ TURNS: tuple[DrawSchedule, ...] = (
     ScheduleSearch._pop_inside,
     ScheduleSearch._at_random,
 )
-"""The ways of drawing schedules, in turns. One that has nothing to draw leaves its turn to a pair."""
+"""The ways of drawing schedules, in turns; while a pair is untried, every other turn goes to pairs."""
 
 
 def _holds(conflict: DataConflict) -> tuple[tuple[str, int] | None, ...]:
