@@ -6,10 +6,12 @@ from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
 from pytest_hricdv.extra.draft.stand_ins.device import Device
 from pytest_hricdv.extra.draft.stand_ins.driver import Driver
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
+from pytest_hricdv.extra.draft.stand_ins.node_driver import NodeDriver
 from pytest_hricdv.extra.draft.stand_ins.ports import ClockPort, Make, Replace, RunParameter, Script
-from pytest_hricdv.extra.draft.stand_ins.visit import CallbackCall, Manners, MethodCall, Say, member
+from pytest_hricdv.extra.draft.stand_ins.visit import Array, CallbackCall, Manners, MethodCall, Say, member
 
 __all__ = [
+    "Array",
     "BusPort",
     "CallbackCall",
     "ClockPort",
@@ -21,6 +23,7 @@ __all__ = [
     "Manners",
     "MethodCall",
     "Neutral",
+    "NodeDriver",
     "OutboxPort",
     "ProgramPort",
     "Replace",

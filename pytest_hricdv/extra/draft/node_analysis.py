@@ -80,12 +80,15 @@ def _attribute_machines(sources: Sources) -> Iterator[StateMachine]:
 def with_state_topic(model: CodeModel, seen: Observations | None) -> CodeModel:
     """The model, in which a machine has the field of a topic in which first runs saw nothing but its states."""
     for number, machine in enumerate(model.machines):
-        names = {state.name for state in machine.states}
+        values = {state.name: FieldValue(state.name, state.location) for state in machine.states}
         for key, pairs in seen.states.items() if seen is not None else ():
             texts = {text for pair in pairs for text in pair.split(" -> ")}
-            if len(texts) > 1 and texts <= names:
-                machines = [replace(machine, field=key), *model.machines[:number], *model.machines[number + 1 :]]
-                return replace(model, machines=tuple(machines))
+            if len(texts) > 1 and texts <= {*values}:
+                messages = tuple(replace(message, fields=tuple(
+                    replace(part, values=tuple(values.values())) if f"{message.topic}.{part.name}" == key else part
+                    for part in message.fields)) for message in model.messages)  # fmt: skip
+                machines = (replace(machine, field=key), *model.machines[:number], *model.machines[number + 1 :])
+                return replace(model, machines=machines, messages=messages)
     return model
 
 

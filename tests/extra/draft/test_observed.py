@@ -157,7 +157,7 @@ def test_to_watch_a_state_adds_nothing_to_a_registry_of_classes() -> None:
     border = RunBorder(run, frozenset({StateChanged}), {}, {})
     driver = Driver(Robot, state="mode", state_message=StateChanged)
     heard = bus.subscribe(StateChanged)
-    robot = ActiveRobot(driver, border, Visit(border, "person", {}, (), (), {}, driver.manners))
+    robot = ActiveRobot(driver, border, Visit(run, {}, lambda say, numbers: None, (), (), driver.manners))
     kernel.spawn("robot", robot.work)
     kernel.run(1.0)
     assert (registry, next(message.state for message in iter(heard.poll, None))) == ([], "idle")

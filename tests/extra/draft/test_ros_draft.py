@@ -3,10 +3,12 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+from array import array
 from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,7 +20,10 @@ from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.ros.executable import find_executable
 from pytest_hricdv.extra.draft.settlement import Settlement
+from pytest_hricdv.extra.draft.stand_ins.node_driver import NodeDriver, _fill
+from pytest_hricdv.extra.draft.stand_ins.visit import Array, Say
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
+from pytest_hricdv.testbench import Uniform
 from tests.extra.draft import ros_robots
 
 INTERFACES = {
@@ -113,8 +118,8 @@ def test_values_parameters_and_names_have_their_places(workspace: Path) -> None:
     conftest = texts["conftest.py"]
     assert '"/home/lock": "std_srvs/srv/SetBool",  # home_robot/door.py:28' in conftest
     assert '"limits.open_s": 5.0,  # home_robot/door.py:12' in conftest
-    assert 'return "/home/commands", {"data": "open"}  # home_robot/door.py:17' in conftest
-    assert 'RosNode(entry="home_robot.door:main", parameters=[PARAMETERS])' in conftest
+    assert 'Say("/home/commands", data="open"),  # home_robot/door.py:17' in conftest
+    assert 'NodeDriver(\n        "home_robot.door:main",' in conftest
     assert "@home_commands_too_early " in texts["models/person.asl"]
     assert "on(home_commands) & home_commands.data == 'close'" in texts["requirements.toml"]
 
@@ -129,11 +134,9 @@ def test_fields_are_those_of_the_interface_files(workspace: Path) -> None:
         "ranges": ("float", "list"),
         "frame": ("str", "str"),
     }
-    assert '"limits.count": round(numbers["limits.count"])' in texts["conftest.py"]
+    assert '**{"limits.count": Uniform(0, 10)},' in texts["conftest.py"]
+    assert "ranges=Array(Uniform(" in texts["conftest.py"]
     assert 'HERE / "../src/scan_msgs"' in texts["conftest.py"]
-    # The record has the length of a list, and a checksum, so requirements see its numbers by a signal.
-    assert '"scan_ranges": float}' in texts["conftest.py"]
-    assert 'run.recorder.signal(0.0, "scan_ranges", 10.0)' in texts["conftest.py"]
 
 
 def test_messages_that_are_nowhere_are_said_with_their_place(tmp_path: Path) -> None:
@@ -268,8 +271,8 @@ def test_whole_numbers_of_which_nothing_is_known_are_more_than_0_and_1(workspace
     (workspace / "counter.py").write_text(counter, encoding="utf-8")
     model, start = analyse_node(find_executable("counter.py", workspace))
     text = dict(files(Draft(model, "counter", "person", workspace / "hri", ros=start)))["conftest.py"]
-    assert '"count": Uniform(0, 10)' in text
-    assert '"low": Uniform(0.0, 1.0)' in text
+    assert "count=Uniform(0, 10)" in text
+    assert "low=Uniform(0.0, 1.0)" in text
 
 
 def test_the_code_of_a_node_is_what_it_imports_and_not_the_other_nodes_of_its_package(workspace: Path) -> None:
@@ -317,7 +320,7 @@ def test_a_person_says_the_json_that_a_callback_takes_a_text_for(tmp_path: Path)
     draft, texts = drafted(tmp_path, "shutter.py")
     (wish,) = draft.inputs
     assert [value.text for value in wish.message.fields[0].values] == ['{"do": "open"}', '{"do": "tilt", "angle": 1.0}']
-    assert '{"data": "{\\"do\\": \\"open\\"}"}' in texts["conftest.py"]
+    assert 'Say("/wish", data="{\\"do\\": \\"open\\"}")' in texts["conftest.py"]
 
 
 @pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy")
@@ -342,7 +345,7 @@ def test_a_package_that_is_one_node_is_drafted_as_a_node(
     monkeypatch.chdir(tmp_path)
     assert main(["init", "hri", "--from", "door.py", "--no-run"]) == 0
     assert "door.py is a node of ROS 2: drafted as with --ros2 door.py" in capsys.readouterr().out
-    assert "RosNode(" in (tmp_path / "hri" / "conftest.py").read_text(encoding="utf-8")
+    assert "NodeDriver(" in (tmp_path / "hri" / "conftest.py").read_text(encoding="utf-8")
 
 
 def test_a_node_gets_stand_ins_for_libraries_that_are_not_installed(tmp_path: Path) -> None:
@@ -352,3 +355,21 @@ def test_a_node_gets_stand_ins_for_libraries_that_are_not_installed(tmp_path: Pa
     assert [problem.kind for problem in draft.code.problems] == ["missing module"]
     assert 'replace_modules("wheel_driver_not_there")  # not installed here' in texts["conftest.py"]
     compile(texts["conftest.py"], "conftest.py", "exec")
+
+
+def test_numbers_in_arrays_are_signals_and_integers_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Limits:
+        low, count = 0.0, 0
+
+    class Scan:
+        def __init__(self) -> None:
+            self.limits, self.ranges = Limits(), array("f")
+
+    monkeypatch.setitem(sys.modules, "scan_msgs.msg", SimpleNamespace(Scan=Scan))
+    fields = {"limits.count": Uniform(0, 10), "ranges": Array(Uniform(0.0, 3.0), 2)}
+    say = Say("/front/scan", **fields)
+    driver = NodeDriver("scanner:main", subscriptions={"/front/scan": "scan_msgs/msg/Scan"}, says={"scan": say})
+    assert driver.signals == {"person_is_there": bool, "front_scan_ranges": float}
+    assert driver.ros2().topics == driver.subscriptions
+    made = _fill("scan_msgs/msg/Scan", "", say.values({"limits.count": 3.7, "ranges": 1.5}))
+    assert (made.limits.count, made.ranges) == (4, [1.5, 1.5])

@@ -253,7 +253,8 @@ def test_what_comes_between_two_steps_of_a_loop_is_for_the_next_one() -> None:
         kernel.sleep(0.25)
         bus.publish("person", Pressed("start"))
 
-    kernel.spawn("robot", ActiveRobot(driver, border, Visit(border, "person", {}, (), (), {}, driver.manners)).work)
+    visit = Visit(run, {}, lambda say, numbers: None, (), (), driver.manners)
+    kernel.spawn("robot", ActiveRobot(driver, border, visit).work)
     kernel.spawn("person", press)
     kernel.run(1.0)
     assert got == ["start"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import builtins
 import json
 import re
@@ -20,7 +19,7 @@ from pytest_hricdv.extra.draft.project.model import (
     neutral_beliefs,
     start_beliefs,
 )
-from pytest_hricdv.extra.draft.project.ranges import answer_s, limit_s
+from pytest_hricdv.extra.draft.project.ranges import STAYS, answer_s, limit_s
 
 
 def _is_name(module: str) -> bool:
@@ -93,8 +92,8 @@ def tuple_text(names: Iterable[str], *, quoted: bool = True) -> str:
     return "(" + ", ".join(listed) + ("," if len(listed) == 1 else "") + ")"
 
 
-def times_lines(draft: Draft, more: str) -> list[str]:
-    """How long a run takes, and how long a person waits, with one more line; the table of how a person acts."""
+def times_lines(draft: Draft) -> list[str]:
+    """How long a run takes, and how long a person waits; the table of how a person acts."""
     late_s, location = draft.late_s
     reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
     return [
@@ -102,7 +101,7 @@ def times_lines(draft: Draft, more: str) -> list[str]:
         "",
         f"LIMIT_S = {limit_s(draft):.1f}  # no visit takes as long",
         f"ANSWER_S = {answer_s(draft):g}  # so long a person waits for an answer; TODO",
-        more,
+        f"STAYS_S = {STAYS} * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO",
         "",
         "# When a person does something, and how often. TODO: what is right for your people?",
         "TIMES = {",
@@ -138,15 +137,8 @@ def model_lines(draft: Draft) -> list[str]:
     ]  # fmt: skip
 
 
-def command_table_lines(draft: Draft, table: str, numbers: str, each: str) -> list[str]:
-    """The commands of what a person says, and of waiting.
-
-    Args:
-        draft: the draft.
-        table: name of the table of what is said.
-        numbers: expression of the numbers of one entry of it.
-        each: name of the entry in this expression.
-    """
+def command_table_lines(draft: Draft) -> list[str]:
+    """The commands of what a person says, and of waiting."""
     waits = ['                "wait_answer": {},']
     if draft.is_alone:
         return [f'                "{STAY}": {{"after_s": Uniform(20.0, 60.0, "s")}},  # TODO: how long?']
@@ -155,8 +147,8 @@ def command_table_lines(draft: Draft, table: str, numbers: str, each: str) -> li
         return waits
     return [
         "                **{",
-        f'                    f"{{what}} {{how}}": {{**times, **{numbers}}}',
-        f"                    for what, {each} in {table}.items()",
+        '                    f"{what} {how}": {**times, **say.parameters}',
+        "                    for what, say in says.items()",
         "                    for how, times in TIMES.items()",
         "                },",
         *waits,
@@ -195,12 +187,3 @@ def disturbance_lines(draft: Draft) -> list[str]:
                 how = f'Duplicate("{topic}", Uniform(0.1, 5.0, "s")),  # TODO: how late?'
                 lines.append(f'            "{topic}_doubled": {how}')
     return ["        disturbances={", *lines, "        },"] if lines else []
-
-
-def is_constant(text: str) -> bool:
-    """Whether a default is one that a parameter file can have."""
-    try:
-        value = ast.literal_eval(text)
-    except (ValueError, SyntaxError):
-        return False
-    return isinstance(value, bool | int | float | str)

@@ -40,7 +40,10 @@ def comment_lines(lines: list[str], indent: str = "") -> list[str]:
 
 def _say_rows(draft: Draft, things: Iterable[Input], table: ImportTable) -> Iterator[str]:
     for thing in things:
-        kind = table.use(thing.message.module, thing.message.name) if thing.variants else ""
+        if draft.ros is not None:
+            kind = json.dumps(thing.message.channel)
+        elif thing.variants:
+            kind = table.use(thing.message.module, thing.message.name)
         for command, variant in thing.commands:
             values = list(_values(draft, thing, variant, table))
             notes = [note for _, note in values if note]
@@ -59,12 +62,15 @@ def _values(draft: Draft, thing: Input, variant: Variant, table: ImportTable) ->
     values, ranges = dict(variant.values), dict(variant.ranges)
     for part in thing.message.fields:
         if part.name in values:
-            yield f"{part.name}={table.text(values[part.name], part.imports)}", ""
+            text, note = table.text(values[part.name], part.imports), ""
         elif part.kind == "float":
             text, note = number_range(part, ranges.get(part.name))
-            yield f"{part.name}={text}", note
-        elif not part.default:
-            yield f"{part.name}={table.text(part.neutral or 'None', part.imports)}", ""
+            text = f"Array({text})" if part.type == "list" and draft.ros is not None else text
+        elif part.default or draft.ros is not None:
+            continue
+        else:
+            text, note = table.text(part.neutral or "None", part.imports), ""
+        yield f"{part.name}={text}" if part.name.isidentifier() else f'**{{"{part.name}": {text}}}', note
 
 
 # --- the driver
@@ -237,7 +243,7 @@ def _initial(sensor: Sensor) -> str:
 
 def has_cross(draft: Draft) -> bool:
     """Whether the states are crossed with the manners of what was said."""
-    return bool(draft.code.state and draft.inputs and not draft.has_open_states)
+    return bool(draft.code.state and draft.inputs and not draft.has_open_states) and draft.ros is None
 
 
 # --- messages of its own

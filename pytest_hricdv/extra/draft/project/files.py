@@ -21,7 +21,6 @@ from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.driver import messages_module, own_messages
 from pytest_hricdv.extra.draft.project.model import mas2j, meta, person, robot
 from pytest_hricdv.extra.draft.project.requirements import requirements
-from pytest_hricdv.extra.draft.project.ros_testbench import ros_conftest
 from pytest_hricdv.extra.draft.project.testbench import conftest
 
 MAX_QUESTIONS = 10
@@ -147,7 +146,7 @@ _NODE_TESTS, _NODE_RUNS = 20, 30
 
 def files(draft: Draft) -> Iterator[tuple[str, str]]:
     """Name, relative to the project's folder, and content of each file."""
-    testbench = ros_conftest(draft, draft.ros) if draft.ros is not None else conftest(draft)
+    testbench = conftest(draft)
     yield "conftest.py", testbench
     if draft.ros is None and own_messages(draft):
         yield f"{OWN_MODULE}.py", messages_module(draft)

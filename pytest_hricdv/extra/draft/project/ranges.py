@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from pytest_hricdv.extra.draft.code_model import MessageField
 from pytest_hricdv.extra.draft.project.draft import Draft
-from pytest_hricdv.extra.draft.project.inputs import Input, number_levels
+from pytest_hricdv.extra.draft.project.inputs import number_levels
 from pytest_hricdv.extra.draft.project.model import in_order
 
 MAX_PATIENCE_S, PATIENCE = 60.0, 1.1
@@ -17,16 +15,6 @@ LATE, STAYS = 1.5, 5
 
 MIN_LIMIT_S = 900.0
 """Least simulated time that a run gets."""
-
-
-def command_lines(thing: Input) -> Iterator[str]:
-    """The lines of `SAYS` for a thing: each command with the numbers in it."""
-    for command, kind in thing.commands:
-        ranges = dict(kind.ranges)
-        chosen = [(part.name, *number_range(part, ranges.get(part.name))) for part in thing.numbers]
-        numbers = ", ".join(f'"{name}": {text}' for name, text, _ in chosen)
-        mark = next((note for _, _, note in chosen if note), str(kind.location))
-        yield f'    "{command}": {{{numbers}}},  # {mark}'
 
 
 def number_range(part: MessageField, of_code: str | None) -> tuple[str, str]:

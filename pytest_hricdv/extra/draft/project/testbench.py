@@ -1,4 +1,4 @@
-"""The testbench of a draft, for code that is no node of ROS 2: a `Driver` with stand-ins, and what people say."""
+"""The testbench of a draft: a driver with stand-ins, and what people say."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from pytest_hricdv.extra.draft.project.declarations import (
 from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
 from pytest_hricdv.extra.draft.project.driver import driver_lines, has_cross, say_lines
 from pytest_hricdv.extra.draft.project.inputs import OTHER, is_open
-from pytest_hricdv.extra.draft.project.ranges import STAYS
+from pytest_hricdv.extra.draft.project.node_driver import node_driver_lines, ros2_lines
 
 TESTBENCH = ("BeliefSpace", "Concretization", "CrossProduct", "Delay", "Drop", "Duplicate", "Field", "Model",
              "StateField", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
-STAND_INS = ("Neutral", "BusPort", "CallbackCall", "ClockPort", "ConnectionPort", "Device", "RunParameter", "Driver",
-             "InboxPort", "Make", "Manners", "MethodCall", "OutboxPort", "ProgramPort", "Replace", "Say", "Script",
-             "member", "replace_modules", "unknown")  # fmt: skip
+STAND_INS = ("Array", "Neutral", "BusPort", "CallbackCall", "ClockPort", "ConnectionPort", "Device", "RunParameter",
+             "Driver", "InboxPort", "Make", "Manners", "MethodCall", "NodeDriver", "OutboxPort", "ProgramPort",
+             "Replace", "Say", "Script", "member", "replace_modules", "unknown")  # fmt: skip
 STANDARD = ("Path", "SimpleNamespace", "json", "import_module")
 TAKEN = ("HERE", "TIMES", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
 
@@ -37,7 +37,8 @@ _CROSS = '        cross={"state and manner": CrossProduct({"state": STATES, "man
 def conftest(draft: Draft) -> str:
     """The module `conftest`."""
     table = ImportTable((*TESTBENCH, *STAND_INS, *STANDARD, *TAKEN))
-    function = [*say_lines(draft, table), *driver_lines(draft, table), *_testbench(draft)]
+    driver = node_driver_lines(draft, draft.ros) if draft.ros is not None else driver_lines(draft, table)
+    function = [*say_lines(draft, table), *driver, *_testbench(draft)]
     body = [
         *_constants(draft),
         "",
@@ -77,9 +78,8 @@ def _head(draft: Draft, body: str) -> list[str]:
 
 def _constants(draft: Draft) -> list[str]:
     """Times and states."""
-    stays = f"STAYS_S = {STAYS} * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO"
-    lines = times_lines(draft, stays)
-    if draft.code.machine is not None:
+    lines = times_lines(draft)
+    if draft.code.machine is not None and draft.ros is None:
         states = draft.code.machine.states
         lines += ["", "STATES = (", *(f"    {json.dumps(s.name)},  # {s.location}" for s in states), ")"]
     return lines
@@ -89,7 +89,7 @@ def _constants(draft: Draft) -> list[str]:
 
 
 def _testbench(draft: Draft) -> list[str]:
-    lines = ["", *model_lines(draft), *command_table_lines(draft, "says", "say.parameters", "say")]
+    lines = ["", *model_lines(draft), *command_table_lines(draft)]
     for sensor in draft.sensors:
         lines += _sensor_commands(sensor)
     lines += ["            },"]
@@ -98,12 +98,13 @@ def _testbench(draft: Draft) -> list[str]:
     lines += [
         "        ),",
         '        requirements=HERE / "requirements.toml",',
-        "        messages=driver.messages,",
+        f"        messages={'driver.messages' if draft.ros is None else '()'},",
         "        signals=driver.signals,",
         *_fields(draft),
         f"        code={tuple_text(draft.code.modules)},",
+        *(ros2_lines(draft, draft.ros) if draft.ros is not None else []),
         "        run=driver.run,",
-        *time_lines(draft, draft.code.virtual),
+        *time_lines(draft, draft.code.virtual if draft.ros is None else ()),
         *state_lines(draft),
         *([_CROSS] if has_cross(draft) else []),
     ]

@@ -107,8 +107,11 @@ class Driver:
             border.record(signal_name(name), value)
         for name in ("person_is_there", "robot_works"):
             border.record(name, True)
-        heard = (*self.outputs, *self.called.values())
-        visit = Visit(border, self.person, dict(self.says), self.answers, heard, self._settings(), self.manners)
+        bus = run.bus.port(self.person)
+        answers = [bus.subscribe(kind) for kind in self.answers]
+        heard = [bus.subscribe(kind) for kind in (*self.outputs, *self.called.values())]
+        visit = Visit(run, self.says, lambda say, numbers: bus.publish(say.message(numbers)), answers, heard,
+                      self.manners, self._settings(), border.sense)  # fmt: skip
         active = ActiveRobot(self, border, visit)
         run.kernel.spawn(self.person, visit.act)
         run.kernel.spawn("robot", run.measured(active.work))  # coverage is measured in here

@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import typing
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.generate.sampler import Sampler
+from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import text_of
 
 TIMES = ("after_s", "again_s")
 """Parameters of each command: how long a person waits before it, and before the same again."""
+
+
+@dataclass(frozen=True)
+class Array:
+    """A number of the test, as each element of an array.
+
+    Args:
+        number: its range.
+        length: of the array; the default is that of a scan with a ray each ten degrees.
+    """
+
+    number: Sampler
+    length: int = 36
 
 
 @dataclass(frozen=True, init=False)
@@ -20,7 +33,7 @@ class Say:
     """A message that a person says.
 
     Args:
-        kind: its class.
+        kind: its class; of a node, the name of the topic, service or action.
         values: of its fields: a value, or a range from which a number is drawn.
 
     >>> from dataclasses import dataclass
@@ -33,25 +46,33 @@ class Say:
     Order(item='tea', cups=2)
     """
 
-    kind: type[Any]
+    kind: Any
     fixed: Mapping[str, Any]
-    drawn: Mapping[str, Sampler]
+    drawn: Mapping[str, Sampler | Array]
 
-    def __init__(self, kind: type[Any], /, **values: Any) -> None:
+    def __init__(self, kind: Any, /, **values: Any) -> None:
         object.__setattr__(self, "kind", kind)
-        object.__setattr__(self, "fixed", {k: v for k, v in values.items() if not isinstance(v, Sampler)})
-        object.__setattr__(self, "drawn", {k: v for k, v in values.items() if isinstance(v, Sampler)})
+        object.__setattr__(self, "fixed", {k: v for k, v in values.items() if not isinstance(v, Sampler | Array)})
+        object.__setattr__(self, "drawn", {k: v for k, v in values.items() if isinstance(v, Sampler | Array)})
 
     @property
     def parameters(self) -> dict[str, Sampler]:
         """The numbers of a command, for `Concretization.commands`."""
-        return {_parameter(name): sampler for name, sampler in self.drawn.items()}
+        return {_parameter(name): value.number if isinstance(value, Array) else value
+                for name, value in self.drawn.items()}  # fmt: skip
+
+    def values(self, numbers: Mapping[str, Any]) -> dict[str, Any]:
+        """The fields, with the numbers of a test."""
+        values = dict(self.fixed)
+        for name, value in self.drawn.items():
+            number = numbers[_parameter(name)]
+            values[name] = [number] * value.length if isinstance(value, Array) else number
+        return values
 
     def message(self, numbers: Mapping[str, Any]) -> Any:
         """The message, with the numbers of a test."""
-        whole = _whole_numbers(self.kind)
-        drawn = {name: numbers[_parameter(name)] for name in self.drawn}
-        return self.kind(**self.fixed, **{name: round(v) if name in whole else v for name, v in drawn.items()})
+        whole = _whole_numbers(self.kind) & {*self.drawn}
+        return self.kind(**{name: round(v) if name in whole else v for name, v in self.values(numbers).items()})
 
 
 def _parameter(field: str) -> str:
@@ -124,69 +145,78 @@ class Visit:
     """A person who acts in one run.
 
     Args:
-        border: of the code.
-        name: of the person.
+        run: of the test.
         says: command -> what is said.
-        answers: classes of messages that answer what was said.
-        hears: all classes of messages of the robot.
+        say: says it, with the numbers of the test.
+        answers: inboxes of messages that answer what was said.
+        hears: inboxes of all messages of the robot.
         senses: command, or its word, that sets what a device returns -> "port.name", and the text, if it is one.
+        sense: lets a device return a value.
         manners: how the person waits.
     """
 
-    border: RunBorder
-    name: str
-    says: dict[str, Say]
-    answers: tuple[type[Any], ...]
-    hears: tuple[type[Any], ...]
-    senses: dict[str, tuple[str, str | None]]
+    run: Run
+    says: Mapping[str, Say]
+    say: Callable[[Say, Mapping[str, Any]], None]
+    answers: Sequence[Any]
+    hears: Sequence[Any]
     manners: Manners
+    senses: Mapping[str, tuple[str, str | None]] = field(default_factory=dict)
+    sense: Callable[[str, Any], None] = lambda name, value: None
     manner: str = "in_time"
     """The manner of the last message."""
 
     def act(self) -> None:
         """The body of the person's node."""
-        run = self.border.run
-        bus = run.bus.port(self.name)
-        answers = [bus.subscribe(kind) for kind in self.answers]
-        hears = [bus.subscribe(kind) for kind in self.hears]
-        run.kernel.sleep(LOOKS_EACH_S)
-        for action in run.actions():
-            run.kernel.sleep(float(action.parameters.get("after_s", 0.0)))
-            if run.ending is not None:
+        kernel = self.run.kernel
+        kernel.sleep(LOOKS_EACH_S)
+        for action in self.run.actions():
+            kernel.sleep(float(action.parameters.get("after_s", 0.0)))
+            if self.run.ending is not None:
                 return  # the robot has ended: only earlier questions are waited for
-            what, _, how = action.command.rpartition(" ")
-            if action.command == "wait_answer":
-                self._wait_answer(answers)
-            elif action.command == "wait_quiet":
-                self._wait_quiet(hears)
-            elif action.command in self.senses or what in self.senses:
-                name, text = self.senses.get(action.command) or self.senses[what]
-                for answer in answers:
-                    answer.clear()
-                self.border.sense(name, action.parameters.get("value", how == "yes") if text is None else text)
-            elif what in self.says:
-                self.manner = how
-                for answer in answers:
-                    answer.clear()
-                bus.publish(self.says[what].message(action.parameters))
-                if how == "twice":
-                    run.kernel.sleep(float(action.parameters["again_s"]))
-                    if run.ending is None:
-                        bus.publish(self.says[what].message(action.parameters))
-        self.border.record("person_is_there", False)
-        run.kernel.stop("the person has left")
+            self._do(action.command, action.parameters)
+        self.run.recorder.signal(kernel.now_s, "person_is_there", False)
+        kernel.stop("the person has left")
 
-    def _wait_answer(self, answers: list[Any]) -> None:
-        kernel = self.border.run.kernel
-        ends_s = kernel.now_s + (self.manners.answer_s if answers else LOOKS_EACH_S)
-        while kernel.now_s < ends_s and all(answer.poll() is None for answer in answers):
+    def _do(self, command: str, parameters: Mapping[str, Any]) -> None:
+        what, _, how = command.rpartition(" ")
+        if command == "wait_answer":
+            self._wait_answer()
+        elif command == "wait_quiet":
+            self._wait_quiet()
+        elif command in self.senses or what in self.senses:
+            name, text = self.senses.get(command) or self.senses[what]
+            self._forget()
+            self.sense(name, parameters.get("value", how == "yes") if text is None else text)
+        elif what in self.says:
+            self.manner = how
+            self._forget()
+            self.say(self.says[what], parameters)
+            if how == "twice":
+                self.run.kernel.sleep(float(parameters["again_s"]))
+                if self.run.ending is None:
+                    self.say(self.says[what], parameters)
+
+    def _forget(self) -> None:
+        """What was said before is no answer."""
+        for answer in self.answers:
+            _take_all(answer)
+
+    def _wait_answer(self) -> None:
+        kernel = self.run.kernel
+        ends_s = kernel.now_s + (self.manners.answer_s if self.answers else LOOKS_EACH_S)
+        while kernel.now_s < ends_s and all(answer.poll() is None for answer in self.answers):
             kernel.sleep(LOOKS_EACH_S)
 
-    def _wait_quiet(self, hears: list[Any]) -> None:
+    def _wait_quiet(self) -> None:
         """Leave when nothing was said for as long as one waits for an answer."""
-        kernel = self.border.run.kernel
+        kernel = self.run.kernel
         ends_s, quiet_s = kernel.now_s + self.manners.stays_s, kernel.now_s
         while kernel.now_s < min(ends_s, quiet_s + self.manners.answer_s):
-            if [message for inbox in hears for message in iter(inbox.poll, None)]:
+            if [message for inbox in self.hears for message in _take_all(inbox)]:
                 quiet_s = kernel.now_s
             kernel.sleep(LOOKS_EACH_S)
+
+
+def _take_all(inbox: Any) -> list[Any]:
+    return list(iter(inbox.poll, None))
