@@ -140,26 +140,6 @@ class StateMachine:
 
 
 @dataclass(frozen=True)
-class Wait:
-    """A call that waits, as source text; `seconds` is its timeout, if that is a constant."""
-
-    call: str
-    location: CodeLine
-    seconds: float | None = None
-    bounded: bool = False
-
-
-@dataclass(frozen=True)
-class CodeConstant:
-    """A number with a unit in its name: `TOO_LONG_S = 12.0`."""
-
-    name: str
-    value: float
-    unit: str
-    location: CodeLine
-
-
-@dataclass(frozen=True)
 class Operation:
     """An operation on a port: a method that the code calls, or an attribute that it reads or sets.
 
@@ -279,7 +259,7 @@ class CodeModel:
         messages: published and received messages.
         machines: state machines; one whose state the code publishes comes first.
         virtual: "time", "threading", "asyncio": for `VirtualTime.apis`.
-        constants: numbers with units.
+        time_outs: how long it waits at most (s).
         entry: the function or class to call; None if there is none.
         questions: what the code does not tell.
         problems: what keeps the code from running unchanged.
@@ -292,9 +272,8 @@ class CodeModel:
     modules: tuple[str, ...]
     messages: tuple[Message, ...] = ()
     machines: tuple[StateMachine, ...] = ()
-    waits: tuple[Wait, ...] = ()
     virtual: tuple[str, ...] = ()
-    constants: tuple[CodeConstant, ...] = ()
+    time_outs: tuple[tuple[float, CodeLine], ...] = ()
     entry: Entry | None = None
     questions: tuple[Question, ...] = ()
     problems: tuple[Problem, ...] = ()

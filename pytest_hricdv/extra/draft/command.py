@@ -174,8 +174,7 @@ def _summary(model: CodeModel) -> Iterator[str]:
     machine = model.machines[0] if model.machines else None
     yield (
         f"read: {len(model.inputs)} messages received, {len(model.outputs)} published, "
-        f"{len(machine.states) if machine else 0} states, {len(machine.transitions) if machine else 0} transitions, "
-        f"{len(model.waits)} waits"
+        f"{len(machine.states) if machine else 0} states, {len(machine.transitions) if machine else 0} transitions"
     )
     if model.ros.nodes or model.ros.endpoints:
         names = ", ".join(name or "without a name in the source" for name, _ in model.ros.nodes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -118,15 +118,3 @@ def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
         if (source, target) not in moves:
             text = f"the testbench has a transition from {source} to {target}, which the code no longer has"
             yield Drift("gone", f"{source}->{target}", "", text)
-
-
-def split(drift: Sequence[Drift], known: Mapping[str, str]) -> tuple[list[Drift], list[Drift], list[str]]:
-    """Split drift into new and known, and list known entries that no longer apply.
-
-    Args:
-        drift: of the code.
-        known: key -> reason, of `hri_known_drift`.
-    """
-    keys = {one.key for one in drift}
-    new = [one for one in drift if one.key not in known]
-    return new, [one for one in drift if one.key in known], [key for key in known if key not in keys]

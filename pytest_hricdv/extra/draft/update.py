@@ -13,7 +13,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.draft.feature import FEATURE, find_drift
+from pytest_hricdv.extra.draft.drift import drifts, models_of
+from pytest_hricdv.extra.draft.feature import FEATURE
 from pytest_hricdv.session.child_process import NO_REWRITE_WARNING, run_configured
 from pytest_hricdv.session.run_context import RunContext
 
@@ -36,14 +37,19 @@ def update(folder: Path) -> int:
 
 def compare(context: RunContext, say: Callable[[str], None]) -> int:
     """Tell the drift; returns the exit status: 1 if there is some."""
-    result = find_drift(context, FEATURE.settings(context.options).known)
-    for text in (*result.problems, *result.outdated):
+    testbench, known = context.collection.testbench, FEATURE.settings(context.options)
+    roots = [Path(context.collection.config.rootpath), Path.cwd(), *(Path(folder or ".") for folder in sys.path)]
+    models, problems = models_of(testbench.code, [root for root in dict.fromkeys(roots) if root.is_dir()])
+    every = {drift.key: drift for drift in drifts(models, testbench)}
+    outdated = [f"hri_known_drift has {key!r}, which is none any more" for key in known if key not in every]
+    for text in (*problems, *outdated):
         say(text)
-    for drift in result.new:
+    new = [drift for drift in every.values() if drift.key not in known]
+    for drift in new:
         say(f"{drift.location or 'conftest.py'}: {drift.text}  [{drift.key}]")
-    if result.known:
-        say(f"known: {', '.join(drift.key for drift in result.known)}")
-    if not result.new:
+    if declared := [key for key in every if key in known]:
+        say(f"known: {', '.join(declared)}")
+    if not new:
         say("no drift: the testbench has what the code has")
         return 0
     say("what may be so goes to hri_known_drift, a line each: KIND NAME: reason")

@@ -76,16 +76,9 @@ class StimulusReader:
             if name == entry.method or name.startswith("__") or _decorators(method):
                 continue
             parameters = parameters_of(method.node)[1:]
-            if parameters and self._is_used(name) and not self._is_told(method):
+            if parameters and self._is_used(name):
                 made = list(self._messages(name, method, name))
                 yield from (message for message in made if message.module != OWN_MODULE or len(made) > 1)
-
-    def _is_told(self, method: Scope) -> bool:
-        """Whether the code itself says all that a method gets, as in `self._change("parked")`."""
-        calls = [call for call in self._flow.calls.get(method.node.name, ())
-                 if name_with_dots(call.node.func).startswith("self.")]  # fmt: skip
-        return bool(calls) and all(self._flow.is_complete(argument, call.module, call.scope)
-                                   for call in calls for argument in call.node.args)  # fmt: skip
 
     def functions(self) -> Iterator[Message]:
         """Functions that the code registers by a decorator with a text, or hands to somebody."""

@@ -1,4 +1,4 @@
-"""How the code waits, its numbers with units, and what keeps it from running."""
+"""How long the code waits, and what keeps it from running."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import sys
 from collections.abc import Iterator, Sequence
 from importlib.machinery import PathFinder
 
-from pytest_hricdv.extra.draft.code.constants import UnknownConstantError, evaluate
-from pytest_hricdv.extra.draft.code.flow import Flow
+from pytest_hricdv.extra.draft.code.constants import assignments
+from pytest_hricdv.extra.draft.code.flow import Flow, last_name
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Module, Sources, name_with_dots, resolve_import
-from pytest_hricdv.extra.draft.code_model import CodeConstant, Problem, Wait
+from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 
 VIRTUAL = {"time": "time", "datetime": "time", "sched": "time", "threading": "threading", "queue": "threading",
            "concurrent": "threading", "asyncio": "asyncio"}  # fmt: skip
@@ -24,67 +24,24 @@ def virtual(sources: Sources) -> tuple[str, ...]:
     return tuple(dict.fromkeys(VIRTUAL[top] for top in VIRTUAL if top in tops))
 
 
-def waits(flow: Flow) -> Iterator[Wait]:
-    """All calls that wait."""
+WAITS = {"sleep": 0, "wait": 0, "timeout": 0, "create_timer": 0, "wait_for": 1}
+"""Called -> position of how long it waits at most among its arguments."""
+
+KEYWORDS = ("timeout", "timeout_s", "delay", "timer_period_sec", "timeout_sec")
+
+
+def time_outs(flow: Flow) -> Iterator[tuple[float, CodeLine]]:
+    """How long calls wait at most, and the constants whose names say that they are seconds (s)."""
     for module, scope, node in flow.nodes:
-        if not isinstance(node, ast.Call):
-            continue
-        call = resolve_import(module, node.func)
-        if _is_wait(call, node, module):
-            bound = _time_out(node, call)
-            seconds = max(flow.numbers(bound, module, scope), default=None)
-            yield Wait(name_with_dots(node.func) or "?", module.location(node), seconds, bound is not None)
-
-
-def _is_wait(call: str, node: ast.Call, module: Module) -> bool:
-    last = call.rpartition(".")[2]
-    if not isinstance(node.func, ast.Attribute) or last == "sleep":
-        return last == "sleep"
-    if call.startswith("asyncio."):
-        return last in ("wait", "wait_for", "timeout")
-    if last in ("create_timer", "create_rate"):
-        return True
-    # `get("key")` is of a dict
-    is_text = bool(node.args) and isinstance(node.args[0], ast.Constant) and isinstance(node.args[0].value, str)
-    is_threaded = any(origin.partition(".")[0] in ("threading", "queue") for origin in module.imports.values())
-    return last == "wait" or (is_threaded and last in ("get", "join", "acquire") and not is_text)
-
-
-def _time_out(node: ast.Call, call: str) -> ast.expr | None:
-    """The expression of how long it waits at most."""
-    for keyword in node.keywords:
-        if keyword.arg in ("timeout", "timeout_s", "delay", "timer_period_sec", "timeout_sec"):
-            return keyword.value
-    if call == "asyncio.wait_for":
-        return node.args[1] if len(node.args) > 1 else None
-    if call == "asyncio.wait" or call.endswith((".join", ".acquire", ".get")):
-        return None
-    return node.args[0] if node.args else None
-
-
-def constants(sources: Sources) -> Iterator[CodeConstant]:
-    """Numbers of modules and classes whose names have a unit."""
-    for module in sources.modules:
-        for body in (module.tree.body, *(n.body for n in ast.walk(module.tree) if isinstance(n, ast.ClassDef))):
-            for statement in body:
-                if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
-                    yield from _constants_of(sources, module, statement)
-
-
-def _constants_of(sources: Sources, module: Module, statement: ast.Assign | ast.AnnAssign) -> Iterator[CodeConstant]:
-    for target in statement.targets if isinstance(statement, ast.Assign) else [statement.target]:
-        names = target.elts if isinstance(target, ast.Tuple) else [target]
-        is_pair = isinstance(target, ast.Tuple) and isinstance(statement.value, ast.Tuple)
-        values = statement.value.elts if is_pair and isinstance(statement.value, ast.Tuple) else [statement.value]
-        for name, value in zip(names, values, strict=False):
-            if not isinstance(name, ast.Name) or not unit_of(name.id):
-                continue
-            try:
-                number = evaluate(sources, module, value)
-            except UnknownConstantError:
-                continue
-            if isinstance(number, int | float) and not isinstance(number, bool):
-                yield CodeConstant(name.id, float(number), unit_of(name.id), module.location(statement))
+        bounds: list[ast.expr] = []
+        if isinstance(node, ast.Call):
+            place = WAITS.get(last_name(node.func), len(node.args))
+            named = [keyword.value for keyword in node.keywords if keyword.arg in KEYWORDS]
+            bounds = named or node.args[place : place + 1]
+        elif scope is None:
+            bounds = [value for target, value in assignments(node) if unit_of(last_name(target)) == "s"]
+        found = (number for bound in bounds for number in flow.numbers(bound, module, scope))
+        yield from ((number, module.location(node)) for number in found)
 
 
 def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:

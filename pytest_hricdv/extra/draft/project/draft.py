@@ -250,11 +250,8 @@ class Draft:
     @property
     def late_s(self) -> tuple[float, CodeLine | None]:
         """The longest time-out of the code, with its location; None for the default."""
-        waits = [(wait.seconds, wait.location) for wait in self.code.waits if wait.bounded and wait.seconds]
-        waits += [(c.value, c.location) for c in self.code.constants if c.unit == "s"]
-        fitting = [(seconds, at) for seconds, at in waits if seconds is not None and seconds <= MAX_LATE_S]
-        longest = max(fitting, key=lambda wait: wait[0], default=None)
-        return (longest[0], longest[1]) if longest is not None and longest[0] >= 1.0 else (self.patience_s, None)
+        fitting = [time_out for time_out in self.code.time_outs if 1.0 <= time_out[0] <= MAX_LATE_S]
+        return max(fitting, key=lambda time_out: time_out[0], default=(self.patience_s, None))
 
     @property
     def patience_s(self) -> float:
