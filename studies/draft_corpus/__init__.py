@@ -78,7 +78,7 @@ def elements(draft: Draft) -> list[Element]:
     draft = draft.whole
     found = [_message(thing.message.name, thing.message.topic, thing.message.channel) for thing in draft.inputs]
     called = {thing.message.channel for thing in draft.inputs}  # what is compared of their arguments are no messages
-    answers = {(sensor.port, sensor.operation.name.partition(".")[0]) for sensor in draft.sensors
+    answers = {(sensor.port, sensor.operation.key.partition(".")[0]) for sensor in draft.sensors
                if sensor.port not in called}  # fmt: skip
     found += [_message(f"{port}_{name}", name) for port, name in sorted(answers)]
     fields = [part for thing in draft.inputs for part in thing.message.fields]

@@ -167,6 +167,16 @@ class Operation:
     is_registration: bool = False
     result: MessageField | None = None
 
+    @property
+    def key(self) -> str:
+        """Its path from the port, as stand-ins have it: that of a method has parentheses."""
+        name = self.name.removeprefix("__call__")
+        return f"{name}()" if self.is_method and not name.endswith(")") else name
+
+    def path(self, port: str) -> str:
+        """Its path with the port."""
+        return f"{port}{self.key}" if self.key.startswith("(") else f"{port}.{self.key}"
+
 
 @dataclass(frozen=True)
 class Port:

@@ -25,9 +25,9 @@ from pytest_hricdv.extra.draft.code_model import (
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site
 from pytest_hricdv.extra.draft.observe.shape import MASK, Shape
 from pytest_hricdv.extra.draft.observe.tracer import CALLBACK
-from pytest_hricdv.extra.draft.stand_ins.absent import without_arguments
-from pytest_hricdv.extra.draft.stand_ins.border import ANSWER, ATTRIBUTE
+from pytest_hricdv.extra.draft.stand_ins.border import ANSWER
 from pytest_hricdv.extra.draft.stand_ins.connections import SENDS
+from pytest_hricdv.extra.draft.stand_ins.parts import without_arguments
 
 LOGS = {"debug", "info", "warning", "warn", "error", "exception", "critical", "log", "setLevel"}
 """Methods of a logger, which nobody receives."""
@@ -94,14 +94,10 @@ def with_methods(port: Port, entry: Entry, seen: Observations) -> Port:
     """A device with the methods that were observed, and that the source does not show, as of `getattr`."""
     there = {operation.name for operation in port.operations}
     names = [name for name in dict.fromkeys(_find_methods(port, entry, seen)) if name not in there]
-    more = tuple(Operation(name, not _is_attribute(port, name, entry, seen), port.location) for name in names)
+    called = {key for key, site in seen.calls.items() if site.count}
+    more = tuple(Operation(name, any(f"{owner}.{name}" in called for owner in _owners(port, entry)), port.location)
+                 for name in names)  # fmt: skip
     return replace(port, operations=(*port.operations, *more)) if port.role == "device" else port
-
-
-def _is_attribute(port: Port, name: str, entry: Entry, seen: Observations) -> bool:
-    return any(
-        site.location == ATTRIBUTE for owner in _owners(port, entry) if (site := seen.calls.get(f"{owner}.{name}"))
-    )
 
 
 def _owners(port: Port, entry: Entry) -> tuple[str, ...]:

@@ -195,7 +195,7 @@ def with_ports(model: CodeModel, seen: Observations) -> CodeModel:
 
 def _operation(port: Port, operation: Operation, seen: Observations, owner: str) -> Operation:
     names = (f"{owner}.{port.name}.{operation.name}", f"{owner}.__init__.{port.name}.{operation.name}",
-             f"{port.name}.{operation.name}")  # fmt: skip
+             operation.path(port.name))  # fmt: skip
     site = next((seen.calls[name] for name in names if name in seen.calls), None)
     kind = "" if site is None else "float" if site.compared else kind_of_shape(site.result)
     if (

@@ -19,8 +19,8 @@ from pytest_hricdv.extra.draft.observe.observations import Observations, read_ob
 from pytest_hricdv.extra.draft.observed_calls import absent_ports
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
-from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE, RunBorder
+from pytest_hricdv.extra.draft.stand_ins.parts import cross_border
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 
 SCRIPT = """

@@ -23,8 +23,8 @@ from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
 from pytest_hricdv.extra.draft.settling import settle
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
-from pytest_hricdv.extra.draft.stand_ins.device import Device
 from pytest_hricdv.extra.draft.stand_ins.driver import ActiveRobot, Driver
+from pytest_hricdv.extra.draft.stand_ins.parts import Device, cross_border
 from pytest_hricdv.extra.draft.stand_ins.visit import Visit
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from tests.extra.draft import robots
@@ -87,8 +87,8 @@ def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice
     bus = Bus(kernel, [Drive, SetBlade], recorder)
     run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
     called = {"base.drive": Drive, "base.set_blade": SetBlade}
-    border = RunBorder(run, frozenset(), called, {"base.is_lifted": False})
-    base = Device(senses=("is_lifted",)).make(border, "base")
+    border = RunBorder(run, frozenset(), called, {"base.is_lifted()": False})
+    base = Device(senses=("is_lifted()",)).make(border, "base")
     heard, blades = bus.subscribe(Drive), bus.subscribe(SetBlade)
 
     def body() -> None:
@@ -100,12 +100,13 @@ def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice
         base.drive(0.2, turn=0.0)
         base.drive(0.2, turn=0.0)
         assert not base.is_lifted()
-        border.sense("base.is_lifted", True)
+        border.sense("base.is_lifted()", True)
         assert base.is_lifted()
         base.blade = "on"
 
     kernel.spawn("robot", body)
-    kernel.run(60.0)
+    with cross_border(border):
+        kernel.run(60.0)
     assert list(iter(heard.poll, None)) == [Drive(0.2, 0.0), Drive(0.2, 0.0)]
     assert list(iter(blades.poll, None)) == [SetBlade("on")]
 
@@ -132,7 +133,8 @@ def test_what_code_returns_is_told_with_its_names_and_what_a_topic_carries_is_it
         client.publish("robot/other", "{}")
 
     kernel.spawn("robot", body)
-    kernel.run(1.0)
+    with cross_border(border):
+        kernel.run(1.0)
     assert list(iter(answers.poll, None)) == [Answer("loaded", 3.0)]
     assert list(iter(states.poll, None)) == [StateChanged("up")]
 

@@ -22,7 +22,7 @@ from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.record import record
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE, RunBorder
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
-from pytest_hricdv.extra.draft.stand_ins.device import Device
+from pytest_hricdv.extra.draft.stand_ins.parts import Device, cross_border
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 
 GATE = """
@@ -131,7 +131,8 @@ def run(body: Callable[[RunBorder], None], called: dict[str, type[Any]]) -> list
     made: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
     border, heard = RunBorder(made, frozenset(), called, {}), bus.subscribe(Told)
     kernel.spawn("robot", lambda: body(border))
-    kernel.run(60.0)
+    with cross_border(border):
+        kernel.run(60.0)
     border.close()
     return list(iter(heard.poll, None))
 
@@ -188,12 +189,12 @@ def test_the_parts_of_an_answer_are_sensors_and_the_answer_has_them(tmp_path: Pa
     assert [(sensor.name, sensor.field.kind) for sensor in draft.sensors] == [("camera_nearest.distance", "float")]
 
     def body(border: RunBorder) -> None:
-        camera = Device(senses=("nearest", "nearest.distance")).make(border, "camera")
-        border.senses |= {"camera.nearest": True, "camera.nearest.distance": 1.5}
+        camera = Device(senses=("nearest()", "nearest().distance")).make(border, "camera")
+        border.senses |= {"camera.nearest()": True, "camera.nearest().distance": 1.5}
         person = camera.nearest()
         assert person
         assert person.distance < 2.5
-        border.senses["camera.nearest"] = False
+        border.senses["camera.nearest()"] = False
         assert not camera.nearest()
 
     run(body, {})

@@ -19,8 +19,8 @@ from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.record import record
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
-from pytest_hricdv.extra.draft.stand_ins.device import Device
 from pytest_hricdv.extra.draft.stand_ins.driver import ActiveRobot, Driver
+from pytest_hricdv.extra.draft.stand_ins.parts import Device, cross_border
 from pytest_hricdv.extra.draft.stand_ins.visit import Visit
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from tests.extra.draft import appliances
@@ -227,12 +227,13 @@ def test_a_list_of_a_stand_in_has_all_that_has_come_since() -> None:
     bus = Bus(kernel, [Pressed], recorder)
     run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
     border = RunBorder(run, frozenset({Pressed}), {}, {})
-    made = Device(attributes=("presses",), inboxes={"presses": {Pressed: lambda m: m.button}}).make(border, "inputs")
-    assert made.presses == []
-    for button in ("start", "stop"):
-        bus.publish("person", Pressed(button))
-    assert made.presses == ["start", "stop"]
-    assert made.presses == []
+    made = Device(inboxes={"presses": {Pressed: lambda m: m.button}}).make(border, "inputs")
+    with cross_border(border):
+        assert made.presses == []
+        for button in ("start", "stop"):
+            bus.publish("person", Pressed(button))
+        assert made.presses == ["start", "stop"]
+        assert made.presses == []
 
 
 def test_what_comes_between_two_steps_of_a_loop_is_for_the_next_one() -> None:
@@ -246,7 +247,7 @@ def test_what_comes_between_two_steps_of_a_loop_is_for_the_next_one() -> None:
     bus = Bus(kernel, [Pressed], recorder)
     run: Any = SimpleNamespace(kernel=kernel, bus=bus, recorder=recorder)
     border = RunBorder(run, frozenset({Pressed}), {}, {})
-    port = Device(attributes=("presses",), inboxes={"presses": {Pressed: lambda m: m.button}})
+    port = Device(inboxes={"presses": {Pressed: lambda m: m.button}})
     driver = Driver(Loop, method="update", method_ports={"inputs": port}, period_s=0.1)
 
     def press() -> None:
@@ -256,7 +257,8 @@ def test_what_comes_between_two_steps_of_a_loop_is_for_the_next_one() -> None:
     visit = Visit(run, {}, lambda say, numbers: None, (), (), driver.manners)
     kernel.spawn("robot", ActiveRobot(driver, border, visit).work)
     kernel.spawn("person", press)
-    kernel.run(1.0)
+    with cross_border(border):
+        kernel.run(1.0)
     assert got == ["start"]
 
 

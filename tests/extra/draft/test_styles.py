@@ -14,10 +14,10 @@ from pytest_hricdv.extra.draft.code_model import CodeModel
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
-from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
+from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Inbox
 from pytest_hricdv.extra.draft.stand_ins.connections import ServerStandIn, StreamStandIn, TextStandIn
-from pytest_hricdv.extra.draft.stand_ins.device import Device
+from pytest_hricdv.extra.draft.stand_ins.parts import Device, cross_border
 
 
 def read(folder: Path, source: str) -> CodeModel:
@@ -149,8 +149,8 @@ class Patrol:
     (on_person, _) = read(tmp_path, source).inputs
     assert on_person.delivery == "MethodCall('on_person', lambda m: (unknown('on_person.detection'),))"
     noted: list[object] = []
-    border: Any = SimpleNamespace(unknown={}, senses={}, pass_time=lambda: None,
-                                  note_absent_use=lambda path, other, _: noted.append((path, other)))  # fmt: skip
+    border: Any = SimpleNamespace(unknown={}, senses={}, answers={}, inboxes={}, devices=set(), pass_time=lambda: None,
+                                  note_use=lambda path, other, _: noted.append((path, other)))  # fmt: skip
     with cross_border(border):
         assert unknown("on_person.detection") is unknown("on_person.detection")  # one in each run
         assert unknown("on_person.detection")["distance"] < 1.5
@@ -162,10 +162,11 @@ class Patrol:
 
 def test_a_device_may_have_a_method_of_any_name() -> None:
     calls: list[object] = []
-    border: Any = SimpleNamespace(note_call=lambda *call: calls.append(call[:2]), pass_time=lambda: None,
-                                  tell_call=lambda *_: None, answer=lambda *_: None, is_async=False)  # fmt: skip
+    border: Any = RunBorder(SimpleNamespace(), frozenset(), {}, {})  # type: ignore[arg-type]
+    border.note_call = lambda *call: calls.append(call[:2])
     phone = Device().make(border, "phone")
-    phone.call("nurse")
+    with cross_border(border):
+        phone.call("nurse")
     assert calls == [("phone", "call")]
 
 

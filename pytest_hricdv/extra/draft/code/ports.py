@@ -97,7 +97,7 @@ class PortReader:
         declared = tuple(
             operation
             for name, operation in declarations.items()
-            if "." not in name or name.partition(".")[0] not in typed
+            if "." not in name or name.partition(".")[0].removesuffix("()") not in typed
         )
         used = set(by_name)
         role = self._role(name, written, default, {name for name in used if "." not in name}, own)
@@ -224,7 +224,7 @@ class PortReader:
         for part in self._parts(value, scope):
             result = self._used_as(part, scope)
             if result is not None:
-                yield Operation(f"{whole.name}.{part.attr}", False, module.location(part), result=result)
+                yield Operation(f"{whole.key}.{part.attr}", False, module.location(part), result=result)
 
     def _parts(self, value: ast.expr, scope: Scope) -> Iterator[ast.Attribute]:
         above = self._flow.parents.get(id(value))

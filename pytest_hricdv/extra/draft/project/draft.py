@@ -54,7 +54,12 @@ class Sensor:
     @property
     def name(self) -> str:
         """The name of its signal and its beliefs."""
-        return f"{self.port}_{self.operation.name}".replace("()", "")
+        return self.path.replace(".", "_", 1).replace("()", "")
+
+    @property
+    def path(self) -> str:
+        """Where stand-ins have it."""
+        return self.operation.path(self.port)
 
     @property
     def levels(self) -> tuple[tuple[str, str], ...]:

@@ -194,23 +194,21 @@ def _connection(draft: Draft, port: Port, table: ImportTable) -> str:
 
 
 def _device(draft: Draft, port: Port, table: ImportTable) -> str:
-    sensors = [sensor.operation.name for sensor in draft.sensors if sensor.port == port.name]
-    answers = {operation.name: table.text(operation.neutral, operation.imports) for operation in port.operations
-               if operation.neutral and operation.name not in sensors and not operation.is_set}  # fmt: skip
-    attributes = [operation.name for operation in port.operations if not operation.is_method and not operation.is_set
-                  and (operation.name in sensors or operation.name in answers)]  # fmt: skip
+    sensors = [sensor.operation.key for sensor in draft.sensors if sensor.port == port.name]
+    answers = {operation.key: table.text(operation.neutral, operation.imports) for operation in port.operations
+               if operation.neutral and operation.key not in sensors and not operation.is_set}  # fmt: skip
     coroutines = [operation.name for operation in port.operations if operation.is_async and operation.is_method]
     parts = [f"senses={tuple_text(sensors)}"] if sensors else []
     if answers:
         made = ", ".join(f"{json.dumps(name)}: lambda: {text}" for name, text in answers.items())
         parts += [f"answers={{{made}}}"]
-    parts += [f"attributes={tuple_text(attributes)}"] if attributes else []
     parts += [f"coroutines={tuple_text(coroutines)}"] if coroutines else []
     inboxes: dict[str, list[str]] = {}
     for message in (thing.message for thing in draft.inputs if thing.message.form == "item"):
         owner, _, method = message.channel.partition(".")
         if method and owner == port.name:
-            inboxes.setdefault(method, []).append(_conversion(message, table))
+            is_method = any(operation.name == method and operation.is_method for operation in port.operations)
+            inboxes.setdefault(f"{method}()" if is_method else method, []).append(_conversion(message, table))
     taken = [f"{json.dumps(method)}: {{{', '.join(kinds)}}}" for method, kinds in inboxes.items()]
     parts += [f"inboxes={{{', '.join(taken)}}}"] if taken else []
     return f"Device({', '.join(parts)})"
@@ -220,7 +218,7 @@ def _senses(draft: Draft) -> list[str]:
     if not draft.sensors:
         return []
     lines = ["        # What the code reads first. TODO: what is right for your robot?", "        senses={"]
-    lines += [f'            "{s.port}.{s.operation.name}": {_initial(s)},  # {s.operation.location}'
+    lines += [f'            "{s.path}": {_initial(s)},  # {s.operation.location}'
               for s in draft.sensors]  # fmt: skip
     lines += ["        },"]
     texts = [f"            {json.dumps(f'set_{word(sensor.name)} {level}')}: {json.dumps(text, ensure_ascii=False)},"

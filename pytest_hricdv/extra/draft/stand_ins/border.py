@@ -112,9 +112,6 @@ def _as(kind: Any, value: Any) -> Any:
 OBSERVE = "HRICDV_OBSERVE"
 """The environment variable with the file to which first runs add what they observe."""
 
-ATTRIBUTE = "attribute"
-"""The location of what a device has, and the code does not call."""
-
 ANSWER = "answer"
 """The port at which others see what a call of the code returns."""
 
@@ -145,6 +142,14 @@ class RunBorder:
     """Callbacks that the code has passed to a port, by "port.method" or "port.method text"."""
     instance: Any = None
     """The object of the code, once it is made."""
+    devices: set[str] = field(default_factory=set)
+    """Ports that are devices of the code, and no modules that are not installed."""
+    answers: dict[str, Callable[[], Any]] = field(default_factory=dict)
+    """What devices return that nobody sets: path -> what makes it."""
+    inboxes: dict[str, Any] = field(default_factory=dict)
+    """Paths of devices at which what people say comes in."""
+    coroutines: set[str] = field(default_factory=set)
+    """Paths of methods that are awaited."""
     unknown: dict[str, Any] = field(default_factory=dict)
     """Arguments of which nothing is known, by function and parameter."""
     on_crossing: Callable[[], None] = lambda: None
@@ -177,8 +182,18 @@ class RunBorder:
         if self.takes_s and not self.is_async:
             self.run.kernel.sleep(self.takes_s)
 
-    def note_call(self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
-        """Note that the code has called something outside; functions among the arguments are its callbacks."""
+    def note_call(
+        self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any], place: str = ""
+    ) -> None:
+        """Note that the code has called something outside; functions among the arguments are its callbacks.
+
+        Args:
+            port: that is called.
+            name: of the method.
+            arguments: in their order.
+            named: by name.
+            place: where the code calls it; empty unless it is of a module that is not installed.
+        """
         self.pass_time()
         self.on_crossing()
         every = (*arguments, *named.values())
@@ -191,41 +206,22 @@ class RunBorder:
         for key in dict.fromkeys((f"{port}.{name}", f"{port}.{name} {told.topic}".rstrip())):
             site = self._seen.site(self._seen.calls, key)
             if site is not None:
-                site.add(self.run.kernel.now_s, told.arguments)
-
-    def note_absent_call(
-        self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any], place: str
-    ) -> None:
-        """Note that the code has called something of a module that is not installed, at a place."""
-        self.note_call(port, name, arguments, named)
-        site = self._seen.calls.get(f"{port}.{name}") if self._seen is not None else None
-        if site is not None and self._seen is not None:
-            site.location = site.location or place
+                site.add(self.run.kernel.now_s, told.arguments, place)
+        if place:
             self._seen.absent.setdefault(port, place)
 
-    def note_absent_use(self, name: str, other: Any, place: str) -> None:
-        """Note that the code tests or compares something of a module that is not installed, at a place."""
-        self.note_use(name, other)
-        site = self._seen.calls.get(name) if self._seen is not None else None
-        if site is not None and self._seen is not None:
-            site.location = site.location or place
-            self._seen.absent.setdefault(name.partition(".")[0], place)
-            if isinstance(other, Neutral):  # a constant that is not installed either: equal to it, or not
-                site.result.add(False)
-
-    def answer(self, port: str, name: str, value: Any) -> None:
-        """Note what the code got."""
-        site = self._seen.calls.get(f"{port}.{name}") if self._seen is not None else None
-        if site is not None and not isinstance(value, Neutral):  # that nothing is known of it is no observation
-            site.result.add(value)
-
-    def note_use(self, name: str, other: Any, is_attribute: bool = False) -> None:
-        """Note that the code tests something of a device of which nothing is known, or compares it."""
-        site = self._seen.site(self._seen.calls, name) if self._seen is not None else None
-        if site is None or isinstance(other, Neutral):
+    def note_use(self, path: str, other: Any, place: str = "") -> None:
+        """Note that the code tests something of which nothing is known, or compares it; `place` as of `note_call`."""
+        site = self._seen.site(self._seen.calls, path) if self._seen is not None else None
+        if site is None or self._seen is None:
             return
-        site.location = ATTRIBUTE if is_attribute else site.location
-        if isinstance(other, bool | str):
+        if place:
+            site.location = site.location or place
+            self._seen.absent.setdefault(path.partition(".")[0], place)
+        if isinstance(other, Neutral):  # a constant that is not installed either: equal to it, or not
+            if place:
+                site.result.add(False)
+        elif isinstance(other, bool | str):
             site.result.add(other)
         elif isinstance(other, int | float):
             site.note_comparison(float(other))

@@ -11,8 +11,8 @@ from typing import Any
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.channels import AsyncInbox, Convert, Inbox
-from pytest_hricdv.extra.draft.stand_ins.device import Device, DeviceStandIn
 from pytest_hricdv.extra.draft.stand_ins.neutral import REST_OF_RUN_S, Lenient
+from pytest_hricdv.extra.draft.stand_ins.parts import DeviceStandIn
 
 READS = ("recv", "recvfrom", "readline", "read", "readuntil", "readexactly")
 SENDS = ("send", "sendall", "sendto", "write")
@@ -40,7 +40,7 @@ class ConnectionPort:
     def make(self, border: RunBorder, name: str) -> Any:
         """A socket, or the function, of a run."""
         if not self.streams:
-            return SocketStandIn(border, name, Device(), Inbox(border, self.kinds))
+            return SocketStandIn(border, name, Inbox(border, self.kinds))
 
         def serve(function: Callable[..., Any], *_: Any, **__: Any) -> ServerStandIn:
             kind = StreamStandIn if self.streams == "start_server" else TextStandIn
@@ -53,47 +53,68 @@ class ConnectionPort:
         return connect if self.streams == "open_connection" else serve
 
 
+def _sender(name: str) -> Callable[..., int]:
+    """A method by which the code says something."""
+
+    def send(socket: SocketStandIn, content: bytes, *_: Any) -> int:
+        socket._run.note_call(socket._path, name, (content,), {})
+        socket._run.tell_call(socket._path, name, (content,), {})
+        return len(content)
+
+    return send
+
+
 class SocketStandIn(DeviceStandIn):
     """A fake of a socket, and of the only connection that it accepts."""
 
-    def __init__(self, border: RunBorder, name: str, device: Device, inbox: Inbox) -> None:
-        super().__init__(border, name, device)
-        self.__dict__.update(_inbox=inbox, _is_accepted=False, _timeout_s=REST_OF_RUN_S)
+    def __init__(self, border: RunBorder, name: str, inbox: Inbox) -> None:
+        super().__init__(name)
+        self.__dict__.update(_run=border, _inbox=inbox, _is_accepted=False, _timeout_s=REST_OF_RUN_S)
 
-    def _cross(self, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
-        """The code calls a method."""
-        own = self.__dict__
-        if name in SENDS:
-            own["_border"].note_call(own["_name"], name, arguments, named)
-            own["_border"].tell_call(own["_name"], name, arguments[:1], {})
-            return len(arguments[0])
-        if name in READS:
-            content = self._take()
-            content = content + b"\n" if name == "readline" and not content.endswith(b"\n") else content
-            return (content, PERSON) if name == "recvfrom" else content
-        if name == "accept":
-            if own["_is_accepted"]:
-                self._take()
-            own["_is_accepted"] = True
-            return self, PERSON
-        if name in ("settimeout", "setblocking"):
-            asked = arguments[0] if name == "settimeout" else None if arguments[0] else 0.0
-            own["_timeout_s"] = REST_OF_RUN_S if asked is None else float(asked)
-            return None
-        return self if name in ("makefile", "detach", "dup") else super()._cross(name, arguments, named)
+    send, sendall, sendto, write = map(_sender, SENDS)
 
-    def _take(self) -> bytes:
+    def recv(self, *_: Any) -> bytes:
         """The next bytes; raises TimeoutError, or BlockingIOError, as a socket does."""
-        own = self.__dict__
         try:
-            return _bytes(own["_inbox"].get(timeout=own["_timeout_s"]))
+            return _bytes(self._inbox.get(timeout=self._timeout_s))
         except queue.Empty:
-            own["_border"].pass_time()
-            raise (TimeoutError if own["_timeout_s"] else BlockingIOError)("nothing came") from None
+            self._run.pass_time()
+            raise (TimeoutError if self._timeout_s else BlockingIOError)("nothing came") from None
+
+    read = recv
+
+    def recvfrom(self, *_: Any) -> tuple[bytes, tuple[str, int]]:
+        """Likewise, with the address of the other end."""
+        return self.recv(), PERSON
+
+    def readline(self, *_: Any) -> bytes:
+        """The next line."""
+        return self.recv().rstrip(b"\n") + b"\n"
 
     def __iter__(self) -> Iterator[Any]:
         while True:
-            yield self._take().decode("utf-8", "replace")
+            yield self.recv().decode("utf-8", "replace")
+
+    def accept(self) -> tuple[SocketStandIn, tuple[str, int]]:
+        """The only connection; the next one does not come."""
+        if self._is_accepted:
+            self.recv()
+        self.__dict__["_is_accepted"] = True
+        return self, PERSON
+
+    def settimeout(self, value: float | None) -> None:
+        """How long it waits (s)."""
+        self.__dict__["_timeout_s"] = REST_OF_RUN_S if value is None else float(value)
+
+    def setblocking(self, flag: bool) -> None:
+        """Whether it waits."""
+        self.settimeout(None if flag else 0.0)
+
+    def makefile(self, *_: Any, **__: Any) -> SocketStandIn:
+        """Itself."""
+        return self
+
+    detach = dup = makefile
 
 
 class StreamStandIn(Lenient):

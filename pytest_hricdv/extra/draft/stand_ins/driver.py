@@ -14,9 +14,9 @@ from typing import Any
 
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.observe.tracer import state_text
-from pytest_hricdv.extra.draft.stand_ins.absent import cross_border
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder, signal_name
 from pytest_hricdv.extra.draft.stand_ins.neutral import REST_OF_RUN_S
+from pytest_hricdv.extra.draft.stand_ins.parts import cross_border
 from pytest_hricdv.extra.draft.stand_ins.ports import Replace
 from pytest_hricdv.extra.draft.stand_ins.visit import LOOKS_EACH_S, CallbackCall, Manners, MethodCall, Say, Visit
 from pytest_hricdv.runtime import text_of, topic_of

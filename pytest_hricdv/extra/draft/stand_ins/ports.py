@@ -16,9 +16,9 @@ from inspect import isfunction
 from types import ModuleType
 from typing import Any, Protocol
 
-from pytest_hricdv.extra.draft.stand_ins.absent import AbsentPart
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
+from pytest_hricdv.extra.draft.stand_ins.parts import Part
 
 
 class RobotPort(Protocol):
@@ -107,7 +107,7 @@ class Replace:
 
 def _is_itself(made: Any) -> bool:
     """Whether the stand-in is called itself; others are what a call makes."""
-    return isfunction(made) or isinstance(made, AbsentPart)
+    return isfunction(made) or type(made) is Part
 
 
 class _ModuleWith(ModuleType):
