@@ -66,6 +66,7 @@ def analyse_sources(
         entry=entry,
         problems=tuple(problems(sources, flow)),
         ros=ros_nodes(sources, flow),
+        has_waivers=any(b"# unreachable:" in (sources.root / module.file).read_bytes() for module in sources.modules),
     )
     return replace(model, questions=tuple(questions(model)))
 

@@ -275,6 +275,7 @@ class CodeModel:
         problems: what keeps the code from running unchanged.
         ros: nodes of ROS 2, with their topics, services and actions.
         inner: objects that the code makes itself and that stand-ins replace.
+        has_waivers: whether comments waive lines as unreachable.
     """
 
     package: str
@@ -289,6 +290,7 @@ class CodeModel:
     problems: tuple[Problem, ...] = ()
     ros: RosNodes = field(default_factory=RosNodes)
     inner: tuple[Port, ...] = ()
+    has_waivers: bool = False
 
     @property
     def outputs(self) -> tuple[Message, ...]:

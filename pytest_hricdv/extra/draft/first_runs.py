@@ -40,11 +40,6 @@ POLL_S = 0.5
 ENDING_S = 15.0
 """Time that a terminated session gets to write its report."""
 
-_WAIVED = re.compile(
-    r"(\S+\.py:\d+): (?:ran, though it is waived|no statement is on the line of this waiver|a waiver needs)"
-)
-"""The messages for a wrong waiver in the code."""
-
 _EXCEPTION = re.compile(r"[A-Za-z_][\w.]*(?::|$)")
 """A line that names an exception, at the end of a traceback."""
 
@@ -66,9 +61,7 @@ class FirstRuns:
         is_ended: whether the runs took too long; the draft then has as many tests as had run.
         unrepeatable: why a test behaved differently when rerun alone in a fresh process; empty if none did.
         leaks: whether the reason is state that a test left behind.
-        raised: number of tests that ended with an error.
         ends: endings that occurred and that the testbench does not allow (`allowed_endings`).
-        no_waivers: lines executed although the code waives them as unreachable, as `file:line`.
         raising: commands of each test that ended with an error. calm: those of each other test.
         last: the last command of each test that ended with an error.
         libraries: top-level names of the modules that the code was in when it raised.
@@ -87,9 +80,7 @@ class FirstRuns:
     is_ended: bool = False
     unrepeatable: str = ""
     leaks: bool = False
-    raised: int = 0
     ends: tuple[str, ...] = ()
-    no_waivers: str = ""
     raising: tuple[frozenset[str], ...] = ()
     calm: tuple[frozenset[str], ...] = ()
     last: tuple[str, ...] = ()
@@ -154,16 +145,13 @@ def run(draft: Draft, suite: str, limit_s: float, tests: int | None = None) -> F
     options += [] if tests is None else [f"--hri-tests={tests}", "--hri-audit=off"]
     session = _session(draft, options, limit_s)
     is_ended = session.status is None
-    waived = _WAIVED.search(session.text)
-    waiver = waived.group(1) if waived else ""
     if session.report is None:
         return FirstRuns(0, 0, (), (), session.error, session.raised_at, used_s=session.used_s, seen=session.seen,
-                         libraries=_libraries(session.text), is_ended=is_ended, no_waivers=waiver)  # fmt: skip
-    trial = replace(_read(session.report), raised_at=session.raised_at, no_waivers=waiver,
-                    used_s=session.used_s, seen=session.seen)  # fmt: skip
+                         libraries=_libraries(session.text), is_ended=is_ended)  # fmt: skip
+    trial = replace(_read(session.report), raised_at=session.raised_at, used_s=session.used_s, seen=session.seen)
     if is_ended:
         return replace(trial, is_ended=True, problems=(), error=trial.error or ("" if trial.tests else TOO_LONG))
-    if session.status and not (trial.cause or trial.failed or trial.rare or trial.no_waivers):
+    if session.status and not (trial.cause or trial.failed or trial.rare):
         return replace(trial, error=f"pytest ended with status {session.status}")
     return trial
 
@@ -250,7 +238,7 @@ def _read(report: dict[str, Any]) -> FirstRuns:
     return FirstRuns(
         len(tests), passed, tuple(failed), tuple(rare), sentence_of(errors[0]) if errors else "",
         unrepeatable=f"{others[0]['cause']}: {others[0]['detail']}" if others else "",
-        leaks=any(other.get("left_by") for other in others), raised=len(errors),
+        leaks=any(other.get("left_by") for other in others),
         ends=tuple(dict.fromkeys(end for test in tests for end in _ALLOW.findall(test["failure"] or ""))),
         raising=tuple(_commands(test) for test in tests if _has_raised(test)),
         calm=tuple(_commands(test) for test in tests if not _has_raised(test)),

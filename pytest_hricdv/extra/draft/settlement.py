@@ -85,11 +85,10 @@ class Settlement:
             if trial.seen is not None:
                 self.seen = merge_observations((self.seen, trial.seen))
             new = set(trial.ends) - set(self.draft.allowed_endings)
-            is_waived = bool(trial.no_waivers) and not self.draft.no_waivers
-            if not new and not is_waived:
+            if not new:
                 return trial
             ends = tuple(end for end in ENDS if end in (*self.draft.allowed_endings, *new))
-            self.draft = replace(self.draft, allowed_endings=ends, no_waivers=self.draft.no_waivers or trial.no_waivers)
+            self.draft = replace(self.draft, allowed_endings=ends)
 
     def hurry(self, trial: FirstRuns) -> bool:
         """Let calls take time where few tests ended; returns whether they do so from now on."""

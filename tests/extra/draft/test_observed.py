@@ -227,7 +227,7 @@ def test_the_command_at_which_tests_raise_is_left_out_and_asked_for(
         if first in draft.left_out:
             return FirstRuns(8, 8, (), (), "")
         raising, calm = (frozenset({first, *others}),), (frozenset(others),)
-        return FirstRuns(2, 1, (), (), "ValueError: no", raised=1, raising=raising, calm=calm)
+        return FirstRuns(2, 1, (), (), "ValueError: no", raising=raising, calm=calm)
 
     scripted(monkeypatch, script)
     settled, _ = settle(draft)
@@ -356,7 +356,7 @@ def test_what_fails_before_anybody_acts_is_no_matter_of_what_people_do(
         asked.append(draft)
         if draft.code.entry is None:
             return FirstRuns(1, 1, (), (), "")
-        return FirstRuns(2, 0, (), (), "ValueError: no port", raised=2, raising=(frozenset({"go"}),) * 2, last=("", ""))
+        return FirstRuns(2, 0, (), (), "ValueError: no port", raising=(frozenset({"go"}),) * 2, last=("", ""))
 
     scripted(monkeypatch, script)
     settled, _ = settle(draft)
@@ -371,7 +371,7 @@ def test_code_that_lacks_a_file_ends_there_and_the_draft_asks_for_it(
 
     def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
         error = "" if draft.may_raise else "FileNotFoundError: [Errno 2] No such file or directory: 'map.png'"
-        return FirstRuns(2, 2 if draft.may_raise else 0, (), (), error, raised=0 if draft.may_raise else 2,
+        return FirstRuns(2, 2 if draft.may_raise else 0, (), (), error,
                          raising=() if draft.may_raise else (frozenset({"go"}),) * 2, last=("go", "go"))  # fmt: skip
 
     scripted(monkeypatch, script)

@@ -95,7 +95,6 @@ class Draft:
         has_dropped_all: whether no requirement on what it publishes held: then one on the visit is left.
         ros: how the node of ROS 2 is started that the draft is for; None if it is for other code.
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
-        no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
         allowed_endings: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
         working_folder: where the code runs, as it reads files there; empty: in that of the draft.
@@ -118,7 +117,6 @@ class Draft:
     has_dropped_all: bool = False
     ros: RosStart | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)
-    no_waivers: str = ""
     isolates: bool = False
     allowed_endings: tuple[str, ...] = ENDS
     working_folder: str = ""

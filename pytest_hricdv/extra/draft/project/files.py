@@ -135,7 +135,7 @@ _NO_AUDIT = """\
 hri_audit = off
 """
 _NO_WAIVERS = """\
-# {location} is waived as unreachable, and first runs executed it: the waivers of the code are of another testbench.
+# What the code waives as unreachable is so in another testbench.
 hri_no_waivers = true
 """
 _TESTS, _RUNS = 30, 60
@@ -161,7 +161,7 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
     sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
     ini = sizes + (_ISOLATES if draft.isolates else "") + (_NO_AUDIT if not draft.audits else "")
-    ini += _NO_WAIVERS.format(location=draft.no_waivers) if draft.no_waivers else ""
+    ini += _NO_WAIVERS if draft.code.has_waivers else ""
     root = os.path.relpath(draft.code.root, draft.folder)
     if root != ".":
         yield "mypy.ini", f"[mypy]\nmypy_path = {root}\nignore_missing_imports = true\n"
