@@ -333,6 +333,7 @@ class Run:
         with nullcontext() if self.filming is None else self.filming(self):
             try:
                 why, self.ending = course.run(limit_s)
+                course.finish(why)  # people see that it has ended
             except NodeError as error:
                 if isinstance(error.__cause__, MonitorError | TestbenchError):
                     raise  # by the requirements or the testbench, in whichever node it was noticed

@@ -52,21 +52,11 @@ class RunCourse:
     may_go_round: bool
 
     def run(self, limit_s: float) -> tuple[str, Ending]:
-        """Run up to the limit (s), or until nothing new comes; then on to the last deadline that is open then.
+        """Run up to the limit (s), or until nothing new comes.
 
         Returns:
             Why it ended, as the kernel says, and how.
         """
-        why, ending = self._run_to_limit(limit_s)
-        if why == "idle" and self.monitors.is_instant_open:  # what begins at the last instant is not pending
-            self.kernel.skip(self.kernel.now_s + INSTANT_S)
-        # An instant is judged once it is over, and what happened at the last one may have met a deadline.
-        self._run_to_deadlines(self.kernel.now_us + 1)
-        # Later triggers do not count: a topic at 10 Hz that nobody answers would continue for ever.
-        self._run_to_deadlines()
-        return why, ending
-
-    def _run_to_limit(self, limit_s: float) -> tuple[str, Ending]:
         cycle: Cycle | None = None
         repetition = RepetitionDetector(
             self.kernel, self.recorder, self.actions, lambda sender: self.senders.get(sender, False)
@@ -86,6 +76,15 @@ class RunCourse:
         if how == "limit" and not self.may_go_round:
             cycle = repetition.cycle(self.kernel.now_s / 2)
         return why, Ending(how, self.kernel.now_s, cycle=cycle)
+
+    def finish(self, why: str) -> None:
+        """Run on to the last deadline that is open now; `why` it ended, as the kernel says."""
+        if why == "idle" and self.monitors.is_instant_open:  # what begins at the last instant is not pending
+            self.kernel.skip(self.kernel.now_s + INSTANT_S)
+        # An instant is judged once it is over, and what happened at the last one may have met a deadline.
+        self._run_to_deadlines(self.kernel.now_us + 1)
+        # Later triggers do not count: a topic at 10 Hz that nobody answers would continue for ever.
+        self._run_to_deadlines()
 
     def _run_to_deadlines(self, until_us: int | None = None) -> None:
         """Run up to the last deadline that is open now, at most to `until_us`.
