@@ -127,6 +127,8 @@ def questions(model: CodeModel) -> Iterator[Question]:
     """Questions that only a person can answer; those on received and published messages come first."""
     for endpoint in model.ros.endpoints:
         yield from _endpoint_questions(endpoint)
+    for endpoint in model.ros.of("client", "action client"):
+        yield Question(f"What does {endpoint.name or 'it'} answer when the node asks?", "answer", endpoint.location)
     if not model.inputs and all(endpoint.is_outgoing for endpoint in model.ros.endpoints):
         yield Question(f"{NO_INPUTS}. Which messages or calls make the code act?", "messages", None)
     if not model.outputs and not any(endpoint.is_outgoing for endpoint in model.ros.endpoints):
@@ -142,7 +144,8 @@ def questions(model: CodeModel) -> Iterator[Question]:
         if not machine.transitions:
             text = f"Which state of `{machine.name}` follows which?"
             yield Question(text, "transitions", machine.location)
-    yield from _entry_questions(model.entry)
+    if model.entry is not None or not model.ros.endpoints:
+        yield from _entry_questions(model.entry)
 
 
 def _field_questions(message: Message) -> Iterator[Question]:

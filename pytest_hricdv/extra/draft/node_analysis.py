@@ -9,7 +9,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-from pytest_hricdv.extra.draft.analysis import analyse_sources
+from pytest_hricdv.extra.draft.analysis import analyse_sources, questions
 from pytest_hricdv.extra.draft.code.attributes import AttributeStates
 from pytest_hricdv.extra.draft.code.contents import ContentReader
 from pytest_hricdv.extra.draft.code.fields import FieldReader
@@ -24,7 +24,6 @@ from pytest_hricdv.extra.draft.code_model import (
     Message,
     MessageField,
     Problem,
-    Question,
     StateMachine,
 )
 from pytest_hricdv.extra.draft.observe.observations import Observations
@@ -58,14 +57,12 @@ def analyse_node(executable: Executable) -> tuple[CodeModel, RosStart]:
     model = analyse_sources(executable.sources, executable.asked, "")
     start, problems = _start(executable, model)
     messages = _with_values(_messages(executable, start), model.ros.endpoints, executable.sources)
-    questions = [q for q in model.questions if q.about in ("publisher", "subscription", "service", "client",
-                                                             "action server", "action client")]  # fmt: skip
     machines = (*(replace(machine, field="") for machine in model.machines), *_attribute_machines(executable.sources))
     made = replace(
         model, messages=tuple(messages), machines=machines, entry=None, problems=problems,
         modules=top_level_without(executable.sources, OWN.encode()),  # other nodes of the package are not under test
     )  # fmt: skip
-    return replace(made, questions=(*questions, *_questions(made))), start
+    return replace(made, questions=tuple(questions(made))), start
 
 
 def _attribute_machines(sources: Sources) -> Iterator[StateMachine]:
@@ -193,15 +190,3 @@ def _samples(parts: Sequence[MessageField]) -> Iterator[dict[str, Any]]:
     first = {name: values[0] for name, values in options.items()}
     yield first
     yield from ({**first, name: value} for name, values in options.items() for value in values[1:])
-
-
-def _questions(model: CodeModel) -> Iterator[Question]:
-    if not model.inputs:
-        yield Question("No inputs found. Which messages or calls make the node act?", "messages", None)
-    for message in model.inputs:
-        for part in message.fields:
-            if part.kind == "str" and not part.values:
-                text = f"Which texts can `{message.topic}.{part.name}` have? Its callback compares none with it"
-                yield Question(text, f"{message.topic}.{part.name}", message.location)
-    for endpoint in model.ros.of("client", "action client"):
-        yield Question(f"What does {endpoint.name or 'it'} answer when the node asks?", "answer", endpoint.location)
