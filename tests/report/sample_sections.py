@@ -187,7 +187,6 @@ SUGGESTIONS = {
             "faults": 4,
             "new": 2,
             "added": 2,
-            "validation_runs": 3,
         }
     ],
     "more": 1,

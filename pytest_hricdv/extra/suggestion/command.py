@@ -3,8 +3,8 @@
     hricdv suggest                      # of the suite in pytest.ini, or of --suite=rl
     hricdv suggest --most=20 --faults=50
 
-It runs the suite, records its runs, mines what all of them satisfied, and tries to refute it with more tests. What
-remains is ranked by the seeded faults that violate it and that no requirement notices (this needs the extra `mutation`;
+It runs the suite, records its runs and those of tests with other parameters, and mines what all of them satisfied. This
+is ranked by the seeded faults that violate it and that no requirement notices (this needs the extra `mutation`;
 without it, or with --faults=0, by how much it excludes). Each suggestion is four lines to paste into the file of
 requirements: read the title, ask whether the robot *has to* do what it did, and only then add
 
@@ -45,7 +45,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         type=_number,
         default=default.further,
         metavar="N",
-        help=f"further tests (default {default.further})",
+        help=f"further tests, with other parameters (default {default.further})",
     )
     add("--seconds", type=_number, metavar="S", help="start no new fault after S seconds (default: no limit)")
     add("--anew", action="store_true", help="ignore existing requirements, to compare suggestions with them")

@@ -90,7 +90,7 @@ def grounds(result: SuggestionResult) -> Iterator[str]:
     """What suggestions rest on, a sentence each."""
     left = result.candidates - result.refuted - len(result.suggestions) - result.more
     yield (
-        f"{plural(result.candidates, 'candidate')} held in all runs; further tests refuted {result.refuted}, "
+        f"{plural(result.candidates, 'candidate')} held in all runs; {result.refuted} not when runs continued, "
         f"{max(0, left)} redundant" + (f", {result.more} not shown" if result.more else "")
     )
     if result.faults:
@@ -119,8 +119,6 @@ def evidence(suggestion: Suggestion) -> str:
     parts = [f"{plural(suggestion.triggers, 'trigger')}, decisive in {plural(suggestion.decisive, 'run')}"]
     if suggestion.observed:
         parts.append(suggestion.observed)
-    if suggestion.validation_runs:
-        parts.append(f"{suggestion.validation_runs} further tests did not refute it")
     if suggestion.faults:
         only = f", {suggestion.new} of them noticed by no requirement" if suggestion.new else ""
         parts.append(f"notices {plural(suggestion.faults, 'seeded fault')}{only}")
@@ -147,8 +145,7 @@ class SuggestionFeature(Feature[SuggestionOptions]):
         Value(
             "suggest-further",
             "N",
-            "before a suggestion is shown, try to refute it with N further tests (default "
-            f"{SuggestionOptions.further})",
+            f"learn of N further tests, with other parameters (default {SuggestionOptions.further})",
         ),
         Value("suggest-seconds", "S", "start no new fault after S seconds (default: no limit)"),
         Flag("suggest-anew", "ignore existing requirements, to compare suggestions with them"),

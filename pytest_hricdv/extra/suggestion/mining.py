@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.extra.suggestion.bounds import bounds
@@ -30,22 +30,20 @@ class Tally:
         decisive: in how many runs it passed.
         failed: in how many runs it was violated.
         least: its least margin, in its unit; None where nothing was compared.
-        nearest: the test whose margin that was.
     """
 
     triggers: int = 0
     decisive: int = 0
     failed: int = 0
     least: float | None = None
-    nearest: str = ""
 
-    def add(self, verdict: Verdict, test: str) -> None:
+    def add(self, verdict: Verdict) -> None:
         """Count a run."""
         self.triggers += verdict.triggers
         self.decisive += verdict.verdict == "Passed"
         self.failed += verdict.verdict == "Failed"
         if verdict.margin is not None and (self.least is None or verdict.margin < self.least):
-            self.least, self.nearest = verdict.margin, test
+            self.least = verdict.margin
 
 
 @dataclass(frozen=True)
@@ -75,37 +73,24 @@ class CandidatePool:
         scores: of candidates that all runs satisfy.
         noticed: seeded faults that requirements or exceptions notice, as bits.
         candidates: how many there were at first.
-        further: formula -> how many further runs checked it.
     """
 
     scores: tuple[CandidateScore, ...]
     noticed: int
     candidates: int
-    further: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def refutation_count(self) -> int:
-        """The number of candidates that further runs refuted."""
+        """The number of candidates that were dropped."""
         return self.candidates - len(self.scores)
 
     def rank(self) -> list[CandidateScore]:
         """The candidates in the order in which they are shown, without redundant ones."""
         return rank(self.scores, self.noticed)
 
-    def check(self, runs: Sequence[StoredRun]) -> CandidatePool:
-        """The candidates that these runs do not violate."""
-        judge = _Judge()
-        tallies = judge.tally([score.requirement for score in self.scores], ((run.test, run.log()) for run in runs))
-        left = tuple(score for score in self.scores if (tally := tallies.get(_key(score))) and not tally.failed)
-        return replace(self, scores=left, further={formula: tally.decisive for formula, tally in tallies.items()})
-
     def drop(self, formulas: Collection[str]) -> CandidatePool:
         """The result without these candidates."""
-        return replace(self, scores=tuple(score for score in self.scores if _key(score) not in formulas))
-
-
-def _key(score: CandidateScore) -> str:
-    return score.candidate.formula
+        return replace(self, scores=tuple(score for score in self.scores if score.candidate.formula not in formulas))
 
 
 def list_open_tests(shown: Sequence[CandidateScore], runs: Sequence[StoredRun]) -> list[str]:
@@ -130,7 +115,7 @@ def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collec
     )
     judge, candidates = _Judge(), {candidate.formula: candidate for candidate in find_candidates(runs)}
     parsed = [one for candidate in candidates.values() if (one := _parse(candidate, runs)) is not None]
-    tallies = judge.tally(parsed, zip((run.test for run in runs.runs), runs.logs, strict=True))
+    tallies = judge.tally(parsed, runs.logs)
     held = [one for one in parsed if (tally := tallies.get(one.id)) and tally.decisive and not tally.failed]
     violated: dict[str, set[int]] = {one.id: set() for one in held}
     for number, changed in enumerate(faults):
@@ -190,12 +175,12 @@ class _Judge:
                     self.broken.add(requirement.id)
             return verdicts
 
-    def tally(self, requirements: Sequence[Requirement], logs: Iterable[tuple[str, Log]]) -> dict[str, Tally]:
-        """Formula -> what these runs, each with the id of its test, say about it."""
+    def tally(self, requirements: Sequence[Requirement], logs: Iterable[Log]) -> dict[str, Tally]:
+        """Formula -> what these runs say about it."""
         tallies = {requirement.id: Tally() for requirement in requirements}
-        for test, log in logs:
+        for log in logs:
             for verdict in self.judge(requirements, log):
-                tallies[verdict.requirement].add(verdict, test)
+                tallies[verdict.requirement].add(verdict)
         return {formula: tally for formula, tally in tallies.items() if formula not in self.broken}
 
 

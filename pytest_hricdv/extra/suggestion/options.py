@@ -13,7 +13,7 @@ class SuggestionOptions:
         asked: whether they are.
         most: at most this many are shown.
         faults: number of seeded faults that rank them, drawn with the seed.
-        further: number of more tests that are run to refute them.
+        further: number of tests with other parameters that they hold in, too.
         seconds: no fault is begun later; None: no limit.
         anew: as if there were no requirements.
     """

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import cycle, islice
 from pathlib import Path
 
 import msgspec
@@ -18,7 +19,6 @@ from pytest_hricdv.execution.separate_process import LetThrough, LostError, Proc
 from pytest_hricdv.extra.suggestion import process as recording_process
 from pytest_hricdv.extra.suggestion.process import RecordingJob, RecordingRequest, Version, VersionEnd, runs_to_repeat
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun, read
-from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, concretize
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.session.child_process import session_arguments
@@ -173,25 +173,16 @@ class Recordings:
                     self.say(f"hricdv: {what}: {done} of {total}, {time_left(left_s)}")
 
 
-def vary_tests(cases: Sequence[HriCase], count: int, start: int = 0) -> list[ConcreteTest]:
-    """Tests that may refute suggestions: those of the session with other parameters, every other one at the ends of the
-    ranges, where bounds break first.
+def vary_tests(cases: Sequence[HriCase], count: int) -> list[ConcreteTest]:
+    """The tests of the session with other parameters, every other one at the ends of the ranges, where bounds break
+    first.
 
     Args:
         cases: of the session, in an order that does not depend on workers.
         count: how many.
-        start: another number makes other tests.
     """
     made: list[ConcreteTest] = []
-    for number in range(count):
-        if not cases:
-            break
-        case = cases[number % len(cases)]
-        sampling = "corners" if number % 2 else UNIFORM
-        made.append(concretize(_fresh(case.abstract), case.ranges, FIRST_VARIANT + start + number, sampling))
+    for number, case in enumerate(islice(cycle(cases), count)):
+        drawn = replace(case.abstract, values={})  # without chosen values
+        made.append(concretize(drawn, case.ranges, FIRST_VARIANT + number, "corners" if number % 2 else UNIFORM))
     return made
-
-
-def _fresh(test: AbstractTest) -> AbstractTest:
-    """The test without chosen values, so that they are drawn."""
-    return replace(test, values={})

@@ -25,7 +25,6 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
         faults: how many of the seeded faults it notices.
         new: how many of these no requirement notices.
         added: how many of those no suggestion above it notices, either.
-        validation_runs: number of further tests that checked it, and did not refute it.
     """
 
     id: str
@@ -39,7 +38,6 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
     faults: Count
     new: Count
     added: Count
-    validation_runs: Count
 
 
 class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
@@ -48,10 +46,10 @@ class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         suggestions: those that were not redundant, in the order of what they bring; at most as many as were asked for.
         more: how many further ones there were.
-        runs: without a fault, that they were learnt of.
-        validation_runs: runs of further tests that were made to refute them.
+        runs: of the session's tests, without a fault, that they were learnt of.
+        validation_runs: the same, of tests with other parameters.
         candidates: that these runs satisfied.
-        refuted: candidates that further tests refuted.
+        refuted: candidates that failed where a run continued until they were decided.
         faults: that were tried and changed a record.
         noticed: faults that requirements notice, or that end a run by an exception.
         unreached: faults whose statement no test executes.

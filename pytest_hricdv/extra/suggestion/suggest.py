@@ -1,11 +1,10 @@
-"""Suggest requirements after the last test of a session: record runs, mine them, and try to refute what was mined."""
+"""Suggest requirements after the last test of a session: record runs, and mine them."""
 
 from __future__ import annotations
 
 import importlib.util
 import os
 import time
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import cast
@@ -85,7 +84,7 @@ class Suggester:
     _notes: list[str] = field(default_factory=list, init=False)
 
     def suggest(self) -> SuggestionResult:
-        """Record runs, mine them, try to refute the candidates, and rank the rest.
+        """Record runs, mine them, and rank what holds in all of them.
 
         Raises:
             RecordingError: no runs can be recorded.
@@ -95,21 +94,19 @@ class Suggester:
         cases = [session.aggregation.chosen[test.nodeid] for test in self.tests]
         recordings = self._recordings()
         own = recordings.of_tests([case.concrete for case in cases], "tests")
-        varied = recordings.of_tests(vary_tests(cases, settings.further // 2), "tests with other parameters")
+        varied = recordings.of_tests(vary_tests(cases, settings.further), "tests with other parameters")
         of_faults, unreached, ended = self._runs_of_faults(recordings)
         faulty = [*of_faults.values()]
         session.say(f"hricdv: mining {len(own) + len(varied)} runs ...")
         pool = mine(self._runs([*own, *varied]), faulty, self._requirements())
-        late_tests = self._nearest_tests(pool.rank()[: settings.most], cases, settings.further - settings.further // 2)
-        late = recordings.of_tests(late_tests, "tests to refute candidates")
-        pool = self._continue_runs(pool.check(late), recordings, own, cases)
+        pool = self._continue_runs(pool, recordings, own, cases)
         ranked = pool.rank()
         shown = ranked[: settings.most]
         return SuggestionResult(
             suggestions=tuple(self._describe(shown, pool)),
             more=len(ranked) - len(shown),
             runs=len(own),
-            validation_runs=len(varied) + len(late),
+            validation_runs=len(varied),
             candidates=pool.candidates,
             refuted=pool.refutation_count,
             faults=len(of_faults),
@@ -182,18 +179,6 @@ class Suggester:
             pool = pool.drop(refuted)
         return pool
 
-    def _nearest_tests(
-        self, best: Sequence[CandidateScore], cases: Sequence[HriCase], count: int
-    ) -> list[ConcreteTest]:
-        """Tests to refute the best candidates: those that came nearest to a violation, with other parameters."""
-        nearest = Counter(score.tally.nearest for score in best if score.tally.nearest)
-        # A test with other parameters is named after the test of the session that it is a variant of.
-        by_id = {case.abstract.id: case for case in cases}
-        names = [name if name in by_id else name.rpartition("-k")[0] for name, _ in nearest.most_common()]
-        first = [by_id[name] for name in dict.fromkeys(names) if name in by_id]
-        rest = [case for case in cases if case not in first]
-        return vary_tests([*first, *rest], count, start=self.settings.further)
-
     def _describe(self, shown: Sequence[CandidateScore], pool: CandidatePool) -> list[Suggestion]:
         names, noticed, suggestions = {*self.session.context.texts}, pool.noticed, []
         number = 0
@@ -215,7 +200,6 @@ class Suggester:
                     faults=score.faults.bit_count(),
                     new=score.new.bit_count(),
                     added=(score.faults & ~noticed).bit_count(),
-                    validation_runs=pool.further.get(candidate.formula, 0),
                 )
             )
             noticed |= score.faults

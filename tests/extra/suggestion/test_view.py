@@ -28,7 +28,7 @@ def test_what_is_pasted_is_read(tmp_path: Path) -> None:
 def test_the_terminal_has_what_they_rest_on_and_then_the_lines() -> None:
     assert [line.text for line in VIEW.lines(REPORT, 100)] == [
         "suggestions: 1 requirement, of 10 runs, in 12.5 s",
-        "  9 candidates held in all runs; further tests refuted 2, 5 redundant, 1 not shown",
+        "  9 candidates held in all runs; 2 not when runs continued, 5 redundant, 1 not shown",
         "  8 seeded faults changed a run: 3 noticed by requirements and exceptions, 2 more by these suggestions",
         "  2 of 10 faults not tried: time ran out",
     ]
