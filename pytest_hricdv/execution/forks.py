@@ -22,7 +22,7 @@ import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
 from typing import Generic, NoReturn, TypeVar
 
@@ -146,6 +146,31 @@ def fork() -> Fork | InFork:
     die_with(parent)
     gc.freeze()  # looking through what was there before would copy all of it, page by page
     return InFork(writing)
+
+
+def call_in_fork(
+    work: Callable[[], bytes], let_through: Callable[[], AbstractContextManager[None]] = nullcontext
+) -> bytes:
+    """What a function returns, called in a fork; `null` if it raises there.
+
+    Args:
+        work: the function.
+        let_through: while the fork is waited for, a signal may raise.
+
+    Raises:
+        ForkError: the process ended without it.
+    """
+    process = fork()
+    if isinstance(process, InFork):
+        message = b"null"
+        with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
+            message = work()
+        process.send_and_end(message)
+    try:
+        with let_through():
+            return process.message()
+    finally:
+        process.close()
 
 
 def die_with(parent: int) -> None:

@@ -11,7 +11,6 @@ import io
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import TYPE_CHECKING
@@ -22,7 +21,7 @@ from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.execution.forks import ForkError, InFork, fork
+from pytest_hricdv.execution.forks import ForkError, call_in_fork
 from pytest_hricdv.extra.diagnosis.records import ExecutedLines, Neighbour
 from pytest_hricdv.extra.diagnosis.runs import in_fork
 from pytest_hricdv.extra.diagnosis.trace import Tracer, TraceStep
@@ -131,19 +130,12 @@ class LineTracer:
         self._traced.update(failed)
 
     def _in_fork(self, result: CaseResult) -> ExecutedLines:
-        process = fork()
-        if isinstance(process, InFork):
-            message = b"null"
-            with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
-                message = msgspec.json.encode(self._here(result))
-            process.send_and_end(message)
         try:
-            lines = msgspec.json.decode(process.message(), type=ExecutedLines | None)
-            return lines or ExecutedLines(note="not traced: it was interrupted")
+            made = call_in_fork(lambda: msgspec.json.encode(self._here(result)))
         except ForkError as error:
             return ExecutedLines(note=f"not traced: the process that traced it {error}")
-        finally:
-            process.close()
+        lines = msgspec.json.decode(made, type=ExecutedLines | None)
+        return lines or ExecutedLines(note="not traced: it was interrupted")
 
     def _here(self, result: CaseResult) -> ExecutedLines:
         tracing = Tracer(self._code)
@@ -167,8 +159,6 @@ def first_violation_s(result: CaseResult) -> float | None:
 Showing = Callable[[ConcreteTest], Neighbour | None]
 """Runs a test to be shown; None if the run did not end."""
 
-_DECODER: msgspec.json.Decoder[Neighbour | None] = msgspec.json.Decoder(Neighbour | None)
-
 
 def neighbour_runner(rerunner: TestRerunner, code: CodeMap) -> Showing:
     """Runs tests traced, in a fork where there is one, and keeps what the page shows.
@@ -177,14 +167,7 @@ def neighbour_runner(rerunner: TestRerunner, code: CodeMap) -> Showing:
         rerunner: runs tests.
         code: under test.
     """
-
-    def run_here(test: ConcreteTest) -> Neighbour | None:
-        return _neighbour(rerunner, code, name_test(test, "neighbour"))
-
-    def run(test: ConcreteTest) -> Neighbour | None:
-        return _DECODER.decode(in_fork(rerunner, lambda: run_here(test))) if hasattr(os, "fork") else run_here(test)
-
-    return run
+    return lambda test: in_fork(rerunner, lambda: _neighbour(rerunner, code, name_test(test, "neighbour")), Neighbour)
 
 
 def _neighbour(rerunner: TestRerunner, code: CodeMap, test: ConcreteTest) -> Neighbour | None:

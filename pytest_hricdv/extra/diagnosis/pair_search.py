@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -17,7 +16,7 @@ from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.grouping import Group
 from pytest_hricdv.extra.diagnosis.minimal_pair import NeighborSearch, Tried
 from pytest_hricdv.extra.diagnosis.records import Decision, Neighbour
-from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, run_in_fork
+from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, in_fork
 from pytest_hricdv.extra.diagnosis.variations import Variation, without
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.results.replay import ReplayOrigin
@@ -92,7 +91,7 @@ def keep_run(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minima
             None if result is None else RunSummary(violated=(), replay=rerunner.keep(case, result, nodeid, origin)[1])
         )
 
-    made = run_in_fork(rerunner, work) if hasattr(os, "fork") else work()
+    made = in_fork(rerunner, work, RunSummary)
     return None if made is None else made.replay
 
 

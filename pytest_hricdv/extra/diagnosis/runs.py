@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
+from typing import TypeVar
 
 import msgspec
 from msgspec import Struct
@@ -16,7 +16,7 @@ from pytest_hricdv.coverage.measurement import Measurement
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.execution.case import CaseResult, RunSettings
-from pytest_hricdv.execution.forks import ForkError, InFork, fork
+from pytest_hricdv.execution.forks import ForkError, call_in_fork
 from pytest_hricdv.execution.run_monitors import formulas
 from pytest_hricdv.extra.diagnosis.failures import FAULT
 from pytest_hricdv.extra.diagnosis.trace import Tracer, ViolationTrace
@@ -78,7 +78,7 @@ class RunSummary(PlainRecord, frozen=True, kw_only=True):
 Run = Callable[[ConcreteTest], RunSummary | None]
 """Runs a test; None if the run did not end."""
 
-_DECODER: msgspec.json.Decoder[RunSummary | None] = msgspec.json.Decoder(RunSummary | None)
+T = TypeVar("T", bound=Struct)
 
 
 def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteTest], measurement: Measurement) -> Run:
@@ -98,10 +98,7 @@ def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteT
         result = measuring.run(name_test(test, "experiment"))
         return None if result is None else ran(result, rerunner.settings, code.statements)
 
-    def run(test: ConcreteTest) -> RunSummary | None:
-        return run_in_fork(rerunner, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
-
-    return run
+    return lambda test: in_fork(rerunner, lambda: run_here(test), RunSummary)
 
 
 def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
@@ -117,7 +114,7 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
         key = digest("run", test.to_json())
         kept = journaling.read_resumed_value(part, key)
         if kept is not None:
-            return _DECODER.decode(kept)
+            return msgspec.json.decode(kept, type=RunSummary | None)
         result = run(test)
         journaling.keep(part, key, msgspec.json.encode(result))
         return result
@@ -125,27 +122,19 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
     return look_up_or_run
 
 
-def run_in_fork(rerunner: TestRerunner, work: Callable[[], RunSummary | None]) -> RunSummary | None:
-    """The result of a fork; None if it did not end."""
-    return _DECODER.decode(in_fork(rerunner, work))
+def in_fork(rerunner: TestRerunner, work: Callable[[], T | None], kind: type[T]) -> T | None:
+    """The result of a fork, where there are forks; None if it did not end, or took longer than `RUN_S`."""
+    if not hasattr(os, "fork"):
+        return work()
 
-
-def in_fork(rerunner: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
-    """The result of a fork as JSON; null if it did not end, or took longer than `RUN_S`."""
-    process = fork()
-    if isinstance(process, InFork):
-        message = b"null"
+    def work_in_time() -> bytes:
         limit_processor_time(RUN_S)
-        with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
-            message = msgspec.json.encode(work())
-        process.send_and_end(message)
+        return msgspec.json.encode(work())
+
     try:
-        with rerunner.let_through():
-            return process.message()
+        return msgspec.json.decode(call_in_fork(work_in_time, rerunner.let_through), type=kind | None)
     except ForkError:
-        return b"null"
-    finally:
-        process.close()
+        return None
 
 
 def _trace_run(rerunner: TestRerunner, code: CodeMap, test: ConcreteTest) -> RunSummary | None:

@@ -14,8 +14,6 @@ from dataclasses import dataclass, field
 from functools import cache
 from types import FunctionType
 
-import msgspec
-
 from pytest_hricdv._base.record import Count, PlainRecord
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.faults import CodeUnderTest
@@ -64,8 +62,6 @@ class SwitchedRun(PlainRecord, frozen=True, kw_only=True):
 RunSwitched = Callable[[ConcreteTest, DecisionSwitch | None], SwitchedRun | None]
 """Runs a test of instrumented code; None if the run did not end."""
 
-_DECODER: msgspec.json.Decoder[SwitchedRun | None] = msgspec.json.Decoder(SwitchedRun | None)
-
 
 def make_switch_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
     """Runs tests with the code changed in a fork; where there is none, nothing is run.
@@ -83,7 +79,7 @@ def make_switch_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
         if not hasattr(os, "fork"):
             return None
         before = functions()
-        return _DECODER.decode(in_fork(rerunner, lambda: _run(rerunner, code, test, wanted, before)))
+        return in_fork(rerunner, lambda: _run(rerunner, code, test, wanted, before), SwitchedRun)
 
     return run
 

@@ -19,7 +19,7 @@ from pytest_hricdv._base.atomic_file import replace_file
 from pytest_hricdv._base.contained import inside
 from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.execution.forks import ForkError, InFork, fork
+from pytest_hricdv.execution.forks import ForkError, call_in_fork
 from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult
@@ -69,21 +69,13 @@ class FilmMaker:
 
     def _in_fork(self, result: CaseResult) -> FilmResult:
         """Film it in a fork: a renderer or its driver that dies takes neither the session nor the result along."""
-        process = fork()
-        if isinstance(process, InFork):
-            made = _without("not filmed: it was interrupted")
-            try:
-                made = self._film_here(result)
-            finally:  # whatever is raised, as by a signal, the fork is not to continue as the session
-                process.send_and_end(msgspec.json.encode(made))
         try:
-            return msgspec.json.decode(process.message(), type=FilmResult)
+            made = call_in_fork(lambda: msgspec.json.encode(self._film_here(result)))
         except ForkError as error:
             for rest in (self._folder / FOLDER).glob(f".{glob.escape(_file_name(result))}.*.part"):
                 rest.unlink(missing_ok=True)
             return _without(f"not filmed: the process with the camera {error}")
-        finally:
-            process.close()
+        return msgspec.json.decode(made, type=FilmResult | None) or _without("not filmed: it was interrupted")
 
     def _film_here(self, result: CaseResult) -> FilmResult:
         try:
