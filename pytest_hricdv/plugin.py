@@ -62,8 +62,10 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Registers the plugin's objects, and only when a suite is active."""
+    from pytest_hricdv.session.option_table import refuse_unknown_kinds
     from pytest_hricdv.session.options import read_options
 
+    refuse_unknown_kinds(config)
     options = read_options(config)
     if options.suites or options.replay:
         _register(config, options)

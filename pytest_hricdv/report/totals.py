@@ -182,12 +182,12 @@ def list_vacuity_warnings(report: Report) -> tuple[str, ...]:
         *_nearest(report, names),
         "see in the report what was published and recorded in a run: a message or signal that is missing there, or an "
         "antecedent that asks for more than happens",
-        *(["with hri_fail_on_nc, this fails the session"] if _would_fail(report, names) else []),
+        *(["with --hri-fail-on=nc, this fails the session"] if _would_fail(report, names) else []),
     )
 
 
 def _would_fail(report: Report, names: Iterable[str]) -> bool:
-    """Whether `hri_fail_on_nc` would fail a session that checked nothing: of a part of the suites it does not."""
+    """Whether `--hri-fail-on=nc` would fail a session that checked nothing: of a part of the suites it does not."""
     is_of_suites = bool(report.rerun_options.suite) and not report.shard
     suites = frozenset(suite.name for suite in report.suites)
     has_to_be_checked = any(not find_exemption(report, name, suites) for name in names)

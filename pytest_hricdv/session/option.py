@@ -40,6 +40,11 @@ _PACKAGE = Path(__file__).parents[1]
 MAX_INTEGER = 2**63 - 1
 """Greatest integer of an option: seeds have 63 bits, and nothing else needs more."""
 
+FAIL_ON = "fail-on"
+"""The option that names flags which begin with it: `--hri-fail-on=nc` sets `fail-on-nc`."""
+
+_FAIL_ON = "fail_on_"
+
 Settings = TypeVar("Settings")
 
 
@@ -155,8 +160,14 @@ class OptionReader:
         of_command = value if isinstance(value, list) else []
         return tuple(str(text) for text in [*self.config.getini(f"hri_{name}"), *of_command])
 
+    def words(self, name: str) -> tuple[str, ...]:
+        """The words of an option whose value has them between commas."""
+        return tuple(word.strip() for word in self.text(name).split(",") if word.strip())
+
     def flag(self, name: str) -> bool:
-        """Whether a flag is set."""
+        """Whether a flag is set; those that `--hri-fail-on` can name, also by that."""
+        if name.startswith(_FAIL_ON) and name.removeprefix(_FAIL_ON) in self.words(FAIL_ON.replace("-", "_")):
+            return True
         value = self.command_line_value(name)
         try:
             return bool(self.config.getini(f"hri_{name}") if value is None else value)

@@ -15,7 +15,17 @@ import pytest
 
 from pytest_hricdv.report import EXPORT_FORMATS
 from pytest_hricdv.results.gates import KINDS
-from pytest_hricdv.session.option import Flag, Option, OptionGroup, Repeatable, Value, feature_options, usage_error
+from pytest_hricdv.session.option import (
+    FAIL_ON,
+    Flag,
+    Option,
+    OptionGroup,
+    OptionReader,
+    Repeatable,
+    Value,
+    feature_options,
+    usage_error,
+)
 
 TESTS = (
     Value(
@@ -90,6 +100,12 @@ GATES = (
         shown=False,
     ),
     Flag("strict", "fail on known violations, too"),
+    Value(
+        FAIL_ON,
+        "KIND[,...]",
+        "fail for these, too: nc (a requirement that no test triggered), pending (a trigger undecided at the end "
+        "of a run), change (a test that behaves differently from the baseline)",
+    ),
     Flag(
         "fail-on-nc",
         "with --hri-tests, too, fail when no test triggered a requirement (verdict NC in all tests); a whole suite "
@@ -214,6 +230,14 @@ def refuse_typos(config: pytest.Config, arguments: Sequence[str]) -> None:
             near = get_close_matches(rest, there, n=1) if name.startswith(prefix) and rest not in there else []
             if near:
                 raise usage_error(f"{where}{name}: there is none; did you mean {prefix}{near[0]}?")
+
+
+def refuse_unknown_kinds(config: pytest.Config) -> None:
+    """Raises pytest.UsageError for a word of `--hri-fail-on` that names no flag."""
+    reader, prefix = OptionReader(config), f"{FAIL_ON}-"
+    kinds = [option.name.removeprefix(prefix) for option in all_options() if option.name.startswith(prefix)]
+    if any(word not in kinds for word in reader.words("fail_on")):
+        raise usage_error(f"{reader.setting('fail_on')}: expected some of {', '.join(kinds)}")
 
 
 _TRUTH = {

@@ -101,7 +101,7 @@ def read_options(config: pytest.Config) -> Options:
     if config.getoption("hri_update_baseline") and not baseline:
         raise usage_error("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
     if not baseline and _fail_on_change(reader):
-        raise usage_error("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
+        raise usage_error("--hri-fail-on=change: compared with what? give --hri-baseline=FILE or hri_baseline")
     asking = [feature for feature in feature_options() if feature.asks_for_suites(reader)]
     suites = "" if replay else reader.text("suite") or ",".join(name for feature in asking for name in feature.suites)
     return Options(
@@ -146,7 +146,9 @@ def read_options(config: pytest.Config) -> Options:
 def _fail_on_change(reader: OptionReader) -> bool:
     """The key of the ini file does not hold where the command line says `--hri-baseline=`: compare with none."""
     switched_off = reader.command_line_value("baseline") is not None and not reader.text("baseline")
-    return bool(reader.command_line_value("fail_on_change")) or (reader.flag("fail_on_change") and not switched_off)
+    words = str(reader.command_line_value("fail_on") or "").split(",")
+    is_given = "change" in words or bool(reader.command_line_value("fail_on_change"))
+    return is_given or (reader.flag("fail_on_change") and not switched_off)
 
 
 def _replay(config: pytest.Config) -> tuple[Path, ...]:

@@ -80,7 +80,7 @@ def test_what_need_not_be_checked_is_said_with_a_reason_and_may_end(lamps: pytes
     change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
     ini = "pythonpath = .\nhri_allow_nc =\n    R3 until 2020-02-29: nobody greets yet\n    R1: for a test"
     change(lamps.path, "pytest.ini", "pythonpath = .", ini)
-    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-nc")
+    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on=nc")
     assert result.ret == 1
     result.stdout.fnmatch_lines(
         [
@@ -179,7 +179,7 @@ def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(lamps:
     assert command("gate", "hri-report").returncode == 1
     assert "was pending" not in command("gate", "hri-report").stdout
     assert "R1 was pending at the end" in command("gate", "hri-report", "--fail-on-pending").stdout
-    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-pending")
+    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on=pending")
     result.stdout.fnmatch_lines(["FAILED R1 was pending at the end: * triggers undecided when their runs ended, for *"])
     assert report(lamps.path)["policy"]["fail_on_pending"]
 
@@ -199,14 +199,14 @@ def test_a_session_that_checks_nothing_says_so_first(lamps: pytest.Pytester, mon
     said = re.sub(r"\x1b\[\d+m", "", " ".join(result.outlines[start : start + 8]))
     assert "(R1, R2, R3), so 3 tests passed vacuously" in said
     assert "which lacked lamp_level > 500" in said
-    assert "with hri_fail_on_nc, this fails the session" in said
+    assert "with --hri-fail-on=nc, this fails the session" in said
     page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
     assert '<div class="notice" role="alert"><p>Nothing was checked: ' in page
     assert summary.read_text(encoding="utf-8").startswith(
         "## Human-robot interaction: lamps, nothing checked\n\n**Nothing"
     )
-    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_on_nc = true")
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_on = nc")
     failed = lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:xdist")
     assert failed.ret == 1
     failed.stdout.fnmatch_lines(["nothing was checked: *", "FAILED R1 was not checked: *"])
-    failed.stdout.no_fnmatch_line("*with hri_fail_on_nc*")
+    failed.stdout.no_fnmatch_line("*with --hri-fail-on*")

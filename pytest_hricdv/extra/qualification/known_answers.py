@@ -144,7 +144,7 @@ def _raises(workshop: Workshop) -> None:
 
 def _never_triggers(workshop: Workshop) -> None:
     text = '[R3]\ntitle = "Never"\nformula = "always(person_near & not person_near -> arm_moves)"\n\n[R2]'
-    end = workshop.run(workshop.project([("requirements.toml", "[R2]", text)]), "--hri-fail-on-nc")
+    end = workshop.run(workshop.project([("requirements.toml", "[R2]", text)]), "--hri-fail-on=nc")
     expect(end.verdicts("R3"), {"NC"}, "verdicts of R3")
     expect(end.status, 1, "exit status")
 
