@@ -120,7 +120,7 @@ class MessageOrder:
             self._last_s = time_s
             waiting.append(sample)
             if waiting[0].time_s >= time_s - self._jitter_s and not self._late:
-                return () if len(waiting) <= MAX_VALUES else self._overflow()
+                return () if len(waiting) < MAX_VALUES else self._overflow()
             return self._due(time_s - self._jitter_s)
         return self._add_late(sample)
 

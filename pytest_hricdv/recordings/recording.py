@@ -5,8 +5,10 @@ Each problem of a recording is a sentence; the rest of it is used.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pytest_hricdv.recordings.bags import Decoder, Paths, Value, bag_files, read_messages
@@ -15,6 +17,7 @@ from pytest_hricdv.recordings.message_order import (
     CLOCK,
     HEADER_JITTER_S,
     JITTER_S,
+    MAX_VALUES,
     NOTHING,
     NS_PER_S,
     TICK,
@@ -32,13 +35,42 @@ MAX_QUARTILE_RATIO = 1.5
 """Greatest ratio of the quartiles of the times between messages of a periodic topic: timers have 1.0."""
 
 
-def recording_readers(paths: Sequence[Path], file_of: Callable[[str], Path | None]) -> list[RecordingReader]:
-    """A reader of each recording.
+@dataclass(frozen=True)
+class Recording:
+    """The content of one file or folder.
+
+    Args:
+        name: of the file, for people.
+        topics: name -> type.
+        parts: its messages in the order of time; a new part begins where the clock jumped.
+        problems: a sentence each.
+        notes: on its times, likewise.
+        is_cut: whether a part of it could not be read.
+    """
+
+    name: str
+    topics: Mapping[str, str] = field(default_factory=dict)
+    parts: tuple[tuple[RecordedSample, ...], ...] = ()
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    is_cut: bool = False
+
+
+def read_recordings(
+    paths: Sequence[Path], wanted: Callable[[str], bool], file_of: Callable[[str], Path | None]
+) -> list[Recording]:
+    """Read recordings into memory, up to a limit.
 
     Args:
         paths: of bags (folders, or files of them) and MCAP files; each file in other folders is a recording.
+        wanted: whether the fields of a topic are needed.
         file_of: the interface file of a type of ROS 2; None if there is none.
     """
+    return [_read(reader, wanted) for reader in recording_readers(paths, file_of)]
+
+
+def recording_readers(paths: Sequence[Path], file_of: Callable[[str], Path | None]) -> list[RecordingReader]:
+    """A reader of each recording; see `read_recordings`."""
     readers = [RecordingReader(path, part, file_of) for path in paths for part in _separate(path)]
     count = Counter(reader.name for reader in readers)
     for reader in readers:
@@ -57,13 +89,26 @@ def _separate(path: Path) -> list[Path]:
     return [file for file in files if file not in doubled] or [path]
 
 
+def _read(reader: RecordingReader, wanted: Callable[[str], bool]) -> Recording:
+    parts: list[list[RecordedSample]] = []
+    for number, sample in reader.samples(lambda topic: {} if wanted(topic) else None, most=MAX_VALUES):
+        while len(parts) <= number:
+            parts.append([])
+        parts[number].append(sample)
+    problems = [*reader.problems, *reader.unreadable_lines(), *reader.jumps]
+    if not reader.count and not problems:
+        problems.append(f"{reader.name}: has no messages: nothing was observed")
+    notes = tuple(reader.notes) if reader.count else ()
+    return Recording(reader.name, reader.types, tuple(map(tuple, parts)), tuple(problems), notes, reader.is_cut)
+
+
 class RecordingReader:
     """Reads one recording, any number of times, with a second of it in memory.
 
     Args:
         asked: the path that the user gave.
         path: of the file or bag: the same, or inside of that folder.
-        file_of: see `recording_readers`.
+        file_of: see `read_recordings`.
 
     Attributes:
         name: for people.
@@ -89,6 +134,7 @@ class RecordingReader:
         self.jumps: list[str] = []
         self.base_ns = 0
         self._is_ros = self._has_clock = False
+        self._kept = 0
 
     @property
     def is_cut(self) -> bool:
@@ -114,6 +160,7 @@ class RecordingReader:
         *,
         stamp: Callable[[RecordedSample], float | None] | None = None,
         is_exact: bool = False,
+        most: float = math.inf,
     ) -> Iterator[tuple[int, RecordedSample]]:
         """The messages in the order of time, each with the number of its part (from 0): the clock jumps between parts.
 
@@ -122,11 +169,12 @@ class RecordingReader:
             stamp: message -> its own time (s); None to leave it out.
             is_exact: whether times begin at 0 and the clock never jumps, as in traces of this tool; otherwise times are
                 since the first message.
+            most: number of messages and values that the caller can keep; later ones are not read.
         """
         self._begin()
         order = MessageOrder(self.name, JITTER_S if stamp is None else HEADER_JITTER_S, splits=not is_exact)
         add = order.add
-        for sample in times_of_clock(self._decode(fields_of, is_based=not is_exact)):
+        for sample in times_of_clock(self._decode(fields_of, most, is_based=not is_exact)):
             if stamp is not None:
                 time_s = stamp(sample)
                 if time_s is None:
@@ -141,7 +189,9 @@ class RecordingReader:
         yield from order.rest()
         self.jumps = order.jumps()
 
-    def _decode(self, fields_of: Callable[[str], Paths | None], *, is_based: bool) -> Iterator[RecordedSample]:
+    def _decode(
+        self, fields_of: Callable[[str], Paths | None], most: float, *, is_based: bool
+    ) -> Iterator[RecordedSample]:
         """The messages in the order of the file, up to the first error, with the times of the recorder."""
         decode, topics = Decoder(self._file_of).fields, dict[str, Paths | None]()
         try:
@@ -163,6 +213,8 @@ class RecordingReader:
                     paths = topics[name]
                     if paths is None:
                         yield RecordedSample(time_s, name, NOTHING)
+                        if most < math.inf:
+                            self._keep(NOTHING, most, file)
                         continue
                     try:
                         fields: Mapping[str, Value] = decode(message, paths or None)
@@ -171,10 +223,17 @@ class RecordingReader:
                         self.unreadable[name] = (count + 1, text)
                         fields = UNREAD
                     yield RecordedSample(time_s, name, fields)
+                    if most < math.inf:
+                        self._keep(fields, most, file)
         except UnreadableError as error:
             self.problems.append(self._cut_off(str(error)))
         except OSError as error:
             self.problems.append(f"{self.path.absolute()}: cannot be read: {error.strerror}")
+
+    def _keep(self, fields: Mapping[str, Value], most: float, file: Path) -> None:
+        self._kept += 1 + sum(len(value) if isinstance(value, tuple) else 1 for value in fields.values())
+        if self._kept > most:
+            raise UnreadableError(f"{file.name}: has more than {most:,} messages and values")
 
     def _cut_off(self, text: str) -> str:
         first = "first message is" if self.count == 1 else f"first {self.count} messages are"

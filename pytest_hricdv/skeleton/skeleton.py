@@ -153,7 +153,8 @@ def add_commands(commands: Any) -> None:
         type=Path,
         action="append",
         default=[],
-        help="of a draft, add what hricdv record has recorded; several times for several (docs/draft.md)",
+        help="of a draft, take values from a recording: of hricdv record, or of the real system, a bag of "
+        "ROS 2 or an MCAP file; several times for several (docs/draft.md)",
     )
     init.add_argument(
         "--budget",
@@ -187,7 +188,9 @@ def _init(options: argparse.Namespace) -> int:
         if options.source and options.ros2:
             raise InputError("expected --from or --ros2, and both came: --ros2 reads the code of the node, too")
         if options.recording and not asked:
-            raise InputError("--recording: expected --from, too: it is of what that code receives")
+            raise InputError(
+                "--recording: expected --from or --ros2, too: its ranges are those of what the code receives"
+            )
         if asked or options.ros2 is not None:
             return _draft(options)
         robot = options.robot or name_like(options.folder.resolve().name)

@@ -34,6 +34,7 @@ ELSEWHERE = {
     "pip install": "test_pages.py",
     "python -m venv": "test_pages.py",
     "hricdv init hri --ros2": "../extra/draft/test_ros_draft.py",
+    "hricdv init hri --from my_package --recording monday.mcap": "../extra/draft/test_recorded.py",
     "python $(which colcon)": "../extra/ros2/test_workspace.py",
     "hricdv report rebuild": "../plugin/test_journal.py",
     "hricdv evidence": "../extra/evidence/test_evidence.py",

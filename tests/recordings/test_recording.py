@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.recordings.recording import Recording, read_recordings
 from tests.recordings.bags import BEGAN_NS, STRING, clock, text, tray, write_mcap, write_sqlite
-from tests.recordings.reading import Recording, read_recordings
 
 SAID = {"/said": STRING}
 BEGAN_S = BEGAN_NS / 1e9
@@ -17,7 +17,7 @@ TRAY = {"/tray": "cell_msgs/msg/Tray", "/said": STRING, "/clock": "rosgraph_msgs
 
 
 def reading(*paths: Path) -> list[Recording]:
-    return read_recordings(paths)
+    return read_recordings(paths, lambda topic: True, lambda kind: None)
 
 
 def gaps(recording: Recording, topic: str) -> list[float]:
@@ -73,6 +73,7 @@ BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
     ),
     "cut off": (truncated, "run.mcap: not an MCAP file that can be read, or cut off", 900),
     "table": (lambda f: with_bytes(f, "run.csv", b"time,topic\n"), "run.csv: the file is neither *.mcap nor *.db3", 0),
+    "no message": (lambda f: write_mcap(f / "run.mcap", []), "run.mcap: has no messages: nothing was observed", 0),
     "unknown type": (
         lambda f: write_mcap(f / "run.mcap", said([0.0, 1.0]), {"/said": "odd_msgs/msg/Odd"}),
         "type odd_msgs/msg/Odd is defined neither in the file nor here: install its package; of 2 messages",

@@ -14,6 +14,7 @@ from pytest_hricdv.extra.draft.draft_analysis import CodeReader
 from pytest_hricdv.extra.draft.node_analysis import analyse_node, with_state_topic
 from pytest_hricdv.extra.draft.observe.observations import (
     Observations,
+    is_observations,
     merge_observations,
     read_observations,
 )
@@ -41,7 +42,7 @@ class DraftOptions:
         robot: name of the project; empty for that of the code.
         person: name of the person's agent.
         runs: whether first runs are made.
-        recordings: of `hricdv record`.
+        recordings: of the real system, whose ranges it has.
         budget_s: processor time of the first runs.
     """
 
@@ -97,7 +98,7 @@ def prepare(way: str, code: str, options: DraftOptions) -> FirstDraft:
 
 
 def _prepare_package(package: str, options: DraftOptions) -> FirstDraft:
-    seen = _observations(options.recordings)
+    seen, bags = _observations(options.recordings)
     reader = CodeReader(package)
 
     def reread(more: Observations | None, faulty: frozenset[str]) -> CodeModel:
@@ -107,6 +108,7 @@ def _prepare_package(package: str, options: DraftOptions) -> FirstDraft:
     model = reader.model(seen)
     if model.ros.nodes and not model.inputs:
         return _prepare_only_nodes(model, options)
+    model = _with_recordings(model, bags, {})
     name = options.robot or robot_name(model)
     made = Draft(model, name, options.person, options.folder.resolve())
     has_nodes = bool(model.ros.nodes or model.ros.endpoints)
@@ -128,10 +130,9 @@ def _prepare_only_nodes(model: CodeModel, options: DraftOptions) -> FirstDraft:
 
 
 def _prepare_node(node: str, options: DraftOptions) -> FirstDraft:
-    if options.recordings:
-        raise DraftError("--recording: expected --from, too: `hricdv record` says nothing of topics of ROS 2")
     program = find_executable(node, Path.cwd().resolve())
     model, start = analyse_node(program)
+    model = _with_recordings(model, options.recordings, program.packages)
     name = options.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
     made = Draft(model, name, options.person, options.folder.resolve(), ros=start)
 
@@ -142,16 +143,39 @@ def _prepare_node(node: str, options: DraftOptions) -> FirstDraft:
     return FirstDraft(made, (), reread, is_runnable)
 
 
-def _observations(paths: tuple[Path, ...]) -> Observations | None:
-    """The observations of recordings. Raises DraftError if one cannot be read."""
+def _observations(paths: tuple[Path, ...]) -> tuple[Observations | None, tuple[Path, ...]]:
+    """The observations of `record`'s recordings, and the other recordings: bags.
+
+    Raises:
+        DraftError: a recording cannot be read.
+    """
     parts = []
     for path in paths:
-        try:
-            parts.append(read_observations(path))
-        except (ValueError, OSError) as error:
-            what = f"there is no file {path.absolute()}" if not path.exists() else str(error).removeprefix(": ")
-            raise DraftError(f"--recording={path}: {what}") from None
-    return merge_observations(parts) if parts else None
+        if is_observations(path):
+            try:
+                parts.append(read_observations(path))
+            except (ValueError, OSError) as error:
+                what = str(error).removeprefix(": ")
+                raise DraftError(f"--recording={path}: {what}") from None
+    bags = tuple(path for path in paths if not is_observations(path))
+    return (merge_observations(parts) if parts else None), bags
+
+
+def _with_recordings(model: CodeModel, recordings: tuple[Path, ...], packages: Mapping[str, Path]) -> CodeModel:
+    if not recordings:
+        return model
+    missing = next((path for path in recordings if not path.exists()), None)
+    if missing is not None:
+        raise DraftError(f"--recording={missing}: there is no file or folder {missing.absolute()}")
+    try:
+        import mcap  # noqa: F401
+        import rosbags  # noqa: F401
+
+        from pytest_hricdv.extra.draft.recorded import with_recordings
+    except ModuleNotFoundError as error:
+        extra = 'pip install "pytest-hricdv[ros2,traces]"'
+        raise DraftError(f"--recording: {error.name} is needed to read bags; install the extras: {extra}") from None
+    return with_recordings(model, recordings, packages)
 
 
 def _write(prepared: FirstDraft, options: DraftOptions) -> Iterator[str]:

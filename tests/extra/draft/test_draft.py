@@ -200,25 +200,3 @@ def test_a_draft_of_long_names_is_sorted_as_ruff_sorts(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "I,F", "."]
     checked = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert checked.returncode == 0, checked.stdout
-
-
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        (["--from", "bar", "--recording", "gone.json"], "--recording=gone.json: there is no file"),
-        (["--ros2", "bar.py", "--recording", "gone.json"], "--recording: expected --from, too"),
-        (["--recording", "gone.json"], "--recording: expected --from, too"),
-    ],
-)
-def test_a_wrong_recording_is_one_sentence(
-    arguments: list[str],
-    problem: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    (tmp_path / "bar.py").write_text("def work(bus):\n    bus.publish(1)\n", encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    assert main(["init", "hri", *arguments]) == 2
-    assert problem in capsys.readouterr().err
-    assert not (tmp_path / "hri").exists()

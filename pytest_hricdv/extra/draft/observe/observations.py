@@ -141,6 +141,15 @@ def _site_to_json(site: Site) -> dict[str, Any]:
     }
 
 
+def is_observations(path: Path) -> bool:
+    """Whether a file is one of these, and no bag."""
+    try:
+        with path.open("rb") as file:
+            return file.read(1) == b"{"
+    except OSError:
+        return False
+
+
 def read_observations(path: Path) -> Observations:
     """Read a file.
 
