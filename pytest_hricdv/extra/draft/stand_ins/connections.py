@@ -106,9 +106,11 @@ class SocketStandIn(DeviceStandIn):
         """How long it waits (s)."""
         self.__dict__["_timeout_s"] = REST_OF_RUN_S if value is None else float(value)
 
-    def setblocking(self, flag: bool) -> None:
+    def block(self, flag: bool) -> None:
         """Whether it waits."""
         self.settimeout(None if flag else 0.0)
+
+    setblocking = block
 
     def makefile(self, *_: Any, **__: Any) -> SocketStandIn:
         """Itself."""

@@ -41,14 +41,14 @@ def cross_border(border: RunBorder) -> Iterator[None]:
         _borders.remove(border)
 
 
-class Part(Neutral):
+class OutsidePart(Neutral):
     """An attribute, a method, or the result of a call, of something outside; or a number set for it.
 
     It notes what the code takes it for: a truth that it tests, or a text or number that it compares. As a decorator, it
     keeps the function as a callback.
     """
 
-    def __new__(cls, path: str, number: float = 0.0, text: str = "") -> Part:
+    def __new__(cls, path: str, number: float = 0.0, text: str = "") -> OutsidePart:
         return float.__new__(cls, number)
 
     def __init__(self, path: str, number: float = 0.0, text: str = "") -> None:
@@ -134,7 +134,7 @@ class Part(Neutral):
         return float.__ge__(self, other)
 
 
-class DeviceStandIn(Part):
+class DeviceStandIn(OutsidePart):
     """A fake of a device: it is there, whatever is known of it."""
 
     def __new__(cls, *_: Any) -> DeviceStandIn:
@@ -178,21 +178,6 @@ def _join(port: str, path: str) -> str:
     return f"{port}{path}" if path.startswith("(") else f"{port}.{path}"
 
 
-@dataclass(frozen=True)
-class ProgramPort:
-    """Another program that the code starts, but no run does: its arguments and results cross the border.
-
-    Args:
-        path: of the function that starts it, as "subprocess.run".
-    """
-
-    path: str
-
-    def make(self, border: RunBorder, name: str) -> Part:
-        """The function of a run."""
-        return Part(self.path)
-
-
 def unknown(path: str) -> Any:
     """An argument of which nothing is known: what the code tests or compares of it is observed, and set by a person.
 
@@ -200,8 +185,8 @@ def unknown(path: str) -> Any:
         path: the function and its parameter, as "on_person.detection"; one object in each run.
     """
     if not _borders:
-        return Part(path)
-    return _borders[-1].unknown.setdefault(path, Part(path))
+        return OutsidePart(path)
+    return _borders[-1].unknown.setdefault(path, OutsidePart(path))
 
 
 # --- what crosses the border
@@ -227,7 +212,7 @@ def set_attribute(path: str, name: str, value: Any) -> None:
 def call(path: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
     """The code calls something: returns what a person has set, or something of which nothing is known."""
     if not _borders:
-        return Part(f"{path}()")
+        return OutsidePart(f"{path}()")
     border, (port, _, name) = _borders[-1], without_arguments(path).partition(".")
     is_device = port in border.devices
     border.note_call(port, name or "__call__", arguments, named, "" if is_device else place_of(sys._getframe(2)))
@@ -249,7 +234,7 @@ async def _later(value: Any) -> Any:
 def _part(path: str, text: str = "") -> Any:
     """What people say or have set, or a device answers; or something of which nothing is known."""
     if not _borders:
-        return Part(path)
+        return OutsidePart(path)
     border = _borders[-1]
     inbox = border.inboxes.get(path)
     if inbox is not None:
@@ -260,7 +245,7 @@ def _part(path: str, text: str = "") -> Any:
             return message
     if sense := _sense(border, path):
         return _value_of(border, sense, path)
-    return border.answers[path]() if path in border.answers else Part(path, 0.0, text)
+    return border.answers[path]() if path in border.answers else OutsidePart(path, 0.0, text)
 
 
 def _sense(border: RunBorder, path: str) -> str:
@@ -274,7 +259,7 @@ def _value_of(border: RunBorder, sense: str, path: str) -> Any:
     value = border.read_sense(sense)
     has_parts = any(other.startswith(f"{sense}.") for other in border.senses)
     if isinstance(value, float) or (isinstance(value, bool) and has_parts):
-        return Part(path, float(value))
+        return OutsidePart(path, float(value))
     if path != sense:
         _note_use(border, path, value)
     return value
@@ -297,7 +282,7 @@ def without_arguments(path: str) -> str:
 def _argument_text(arguments: tuple[Any, ...], named: dict[str, Any]) -> str:
     """The text of the only argument, which may tell which one is meant: a pin, a channel, a name; otherwise empty."""
     value = arguments[0] if len(arguments) == 1 and not named else None
-    if isinstance(value, Part):  # a constant that is not installed
+    if isinstance(value, OutsidePart):  # a constant that is not installed
         value = value.__dict__["_path"].rpartition(".")[2]
     is_name = isinstance(value, str) and value.isidentifier() and len(value) <= MAX_NAME
     return str(value) if is_name or (type(value) is int and value >= 0) else ""
@@ -362,4 +347,4 @@ def part_of_module(owner: str, name: str) -> Any:
         raise AttributeError(name)
     if name.endswith(("Error", "Exception")):
         return exception_type(owner, name)
-    return _absent_class(name) if name[:1].isupper() and not name.isupper() else Part(f"{owner}.{name}")
+    return _absent_class(name) if name[:1].isupper() and not name.isupper() else OutsidePart(f"{owner}.{name}")

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
-from pytest_hricdv.extra.draft.stand_ins.parts import Part
+from pytest_hricdv.extra.draft.stand_ins.parts import OutsidePart
 
 
 class RobotPort(Protocol):
@@ -74,6 +74,21 @@ class Make:
 
 
 @dataclass(frozen=True)
+class ProgramPort:
+    """Another program that the code starts, but no run does: its arguments and results cross the border.
+
+    Args:
+        path: of the function that starts it, as "subprocess.run".
+    """
+
+    path: str
+
+    def make(self, border: RunBorder, name: str) -> OutsidePart:
+        """The function of a run."""
+        return OutsidePart(self.path)
+
+
+@dataclass(frozen=True)
 class Replace:
     """An object that the code makes itself: a run replaces what it is made from.
 
@@ -107,7 +122,7 @@ class Replace:
 
 def _is_itself(made: Any) -> bool:
     """Whether the stand-in is called itself; others are what a call makes."""
-    return isfunction(made) or type(made) is Part
+    return isfunction(made) or type(made) is OutsidePart
 
 
 class _ModuleWith(ModuleType):
