@@ -1,13 +1,20 @@
 """Test doubles for the environment of code under test, with which a drafted testbench runs it."""
 
-from pytest_hricdv.extra.draft.stand_ins.absent import replace_modules
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort
 from pytest_hricdv.extra.draft.stand_ins.driver import Driver
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
 from pytest_hricdv.extra.draft.stand_ins.node_driver import NodeDriver
 from pytest_hricdv.extra.draft.stand_ins.parts import Device, unknown
-from pytest_hricdv.extra.draft.stand_ins.ports import ClockPort, Make, ProgramPort, Replace, RunParameter, Script
+from pytest_hricdv.extra.draft.stand_ins.ports import (
+    ClockPort,
+    Make,
+    ProgramPort,
+    Replace,
+    RunParameter,
+    Script,
+    replace_modules,
+)
 from pytest_hricdv.extra.draft.stand_ins.visit import Array, CallbackCall, Manners, MethodCall, Say, member
 
 __all__ = [

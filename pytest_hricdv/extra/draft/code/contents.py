@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 from pytest_hricdv.extra.draft.code.fields import FieldReader, merge_fields
 from pytest_hricdv.extra.draft.code.flow import SAME, Flow, last_name
-from pytest_hricdv.extra.draft.code.keys import dict_source, fields_of_keys, key_of, with_unique_names
 from pytest_hricdv.extra.draft.code.naming import word
 from pytest_hricdv.extra.draft.code.sources import Scope, name_with_dots
 from pytest_hricdv.extra.draft.code.uses import Branches, kind_of_use, walk_what_runs
@@ -109,7 +108,7 @@ class ContentReader:
         """The value of a name, as a dict, JSON, a text or tuple, or an object: the first that fits its uses."""
         keys = self._keys(scope, name)
         if keys:
-            return Argument(dict_source(keys), fields_of_keys(keys))
+            return Argument(_dict_source(keys), _fields_of_keys(keys))
         made = self._json(scope, name) or self._parts(scope, name) or self._attributes(scope, name)
         for node in walk_what_runs(scope.node, self._skipped) if depth < MAX_CALLS else ():
             for target, parameter in self._parameters_for(scope, node, name) if isinstance(node, ast.Call) else ():
@@ -127,8 +126,8 @@ class ContentReader:
             keys = [key for target in self._names_of(node) for key in self._keys(scope, target)]
             if path.partition(".")[0] != name or not keys:
                 continue
-            source = f"json.dumps({dict_source(keys)})" + (".encode()" if is_bytes or "." in path else "")
-            attribute, fields = path.partition(".")[2], fields_of_keys(keys)
+            source = f"json.dumps({_dict_source(keys)})" + (".encode()" if is_bytes or "." in path else "")
+            attribute, fields = path.partition(".")[2], _fields_of_keys(keys)
             if attribute:
                 topic = self._topic_of(scope, name)
                 fields = (topic, *(field for field in fields if field.name != "topic")) if topic is not None else fields
@@ -200,7 +199,7 @@ class ContentReader:
                     fields[node.attr] = merge_fields(fields.get(node.attr), field)
         if not fields:
             return None
-        pairs = with_unique_names(fields)
+        pairs = _with_unique_names(fields)
         arguments = ", ".join(f"{key}={sources.get(key, '{}').format(f'm.{field.name}')}" for key, field in pairs)
         return Argument(f"SimpleNamespace({arguments})", tuple(field for _, field in pairs))
 
@@ -233,7 +232,7 @@ class ContentReader:
         for node in walk_what_runs(scope.node, self._skipped):
             if not isinstance(node, ast.expr):
                 continue
-            key, default = key_of(node, name)
+            key, default = _key_of(node, name)
             if key is not None:
                 self._note(word(key), scope, node)
                 fields[key] = merge_fields(fields.get(key), self._read_key(scope, node, key, default))
@@ -241,7 +240,7 @@ class ContentReader:
                 for target, parameter in self._parameters_for(scope, node, name):
                     for inner, field in self._keys(target, parameter, depth + 1):
                         fields[inner] = merge_fields(fields.get(inner), field)
-        return with_unique_names(fields)
+        return _with_unique_names(fields)
 
     def _note(self, field: str, scope: Scope, node: ast.AST) -> None:
         if not self._skipped:
@@ -261,3 +260,40 @@ class ContentReader:
         if isinstance(default, str) and default and kind == "str":
             values.setdefault(default, FieldValue(default, read.location))
         return replace(read, kind=kind, type="int" if type(default) is int else "", values=tuple(values.values()))
+
+
+def _key_of(node: ast.expr, name: str) -> tuple[str | None, object]:
+    """The key that an expression reads from the dict of a name, and the default; None if it reads none."""
+    key: object = None
+    default: object = None
+    owner: ast.expr | None = None
+    if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load):
+        owner, key = node.value, getattr(node.slice, "value", None)
+    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "get" and node.args:
+        owner, key = node.func.value, getattr(node.args[0], "value", None)
+        default = getattr(node.args[1], "value", None) if len(node.args) > 1 else None
+    return (key, default) if isinstance(key, str) and name_with_dots(owner) == name else (None, None)
+
+
+def _dict_source(keys: list[tuple[str, MessageField]]) -> str:
+    """The source of a dict; a key of unknown kind gets a neutral value."""
+    pairs = [f"{key!r}: {f'm.{field.name}' if field.kind else 'Neutral()'}" for key, field in keys]
+    return "{" + ", ".join(pairs) + "}"
+
+
+def _with_unique_names(fields: dict[str, MessageField]) -> list[tuple[str, MessageField]]:
+    """The keys with their fields, whose names are made unique."""
+    names: set[str] = set()
+    pairs = []
+    for key, field in fields.items():
+        name = field.name
+        while name in names:
+            name += "_"
+        names.add(name)
+        pairs.append((key, replace(field, name=name)))
+    return pairs
+
+
+def _fields_of_keys(keys: list[tuple[str, MessageField]]) -> tuple[MessageField, ...]:
+    """The fields whose kind is known."""
+    return tuple(field for _, field in keys if field.kind)

@@ -1,6 +1,7 @@
 """What a port of the code can get in each run: a clock, a number of the test, something new, or a replacement.
 
-Where a program is the robot, its module is executed anew in each run.
+Where a program is the robot, its module is executed anew in each run. Modules that are not installed, as the libraries
+of a robot's hardware on a developer's machine, have stand-ins.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
 from importlib.util import find_spec, module_from_spec
 from inspect import isfunction
 from types import ModuleType
@@ -18,7 +21,7 @@ from typing import Any, Protocol
 
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.neutral import Neutral
-from pytest_hricdv.extra.draft.stand_ins.parts import OutsidePart
+from pytest_hricdv.extra.draft.stand_ins.parts import OutsidePart, exception_type, is_caught, part_of_module
 
 
 class RobotPort(Protocol):
@@ -191,3 +194,45 @@ class _AsMain(ast.NodeTransformer):
         """Replace a name."""
         is_read = node.id == "__name__" and isinstance(node.ctx, ast.Load)
         return ast.copy_location(ast.Constant("__main__"), node) if is_read else node
+
+
+# --- modules that are not installed
+
+
+class _AbsentModule(ModuleType):
+    """A module that is not installed."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.__path__ = []  # so that it has submodules
+
+    def __getattr__(self, name: str) -> Any:
+        # It is kept: `except` needs the class that was raised.
+        make = exception_type if is_caught(sys._getframe(1)) else part_of_module
+        self.__dict__[name] = found = make(self.__name__.rpartition(".")[2], name)
+        return found
+
+
+class _AbsentFinder(MetaPathFinder, Loader):
+    """Finds the modules that are not installed."""
+
+    def __init__(self, names: frozenset[str]) -> None:
+        self.names = names
+
+    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """Find these modules, and those in them."""
+        is_absent = any(f"{fullname}.".startswith(f"{name}.") for name in self.names)
+        return ModuleSpec(fullname, self, is_package=True) if is_absent else None
+
+    def create_module(self, spec: ModuleSpec) -> _AbsentModule:
+        """A stand-in."""
+        return _AbsentModule(spec.name)
+
+    def exec_module(self, module: ModuleType) -> None:
+        """There is nothing to execute."""
+
+
+def replace_modules(*names: str) -> None:
+    """Let code be imported without modules that are not installed: each gets a stand-in."""
+    if not any(isinstance(finder, _AbsentFinder) and finder.names == {*names} for finder in sys.meta_path):
+        sys.meta_path.insert(0, _AbsentFinder(frozenset(names)))
