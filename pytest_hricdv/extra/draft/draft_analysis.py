@@ -21,7 +21,6 @@ from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
 from pytest_hricdv.extra.draft.code.stimuli import StimulusReader, is_reader
-from pytest_hricdv.extra.draft.code.uses import find_identity_tests
 from pytest_hricdv.extra.draft.code_model import (
     OWN_MODULE,
     SCRIPT,
@@ -136,7 +135,7 @@ class CodeReader:
         if seen is not None:
             model = with_ports(replace(model, entry=entry), seen)
             inner_names = {port.name for port in model.inner}
-            absent = absent_ports(seen, Path(model.root), find_identity_tests(self._flow))
+            absent = absent_ports(seen, Path(model.root))
             more = (port for port in absent if port.name not in inner_names)
             model, entry = replace(model, inner=(*model.inner, *more)), model.entry or entry
         messages = list(_carry_by_ports(self._carry(model), (*entry.ports, *entry.method_ports, *model.inner)))

@@ -5,11 +5,11 @@ Ports for modules that are not installed come from what first runs observed at t
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
+from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.handovers import last_part
 from pytest_hricdv.extra.draft.code.naming import camel, snake, unit_of, word
 from pytest_hricdv.extra.draft.code_model import (
@@ -72,7 +72,7 @@ def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow)
             named = port.name if port.role in CHANNELS else f"{port.name.strip('_')} {method.strip('_')}"
             title = camel(word(last_part(topic)) if topic else word(named))
             channel = f"{port.name}.{method} {topic}".rstrip()
-            made.setdefault(title, _message(title, channel, site, location, _names(method, flow, entry)))
+            made.setdefault(title, _message(title, channel, site, location))
     yield from list(made.values())[:MAX_TOLD]
 
 
@@ -82,11 +82,11 @@ def messages_for_answers(inputs: Iterable[Message], seen: Observations) -> Itera
         site = seen.calls.get(f"{ANSWER}.{message.channel}")
         if site is not None:
             title = camel(word(f"{message.channel.strip('_')} answer"))
-            yield _message(title, f"{ANSWER}.{message.channel}", site, message.location, [])
+            yield _message(title, f"{ANSWER}.{message.channel}", site, message.location)
 
 
-def _message(title: str, channel: str, site: Site, location: CodeLine, names: list[str]) -> Message:
-    parts = tuple(_fields(site, location, names))
+def _message(title: str, channel: str, site: Site, location: CodeLine) -> Message:
+    parts = tuple(_fields(site, location))
     return Message(title, snake(title), OWN_MODULE, "published", parts, location, (location,), "called", channel)
 
 
@@ -126,13 +126,14 @@ def _sites(port: Port, method: str, entry: Entry, seen: Observations) -> dict[st
     return {}
 
 
-def _fields(site: Site, location: CodeLine, names: list[str]) -> Iterator[MessageField]:
+def _fields(site: Site, location: CodeLine) -> Iterator[MessageField]:
     """A field for each value of which the kind is known."""
     done: set[str] = set()
     flat: dict[str, Shape] = {}
     for name, shape in site.arguments.items():
         flat |= shape.fields if shape.fields else {name: shape}
-    for name, shape in _names_of(flat, names).items():
+    for key, shape in flat.items():
+        name = f"value_{int(key) + 1}" if key.isdigit() else key
         kind, unique = kind_of_shape(shape), word(name)
         while unique in done:
             unique += "_"
@@ -148,15 +149,6 @@ def texts_of_shape(shape: Shape, location: CodeLine) -> tuple[FieldValue, ...]:
     return tuple(FieldValue(text, location, is_observed=True) for text in texts if text not in ("", MASK))
 
 
-def _names_of(shapes: Mapping[str, Shape], names: list[str]) -> dict[str, Shape]:
-    """Each value by its name; one without a name has that of the parameter, or is a value."""
-    found = {}
-    for name, shape in shapes.items():
-        number = int(name) if name.isdigit() else -1
-        found[name if number < 0 else names[number] if number < len(names) else f"value_{number + 1}"] = shape
-    return found
-
-
 def kind_of_shape(shape: Shape) -> str:
     """The kind of a field that has these values; empty if it has several."""
     kinds = set(shape.kinds) - {"none"}
@@ -167,14 +159,6 @@ def kind_of_shape(shape: Shape) -> str:
     return "str" if kinds and kinds <= {"text", "enum"} else ""
 
 
-def _names(method: str, flow: Flow, entry: Entry) -> list[str]:
-    """The parameters of a method, where all classes of the code that have it call them so."""
-    functions = [scope.node for scope in flow.methods.get(method, ())
-                 if scope.owner is not None and scope.owner.name != entry.name]  # fmt: skip
-    named = [parameter_names(function)[1:] for function in functions]  # type: ignore[arg-type]
-    return named[0] if named and all(value == named[0] for value in named) else []
-
-
 MAX_SENSES = 12
 """Values of one class or module that a person sets."""
 
@@ -182,13 +166,12 @@ MAX_ARGUMENTS = 4
 """Most arguments of a call that have sensors of their own. More, such as the angles of a scanner, share one sensor."""
 
 
-def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -> Iterator[Port]:
+def absent_ports(seen: Observations, root: Path) -> Iterator[Port]:
     """A device for each class and module that the code uses; what it tests or compares is a sensor.
 
     Args:
         seen: in first runs.
         root: folder of the code.
-        truths: names of methods and attributes that the code tests for identity with a truth.
     """
     registered = {key.removeprefix(CALLBACK).partition(" ")[0] for key in seen.methods if key.startswith(CALLBACK)}
     for name, place in seen.absent.items():
@@ -196,9 +179,6 @@ def absent_ports(seen: Observations, root: Path, truths: Collection[str] = ()) -
         calls = {key: site for key, site in seen.calls.items() if key.startswith(f"{name}.") and " " not in key}
         calls = _with_arguments(calls)
         operations = [_operation(key.partition(".")[2], calls[key], root, key in registered) for key in sorted(calls)]
-        known = {operation.name for operation in operations if operation.result is not None}
-        operations += [_truth(operation) for operation in operations if operation.name.rpartition(".")[2] in truths
-                       and operation.is_method and f"{operation.name}()" not in known]  # fmt: skip
         sensed = [operation for operation in operations if operation.result is not None][:MAX_SENSES]
         called = [operation for operation in operations if operation.result is None and operation.is_method]
         results = {without_arguments(operation.name).removesuffix("()") for operation in sensed}
@@ -228,11 +208,6 @@ def _operation(name: str, site: Site, root: Path, is_registration: bool) -> Oper
     is_sensed = kind in ("bool", "float") or bool(values)
     return Operation(name, bool(site.count), location, is_registration=is_registration,
                      result=part if is_sensed and not site.count else None)  # fmt: skip
-
-
-def _truth(called: Operation) -> Operation:
-    """The result of a method as a truth."""
-    return replace(called, name=f"{called.name}()", result=MessageField("value", "", "bool", called.location))
 
 
 def _line(place: str, root: Path) -> CodeLine:

@@ -34,7 +34,7 @@ def main():
     eyes = rover.open_eyes()
     while True:
         distance = eyes.read_mm()
-        if rover.button.read() is True:
+        if rover.button.read():
             rover.light("red")
         if distance == 0:
             raise RoverError("no sensor")
@@ -196,7 +196,7 @@ def test_a_draft_has_sensors_and_calls_of_what_was_observed(monkeypatch: pytest.
     first = read_observations(tmp_path / "seen.json")
     model = CodeReader("rover_code", tmp_path).model(first)
     draft = Draft(model, "rover", "person", tmp_path.resolve() / "hri")
-    assert [sensor.name for sensor in draft.sensors] == ["Rover_open_eyes.read_mm", "Rover_button.read"]
+    assert [sensor.name for sensor in draft.sensors] == ["Rover_button.read", "Rover_open_eyes.read_mm"]
     (text,) = [text for name, text in files(draft) if name == "conftest.py"]
     # It is not what the code compares it with: that ended the code. So the next runs show more.
     assert '"Rover.open_eyes().read_mm()": 0.5,  # rover_code.py:14' in text

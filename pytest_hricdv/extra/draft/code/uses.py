@@ -43,17 +43,6 @@ def kind_of_use(flow: Flow, node: ast.AST) -> str:
     return "" if is_inside or (isinstance(above, ast.keyword) and above.arg is None) else "str"
 
 
-def find_identity_tests(flow: Flow) -> frozenset[str]:
-    """Names of what the code tests as `button.is_pressed() is True`; no stand-in can see such a test."""
-    found = set()
-    for _, _, node in flow.nodes:
-        if isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Is | ast.IsNot):
-            other = node.comparators[0]
-            if isinstance(other, ast.Constant) and isinstance(other.value, bool):
-                found.add(last_name(node.left.func if isinstance(node.left, ast.Call) else node.left))
-    return frozenset(found)
-
-
 def walk_what_runs(node: ast.AST, skipped: frozenset[int]) -> Iterator[ast.AST]:
     """All nodes below one, without the skipped statements."""
     waiting = [node]
