@@ -7,12 +7,13 @@ Nothing is imported, neither the code nor `rclpy`.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from pytest_hricdv.extra.draft.code.flow import CallSite, Flow
-from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
+from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
 from pytest_hricdv.extra.draft.ros_model import CodeLine, Endpoint, EndpointKind, RosNodes, RosParameter
 
 _PARAMETERS: dict[str, tuple[EndpointKind, int, tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {
@@ -119,17 +120,22 @@ class _NodeReader:
         self._sources, self._flow = sources, flow
 
     def nodes(self) -> Iterator[tuple[str, CodeLine]]:
-        """Classes of nodes, but those that only others are derived from, and nodes that functions make."""
-        classes = [scope for scope in self._sources.classes if self._is_node(scope)]
-        bases = {base.rpartition(".")[2] for scope in classes for base in self._sources.bases(scope)}
-        for scope in classes:
-            assert isinstance(scope.node, ast.ClassDef)
-            if scope.node.name not in bases or scope.node.name in self._flow.calls:
-                yield self._class_owner(scope.module, scope.node).name, scope.location
-        for calls in self._flow.calls.values():
-            for call in calls:
-                if self._makes_node(call.module, call.node):
-                    yield self._owner_of(call, call.node).name, call.module.location(call.node)
+        """The nodes that functions make, or whose classes begin them."""
+        yield from {owner.name: (owner.name, call.module.location(call.node)) for call, owner in self._begins}.values()
+
+    @cached_property
+    def _begins(self) -> list[tuple[CallSite, _NodeName]]:
+        """The calls that make a node, or are of the constructor of its class; each with its name."""
+        found = []
+        for call in [call for calls in self._flow.calls.values() for call in calls]:
+            function, owner = call.node.func, call.scope.owner if call.scope is not None else None
+            is_begin = isinstance(function, ast.Attribute) and function.attr == "__init__" and owner is not None
+            if is_begin and owner is not None and self._is_node(Scope(call.module, owner)):
+                is_super = isinstance(getattr(function, "value", None), ast.Call)
+                found.append((call, self._name_of(call, 0 if is_super else 1)))
+            elif resolve_import(call.module, function) in NODES:
+                found.append((call, self._name_of(call, 0)))
+        return found
 
     def endpoints(self) -> Iterator[Endpoint]:
         """Topics, services and actions."""
@@ -144,7 +150,7 @@ class _NodeReader:
         types = self._types(call, _argument(call.node, first, type_names[0]))
         name = _argument(call.node, first + 1, names[0])
         callback = _argument(call.node, first + 2, callbacks[0]) if callbacks else None
-        owner = self._owner(call, _argument(call.node, 0, "node") if first else None)
+        owner = self._owner(call)
         endpoint = Endpoint(
             kind, "", types[0] if len(types) == 1 else "", owner.name,
             ast.unparse(callback) if callback is not None else "", call.module.location(call.node),
@@ -160,56 +166,27 @@ class _NodeReader:
                 types["/".join(parts)] = None
         return list(types)
 
-    def _owner(self, call: CallSite, passed: ast.expr | None) -> _NodeName:
-        """The node on which something is created: `self`, or a variable that holds one."""
-        receiver = passed
-        if receiver is None and isinstance(call.node.func, ast.Attribute):
-            receiver = call.node.func.value
-        own = call.scope.owner if call.scope is not None else None
-        if isinstance(receiver, ast.Name) and receiver.id == "self" and own is not None:
-            return self._class_owner(call.module, own)
-        for node, module, scope in self._flow.expressions(receiver, call.module, call.scope):
-            if isinstance(node, ast.Call):
-                if self._makes_node(module, node):
-                    return self._owner_of(CallSite(module, scope, node), node)
-                made = self._sources.class_of(module, node.func)
-                if made is not None and isinstance(made.node, ast.ClassDef) and self._is_node(made):
-                    return self._class_owner(made.module, made.node)
+    def _owner(self, call: CallSite) -> _NodeName:
+        """The only node of the function, else of the class or those that it is derived from, of the module, of all."""
+        owner = call.scope.owner if call.scope is not None else None
+        bases = self._sources.base_classes(Scope(call.module, owner)) if owner is not None else ()
+        classes = {id(owner)} | {id(base.node) for base in bases} if owner is not None else set()
+        nearest: tuple[Callable[[CallSite], bool], ...] = (
+            lambda other: other.scope is not None and other.scope == call.scope,
+            lambda other: other.scope is not None and id(other.scope.owner) in classes,
+            lambda other: other.module is call.module,
+            lambda other: True,
+        )
+        for is_near in nearest:
+            names = {name for other, name in self._begins if is_near(other)}
+            if names:
+                return names.pop() if len(names) == 1 else _NodeName()
         return _NodeName()
 
-    def _class_owner(self, module: Module, node: ast.ClassDef) -> _NodeName:
-        """The class that says it; else its base in the code, or the only derived class."""
-        owner = self._name_in(node)
-        if owner.name:
-            return owner
-        for base in node.bases:
-            own = self._sources.class_of(module, base)
-            if own is not None and isinstance(own.node, ast.ClassDef) and own.node is not node:
-                owner = self._name_in(own.node)
-                if owner.name:
-                    return owner
-        derived = {self._name_in(scope.node) for scope in self._sources.classes
-                   if isinstance(scope.node, ast.ClassDef)
-                   and any(base.rpartition(".")[2] == node.name for base in self._sources.bases(scope))}  # fmt: skip
-        return derived.pop() if len(derived) == 1 else _NodeName()
-
-    def _name_in(self, node: ast.ClassDef) -> _NodeName:
-        """The name in `super().__init__(name)`."""
-        for call in self._flow.calls.get("__init__", ()):
-            if call.scope is not None and call.scope.owner is node and isinstance(call.node.func, ast.Attribute):
-                is_super = isinstance(call.node.func.value, ast.Call)
-                owner = self._owner_of(call, call.node, 0 if is_super else 1)
-                if owner.name:
-                    return owner
-        return _NodeName()
-
-    def _owner_of(self, call: CallSite, node: ast.Call, number: int = 0) -> _NodeName:
-        names = _texts(self._flow, call, _argument(node, number, "node_name"))
-        spaces = _texts(self._flow, call, _argument(node, 99, "namespace"))
+    def _name_of(self, call: CallSite, number: int) -> _NodeName:
+        names = _texts(self._flow, call, _argument(call.node, number, "node_name"))
+        spaces = _texts(self._flow, call, _argument(call.node, 99, "namespace"))
         return _NodeName(names[0] if len(names) == 1 else "", spaces[0] if len(spaces) == 1 else "")
-
-    def _makes_node(self, module: Module, node: ast.Call) -> bool:
-        return resolve_import(module, node.func) in NODES
 
     def _is_node(self, scope: Scope) -> bool:
         return any(base in NODES for base in self._sources.bases(scope))
