@@ -21,10 +21,6 @@ from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import write
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE
 
-WALL_FACTOR = 2.0
-"""Wall time that counts as a second of processor time, for code that waits for something real; more on a busy machine,
-which makes the same draft."""
-
 HOLLOW = "nothing that people"
 """The beginning of the problem of a session in which nothing reached the code."""
 
@@ -33,9 +29,6 @@ TOO_LONG = "no test came to its end in time"
 
 MIN_SHARE = 0.5
 """Share of the tests that must trigger a requirement: a session of a dozen tests then misses it once in 4,000 times."""
-
-POLL_S = 0.5
-"""Period at which the processor time is read."""
 
 ENDING_S = 15.0
 """Time that a terminated session gets to write its report."""
@@ -169,39 +162,26 @@ def _run_command(command: Sequence[str], folder: Path, observed: Path, limit_s: 
 
 
 def _wait(process: subprocess.Popen[bytes], limit_s: float) -> tuple[int | None, float]:
-    """The status of a process, None if it was ended at its limit; its processor time (s)."""
-    begin_s, used_s, before_s = time.monotonic(), 0.0, _children_s()
-    factor = WALL_FACTOR * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
-    while used_s < limit_s:
-        try:
-            status = process.wait(POLL_S)
-            return status, max(used_s, _children_s() - before_s)
-        except subprocess.TimeoutExpired:
-            used_s = max(used_s, _processor_s(process.pid), (time.monotonic() - begin_s) / factor)
-    process.terminate()
+    """The status of a process, None if it was ended at its limit; its processor time (s), or that it might have had."""
+    begin_s, before_s = time.monotonic(), _children_s()
+    share = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))  # a busy machine makes the same draft
+    status: int | None = None
     try:
-        process.wait(ENDING_S * factor)
+        status = process.wait(limit_s * share)
     except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-    return None, max(used_s, _children_s() - before_s)
+        process.terminate()
+        try:
+            process.wait(ENDING_S * share)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+    return status, max(_children_s() - before_s, (time.monotonic() - begin_s) / share)
 
 
 def _children_s() -> float:
     """Processor time of all processes that this one has waited for."""
     times = os.times()
     return times.children_user + times.children_system
-
-
-def _processor_s(pid: int) -> float:
-    """Processor time of a process and its children; 0 where nothing says it."""
-    try:
-        parts = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-        children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()
-    except OSError:
-        return 0.0
-    own_s: float = sum(map(int, parts[11:15])) / os.sysconf("SC_CLK_TCK")
-    return own_s + sum(_processor_s(int(child)) for child in children)
 
 
 def _last_error(text: str) -> str:

@@ -45,7 +45,7 @@ start_by_environment()
 
 EPILOG = """\
 The command runs as it is, with all its processes of Python: a demo, unit tests, a launch file. Calls across the border
-of the package are kept in one file: how often, ranges, texts, keys, states, and times. Values whose names say that they
+of the package are kept in one file: how often, ranges, texts, keys and states. Values whose names say that they
 are secrets are masked. Then: hricdv init --from PKG --recording FILE
 """
 

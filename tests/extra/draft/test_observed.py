@@ -261,8 +261,8 @@ def test_what_was_observed_takes_nothing_away_that_the_code_declares(tmp_path: P
     for message in declared.inputs:  # each was called by programs, as a control loop is, with other values
         site = seen.site(seen.methods, f"{entry.module}:{entry.name}.{message.channel}")
         assert site is not None
-        for time_s in range(20):
-            site.add(float(time_s), {part.name: 7.0 for part in message.fields}, "demo.py:3")
+        for _ in range(20):
+            site.add({part.name: 7.0 for part in message.fields}, "demo.py:3")
     now = reader.model(seen, frozenset(("time", "transitions", ".Radio")))
     assert {each.topic for each in declared.messages} <= {each.topic for each in now.messages}
     assert [each.states for each in declared.machines] == [each.states for each in now.machines]

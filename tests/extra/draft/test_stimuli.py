@@ -195,8 +195,8 @@ def test_a_draft_has_what_a_recording_has_seen(recording: Path, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("{}", "expected version 1 of a recording of `hricdv record`"),
-        ('{"format": "hricdv-recording", "version": 1}', "it lacks 'states'"),
+        ("{}", "expected version 2 of a recording of `hricdv record`"),
+        ('{"format": "hricdv-recording", "version": 2}', "it lacks 'states'"),
         ('{"format": ', "Expecting value"),
     ],
 )

@@ -12,7 +12,7 @@ from typing import Any
 from pytest_hricdv._base.input_file import check_keys
 from pytest_hricdv.extra.draft.observe.shape import Shape
 
-VERSION = 1
+VERSION = 2
 MAX_BYTES = 20_000_000
 """A longer file is no recording of this kind."""
 
@@ -31,7 +31,6 @@ class Site:
         count: number of crossings. location: file and line of the first one, in the code.
         arguments: by parameter, or by number.
         result: of the call.
-        periods: shortest and longest time between two calls (s), empty for a single one.
         compared: numbers that the code compares the result with, at most `MAX_COMPARED`.
     """
 
@@ -39,19 +38,12 @@ class Site:
     location: str = ""
     arguments: dict[str, Shape] = field(default_factory=dict)
     result: Shape = field(default_factory=Shape)
-    periods: list[float] = field(default_factory=list)
     compared: list[float] = field(default_factory=list)
-    last_s: float | None = field(default=None, repr=False)
 
-    def add(self, time_s: float, arguments: Mapping[str, Any], location: str = "") -> None:
+    def add(self, arguments: Mapping[str, Any], location: str = "") -> None:
         """Count a call."""
         self.count += 1
         self.location = self.location or location
-        if self.last_s is not None:
-            gap_s = round(time_s - self.last_s, 6)
-            low_s, high_s = self.periods or (gap_s, gap_s)
-            self.periods = [min(low_s, gap_s), max(high_s, gap_s)]
-        self.last_s = time_s
         for name, value in arguments.items():
             self.arguments.setdefault(name, Shape()).add(value, name)
 
@@ -67,8 +59,6 @@ class Site:
         for name, shape in other.arguments.items():
             self.arguments.setdefault(name, Shape()).merge(shape)
         self.result.merge(other.result)
-        both = [*self.periods, *other.periods]
-        self.periods = [min(both), max(both)] if both else []
         for number in other.compared:
             self.note_comparison(number)
 
@@ -136,7 +126,6 @@ def _site_to_json(site: Site) -> dict[str, Any]:
         "location": site.location,
         "arguments": {name: shape.to_json() for name, shape in site.arguments.items()},
         "result": site.result.to_json(),
-        "periods": site.periods,
         **({"compared": site.compared} if site.compared else {}),
     }
 
@@ -174,10 +163,9 @@ def read_observations(path: Path) -> Observations:
 
 
 def _site_from_json(plain: Mapping[str, Any]) -> Site:
-    check_keys(plain, ("count", "location", "arguments", "result", "periods", "compared"))
+    check_keys(plain, ("count", "location", "arguments", "result", "compared"))
     arguments = {str(name): Shape.from_json(shape) for name, shape in plain["arguments"].items()}
     return Site(int(plain["count"]), str(plain["location"]), arguments, Shape.from_json(plain["result"]),
-                [float(number) for number in plain["periods"]],
                 [float(number) for number in plain.get("compared", ())])  # fmt: skip
 
 

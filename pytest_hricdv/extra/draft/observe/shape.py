@@ -35,7 +35,6 @@ class Shape:
         low: the least number. high: the greatest one.
         classes: class of objects and enumerations, as "module:Class" -> how often.
         fields: of objects and dicts, by name.
-        item: of the elements of a list.
         is_open: whether there were more texts than are kept.
     """
 
@@ -46,7 +45,6 @@ class Shape:
     high: float | None = None
     classes: dict[str, int] = field(default_factory=dict)
     fields: dict[str, Shape] = field(default_factory=dict)
-    item: Shape | None = None
     is_open: bool = False
 
     def add(self, value: Any, name: str = "", depth: int = 0) -> None:
@@ -67,9 +65,6 @@ class Shape:
             self._members({key: part for key, part in list(value.items())[:MAX_FIELDS] if isinstance(key, str)}, depth)
         elif isinstance(value, list | tuple | set | frozenset) and not hasattr(value, "_fields"):
             self._note("list")
-            self.item = self.item or Shape()
-            for part in list(value)[:3] if depth < MAX_DEPTH else ():
-                self.item.add(part, name, depth + 1)
         elif callable(value) and hasattr(value, "__qualname__"):
             self._note("callable")
             self._count(self.classes, f"{getattr(value, '__module__', '')}:{value.__qualname__}")
@@ -132,9 +127,6 @@ class Shape:
         self.low, self.high = min(lows, default=None), max(highs, default=None)
         for name, part in other.fields.items():
             self.fields.setdefault(name, Shape()).merge(part)
-        if other.item is not None:
-            self.item = self.item or Shape()
-            self.item.merge(other.item)
         self.is_open |= other.is_open
 
     def to_json(self) -> dict[str, Any]:
@@ -143,7 +135,6 @@ class Shape:
         plain |= {name: value for name, value in (("texts", self.texts), ("classes", self.classes)) if value}
         plain |= {"low": self.low, "high": self.high} if self.low is not None else {}
         plain |= {"fields": {name: part.to_json() for name, part in self.fields.items()}} if self.fields else {}
-        plain |= {"item": self.item.to_json()} if self.item is not None else {}
         return plain | ({"is_open": True} if self.is_open else {})
 
     @staticmethod
@@ -151,12 +142,11 @@ class Shape:
         """Read plain data. Raises ValueError, TypeError or KeyError where it is none of `to_json`."""
         if not isinstance(plain, dict) or depth > MAX_DEPTH + 2:
             raise ValueError("expected the shape of a value")
-        check_keys(plain, ("count", "kinds", "texts", "classes", "low", "high", "fields", "item", "is_open"))
+        check_keys(plain, ("count", "kinds", "texts", "classes", "low", "high", "fields", "is_open"))
         made = Shape(int(plain["count"]), _counts(plain.get("kinds", {})), _counts(plain.get("texts", {})),
                      _number_of(plain.get("low")), _number_of(plain.get("high")), _counts(plain.get("classes", {})),
                      is_open=bool(plain.get("is_open")))  # fmt: skip
         made.fields = {str(name): Shape.from_json(part, depth + 1) for name, part in plain.get("fields", {}).items()}
-        made.item = Shape.from_json(plain["item"], depth + 1) if "item" in plain else None
         return made
 
 

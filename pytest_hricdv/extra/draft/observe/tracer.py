@@ -70,7 +70,6 @@ class BorderTracer:
     _members: dict[int, tuple[str, FrameType]] = field(default_factory=dict)
     _member_ids: set[int] = field(default_factory=set)
     _flushed_s: float = 0.0
-    _began_s: float = field(default_factory=time.monotonic)
 
     def start(self) -> None:
         """Begin; the recording is written when the process ends, and from time to time before."""
@@ -159,7 +158,7 @@ class BorderTracer:
         if site is None:
             return
         arguments = _arguments(frame) if site.count < MAX_SAMPLES else {}
-        site.add(time.monotonic() - self._began_s, arguments, location)
+        site.add(arguments, location)
         if site.count <= MAX_SAMPLES and len(self._open) < MAX_OBJECTS:
             self._open[id(frame)] = (site, frame)
 

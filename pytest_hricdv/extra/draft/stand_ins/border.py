@@ -206,7 +206,7 @@ class RunBorder:
         for key in dict.fromkeys((f"{port}.{name}", f"{port}.{name} {told.topic}".rstrip())):
             site = self._seen.site(self._seen.calls, key)
             if site is not None:
-                site.add(self.run.kernel.now_s, told.arguments, place)
+                site.add(told.arguments, place)
         if place:
             self._seen.absent.setdefault(port, place)
 
@@ -281,7 +281,7 @@ class RunBorder:
         for name, functions in self.callbacks.items():
             site = self._seen.site(self._seen.methods, f"{CALLBACK}{name}")
             if site is not None:
-                site.add(0.0, {}, _location(functions[-1]))
+                site.add({}, _location(functions[-1]))
         path = Path(os.environ[OBSERVE])
         if path.exists():
             self._seen.merge(read_observations(path))
