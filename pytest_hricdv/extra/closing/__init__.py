@@ -18,7 +18,6 @@ Vocabulary
     nominal effect        the most frequent one of an undisturbed interaction
     deviation             a combination whose most frequent effect is not the nominal one, and this effect
     missing condition     what an effect misses to be a wanted one: a character of a pattern, or the effect as a whole
-    masking               an intervention hides from the code what another one changes
     experience            what all runs have shown of interactions: a surrogate model of outcomes per cross product
 
 Constants of the strategies: half and twice their values change the share of open targets less than another seed does,
@@ -31,12 +30,12 @@ Modules
     evidence, suite                 what the loop has shown; the smallest suite that hits as much, and its cache
     pool                            abstract tests, and the interactions in them
     outcome_model, experience       surrogate models of interactions, and what their effects lack
-    intervention_effects, combination_synthesis
-                                    what interventions bring about, and combinations of them
+    combination_synthesis           combinations that were never tried, from what interventions bring about alone
     selection                       the test that will probably hit most open bins
     NAME_strategy                   the strategies; `violation_strategy` searches for violations after the loop
     process, runs                   the process that runs tests, each in a fork; the session's end of it
+    progress                        how far the loop is, in the terminal and for viewers
     closing, feature, records, view the loop in a session, and in its report
 
-All but `process`, `runs` and `closing` are independent of pytest: a run is a function.
+All but `process`, `runs`, `progress` and `closing` are independent of pytest: a run is a function.
 """

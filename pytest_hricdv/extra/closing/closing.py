@@ -31,27 +31,22 @@ from pytest_hricdv.extra.closing.nearest_strategy import NearestStrategy
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.online_strategy import OnlineStrategy, roles_of
 from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.progress import ClosingProgress, list_open
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingOptions, ClosingResult
-from pytest_hricdv.extra.closing.runs import ClosingRuns, LiveLoop, RunsHere, RunsOnCluster
+from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
 from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, Strategy
 from pytest_hricdv.extra.closing.suite import SuiteCache, repeatable_suite, smallest_suite
-from pytest_hricdv.extra.closing.targets import (
-    ClosingProgress,
-    Surroundings,
-    impossible_points,
-    list_open,
-    target_points,
-)
+from pytest_hricdv.extra.closing.targets import Surroundings, impossible_points, target_points
 from pytest_hricdv.extra.closing.violation_strategy import ViolationStrategy
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
 from pytest_hricdv.generate.actors import TURN_WAIT_S
-from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.online.declaration import InteractiveAgentError
+from pytest_hricdv.results.folder_files import remove_progress
 from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.option import usage_error
@@ -116,15 +111,13 @@ class ClosureGenerator:
         return RunsOnCluster(cluster, self._collection, here.project, self._signals.let_through)
 
     def _close(self, runs: ClosingRuns, others: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
-        archive, progress = Archive(self._targets), ClosingProgress(self._collection, self._options.runs)
-        options, workers = self._collection.options, _processes(self._collection.config)
-        live = LiveLoop(options.report, self._options.runs, workers)
+        archive, seed = Archive(self._targets), self._collection.options.seed
+        progress = ClosingProgress(self._collection, self._options.runs, _processes(self._collection.config))
 
         def show(archive: Archive) -> None:
             progress.show(archive)
-            live.show(archive)
+            progress.write(archive)
 
-        seed = options.seed
         self._collection.say(
             f"hricdv: closing {list_open(archive)}, at most {self._options.runs} runs (seed {seed}) ..."
         )
@@ -140,7 +133,7 @@ class ClosureGenerator:
             try:
                 ended = search_violations(loop, loop.run(), self._options.search)
             finally:
-                live.end()
+                remove_progress(self._collection.options.report)
         suite, result = self._suite(archive, ended, runs, faults)
         self._signals.interrupted |= result.end_reason == "interrupted"
         progress.end(archive, result.end_reason, faults, len(suite.tests), goes_on=not self._signals.terminated)
@@ -167,7 +160,7 @@ class ClosureGenerator:
 
     def _strategies(self) -> tuple[Strategy, ...]:
         testbench, pool = self._collection.testbench, self._pool
-        experience = Experience(pool, lambda test: concretize(test, testbench.commands).run)
+        experience = Experience(pool)
         disturbances = {name: disturbance.parameters for name, disturbance in testbench.disturbances.items()}
         roles = roles_of(testbench)
         return (

@@ -8,16 +8,15 @@ other differences may be consequences of these. If no characters differ, the eff
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import NamedTuple
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.extra.closing.outcome_model import OutcomeModel
 from pytest_hricdv.extra.closing.pool import Effect, Outcome, PlannedInteraction, Pool, interactions_of
-from pytest_hricdv.extra.closing.strategy import Archive, ArchivedRun
-from pytest_hricdv.generate.abstract import AbstractTest, disturbance_of
+from pytest_hricdv.extra.closing.strategy import Archive
+from pytest_hricdv.generate.abstract import disturbance_of
 
 
 class CharacterCondition(NamedTuple):
@@ -51,20 +50,6 @@ def find_missing(effect: Effect, wanted: Effect) -> tuple[MissingCondition, ...]
     return characters or ((EffectCondition(effect, wanted),) if effect != wanted else ())
 
 
-def is_met(effect: Effect, condition: MissingCondition) -> bool:
-    """Whether an effect meets a condition."""
-    if isinstance(condition, EffectCondition):
-        return effect == condition.wanted
-    return character(effect, condition) == condition.wanted
-
-
-def is_missing(effect: Effect, condition: MissingCondition) -> bool:
-    """Whether an effect misses a condition. An effect that cannot be compared neither meets nor misses it."""
-    if isinstance(condition, EffectCondition):
-        return effect == condition.present
-    return character(effect, condition) not in ("", condition.wanted)
-
-
 def effect_distance(effect: Effect, other: Effect) -> float:
     """The sum of the distances of their texts: for texts of equal length the share of different characters, else 1."""
     return sum(_text_distance(left, right) for left, right in zip(chain(*effect), chain(*other), strict=False))
@@ -83,11 +68,6 @@ def character(effect: Effect, condition: CharacterCondition) -> str:
     return texts[condition.text][condition.place] if is_alike else ""
 
 
-def is_changed(before: Effect, after: Effect, condition: CharacterCondition) -> bool:
-    """Whether the condition's character differs between two effects whose text has the same length."""
-    return character(after, condition) not in ("", character(before, condition))
-
-
 def are_comparable(effect: Effect, other: Effect) -> bool:
     """Whether two effects have outcomes of the same cross products."""
     return [outcome[0] for outcome in effect] == [outcome[0] for outcome in other]
@@ -102,34 +82,25 @@ class Experience:
 
     Args:
         pool: of abstract tests.
-        run_values: returns the run parameters of a test.
     """
 
-    def __init__(self, pool: Pool, run_values: Callable[[AbstractTest], Mapping[str, float]] = lambda test: {}) -> None:
+    def __init__(self, pool: Pool) -> None:
         self._pool = pool
-        self._run_values = run_values
         sizes = {interaction.product: len(interaction.planned) for interaction in pool.by_interaction}
         self.models: Mapping[str, OutcomeModel] = {name: OutcomeModel(sizes.get(name, 0)) for name in pool.planned}
         """Cross product -> the model of its interactions."""
         self.tries: Counter[tuple[str, Outcome | None]] = Counter()
         """(disturbance, nominal outcome of the interaction or None) -> number of tries as its only disturbance.
         The outcome is `AT_THE_START` before the first command."""
-        self.tries_at: Counter[tuple[str, Outcome | None, int]] = Counter()
-        """The same, by the number of commands before the disturbance: of the interaction, or of a test without any."""
         self._learned = 0
 
     def learn(self, archive: Archive) -> None:
         """Learn from the runs that were added since the last call."""
         for entry in archive.entries[self._learned :]:
             test, hits = entry.test, entry.observation.hits
-            run_values = tuple(sorted(self._run_values(test).items()))
             for product, planned in self._pool.planned.items():
                 interactions = interactions_of(test.lines, test.values, hits, product, planned)
-                wanted = self._target_outcomes(entry, product)
-                self.models[product].learn(
-                    interaction._replace(wanted=wanted.get(interaction.planned, ()), run_values=run_values)
-                    for interaction in interactions
-                )
+                self.models[product].learn(interactions)
                 for interaction in interactions:
                     if len(interaction.combination) == 1:  # one of several may mask the effect of another
                         [intervention] = interaction.combination
@@ -141,19 +112,7 @@ class Experience:
         self._learned = len(archive.entries)
 
     def _count(self, name: str, nominal: Outcome | None, place: int) -> None:
-        where = nominal if place else AT_THE_START
-        self.tries[name, where] += 1
-        self.tries_at[name, where, place] += 1
-
-    def _target_outcomes(self, entry: ArchivedRun, product: str) -> dict[Bin, tuple[Outcome, ...]]:
-        """Planned coordinates -> the outcomes that the run was aimed at."""
-        size = self.models[product].coordinates
-        wanted: dict[Bin, tuple[Outcome, ...]] = {}
-        for kind, *names in entry.targets:
-            if kind == "bin" and names[0] == product:
-                planned = tuple(names[1 : 1 + size])
-                wanted[planned] = (*wanted.get(planned, ()), (product, *names[1 + size :]))
-        return wanted
+        self.tries[name, nominal if place else AT_THE_START] += 1
 
     def nominal(self, interaction: PlannedInteraction) -> Outcome | None:
         """The most frequent outcome without disturbances, of the interaction's own cross product; None if unknown."""
@@ -171,24 +130,6 @@ class Experience:
                 for interaction, outcome in self._sources_of(point):
                     wanted.setdefault(interaction, {})[outcome] = point
         return wanted
-
-    def count_open(self, archive: Archive) -> Counter[tuple[Effect | None, Outcome]]:
-        """(nominal effect, outcome that no combination has changed it to) -> number of open bins.
-
-        A combination that reaches one of these bins will probably reach the others.
-        """
-        counts = Counter(
-            (self.models[interaction.product].nominal(interaction.planned), outcome)
-            for interaction, outcomes in self.open_outcomes(archive).items()
-            for outcome in outcomes
-        )
-        for model in self.models.values():
-            for interaction in model.interactions:
-                if interaction.combination:
-                    nominal = model.nominal(interaction.planned)
-                    for outcome in interaction.effect:
-                        counts.pop((nominal, outcome), None)
-        return counts
 
     def has_unplanned_bins(self, archive: Archive) -> bool:
         """Whether there is an open bin that no known interaction is likely to reach."""

@@ -1,9 +1,9 @@
 """The strategy `interleaving`: tests of several actors, with turns that make certain actions meet in a certain order.
 
 Two actions of two actors meet if none of theirs begins between them. An open bin that names what two actors do, and
-perhaps who is first, is aimed at with tests in which these can meet. For all other open points, actions are made to
-meet in the order in which they have met least often: what only another interleaving reaches is reached by one that was
-not tried (as sequence covering arrays do: D. R. Kuhn, J. M. Higdon, J. F. Lawrence, R. N. Kacker, Y. Lei: Combinatorial
+perhaps who is first, is aimed at with tests in which these can meet. Where there is none, actions are made to meet in
+the order in which they have met least often: what only another interleaving reaches is reached by one that was not
+tried (as sequence covering arrays do: D. R. Kuhn, J. M. Higdon, J. F. Lawrence, R. N. Kacker, Y. Lei: Combinatorial
 Methods for Event Sequence Testing, ICST Workshops 2012).
 """
 
@@ -25,9 +25,6 @@ from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, act_of, acto
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.rng import pick, pick_weighted
 from pytest_hricdv.generate.sampler import Sampler
-
-AIMED = 0.5
-"""Share of tests for an open bin that names acts of actors, if there is one: every other test."""
 
 CANDIDATES = 24
 """Tests among which one with the rarest encounter is taken: enough for the few tests of a model with two actors. Each
@@ -164,7 +161,7 @@ class InterleavingStrategy:
         return [proposal for proposal in proposals if proposal is not None]
 
     def _proposal(self, archive: Archive, met: Counter[Encounter], rng: Random) -> Proposal | None:
-        aim = self._aim(archive, rng) if rng.random() < AIMED else None
+        aim = self._aim(archive, rng)
         number, places = aim[:2] if aim else self._rarest(met, rng)
         if not places:
             return None

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from itertools import combinations
 from typing import NamedTuple
 
 from pytest_hricdv.coverage.cross_product import Bin
@@ -18,9 +17,7 @@ from pytest_hricdv.extra.closing.pool import (
     Combination,
     Effect,
     Interaction,
-    Intervention,
     Outcome,
-    RunValues,
 )
 
 PRIOR_TRIES = 1.0
@@ -36,17 +33,11 @@ disturbance that may last; see the package."""
 MAX_BORROWED_TRIES = 2.0
 """Own tries that weigh as much as all that was seen where other coordinates are planned; see the package."""
 
-COMMON = 0.3
-"""An outcome that comes with this probability without any disturbance is not ascribed to one; see the package."""
-
 PRIOR_SAME, PRIOR_COMPARED = 1.0, 2.0
 """Comparisons that showed the same effect, and all, before the first one: Laplace's rule of succession."""
 
 MIN_SIMILARITY = (PRIOR_SAME / PRIOR_COMPARED) ** 2
 """Smallest similarity of coordinates from which a nominal effect is taken: that of one that was never compared."""
-
-Kind = tuple[tuple[int, str], ...]
-"""The disturbances of a combination without their parameters."""
 
 
 @dataclass
@@ -89,31 +80,22 @@ class OutcomeModel:
         """The planned coordinates -> the effects there; used as ordered sets."""
         self.effects_with: dict[Outcome, Counter[Effect]] = {}
         """Outcome -> how often it was part of which effect."""
-        self.run_values: dict[tuple[Intervention, Outcome], RunValues] = {}
-        """An intervention and an outcome it led to -> the parameters of the first such run, which it may depend on."""
         self.interactions: list[Interaction] = []
         """All interactions, in order."""
         self._undisturbed: dict[Bin, Counter[Effect]] = {}
         self._nominal: dict[Bin, Effect] = {}
         self._assumed: dict[Bin, Effect | None] = {}
-        self._first: TrialsByPlan = {}
-        """First tries of combinations."""
-        self._variants: dict[Kind, TrialsByPlan] = {}
-        self._transfers: dict[tuple[Effect, Outcome], Trials] = {}
-        """A nominal effect and an outcome -> first tries there, to reach it, of combinations from elsewhere."""
         self._same = [PRIOR_SAME] * coordinates
         self._compared = [PRIOR_COMPARED] * coordinates
 
     def learn(self, interactions: Iterable[Interaction]) -> None:
         """Learn from the interactions of a run."""
         for interaction in interactions:
-            planned, combination, effect, is_isolated, _, run_values = interaction
+            planned, combination, effect, is_isolated = interaction
             if combination or is_isolated:  # a disturbance that lasts from before is no result of doing nothing
                 self._add_result(interaction)
             for outcome in effect:
                 self.effects_with.setdefault(outcome, Counter())[effect] += 1
-                for intervention in combination:
-                    self.run_values.setdefault((intervention, outcome), run_values)
                 if combination:
                     self.leading.setdefault(outcome, {})[combination] = None
             self.interactions.append(interaction)
@@ -125,16 +107,9 @@ class OutcomeModel:
         self._assumed.clear()
 
     def _add_result(self, interaction: Interaction) -> None:
-        planned, combination, effect, _, wanted, _ = interaction
-        results = self.results.setdefault(combination, {})
-        if combination and not results:
-            self._first.setdefault(planned, Trials()).add(effect)
-        elif combination and self._is_transfer(results, planned):
-            for outcome in wanted:
-                self._transfers.setdefault((self.nominal(planned) or (), outcome), Trials()).add(effect)
-        self._compare(results, planned, effect)
-        results.setdefault(planned, Trials()).add(effect)
-        self._variants.setdefault(_kind(combination), {}).setdefault(planned, Trials()).add(effect)
+        results = self.results.setdefault(interaction.combination, {})
+        self._compare(results, interaction.planned, interaction.effect)
+        results.setdefault(interaction.planned, Trials()).add(interaction.effect)
 
     def nominal(self, planned: Bin) -> Effect | None:
         """The nominal effect: the most frequent one without disturbances where these coordinates are planned.
@@ -171,6 +146,8 @@ class OutcomeModel:
     ) -> float:
         """The probability that a combination leads to an outcome where these coordinates are planned.
 
+        Own tries count; before them, what was seen where similar coordinates are planned.
+
         Args:
             planned: the coordinates.
             combination: of the interaction.
@@ -179,73 +156,31 @@ class OutcomeModel:
                 None if it was not.
             expected: the probability before anything was seen of it.
         """
-        variants = self._variants.get(_kind(combination), {}).get(planned) if combination else None
         results = self.results.get(combination) or self.results.get(like or combination, {})
-        return self._estimate(results, planned, outcome, variants, expected)
-
-    def first_chance(self, planned: Bin, outcome: Outcome) -> float:
-        """The chance of a combination that was never tried."""
-        return self._estimate(self._first, planned, outcome)
+        led, tried = PRIOR_TRIES * expected, PRIOR_TRIES
+        for other, trials in results.items():
+            if other != planned:
+                weight = self.similarity(planned, other)
+                led += weight * trials.outcomes[outcome]
+                tried += weight * trials.tries
+        borrowed, own = min(tried, MAX_BORROWED_TRIES), results.get(planned, Trials())
+        return (borrowed * led / tried + own.outcomes[outcome]) / (borrowed + own.tries)
 
     def best(self, planned: Bin, outcome: Outcome, commands: int) -> CombinationCandidate | None:
-        """The combination that most probably leads to an outcome, among those, or parts of those, that once did.
+        """The combination that most probably leads to an outcome, among those that once did.
 
         Args:
             planned: the coordinates of the interaction.
             outcome: that it is to lead to.
             commands: of the interaction: a combination has to fit in.
         """
-        leading = [
-            combination for combination in self.leading.get(outcome, {}) if self._is_ascribed(combination, outcome)
-        ]
-        parts = (part for whole in leading if len(whole) > 1 for part in combinations(whole, len(whole) - 1))
         best: CombinationCandidate | None = None
-        expected = PRIOR_CHANCE * self._transfer_rate(planned, outcome)
-        for like in dict.fromkeys((*leading, *parts)):
+        for like in self.leading.get(outcome, {}):
             combination = fit_combination(like, commands)
-            chance = self.chance(planned, combination, outcome, like=like, expected=expected)
+            chance = self.chance(planned, combination, outcome, like=like)
             if best is None or chance > best.chance:
                 best = CombinationCandidate(combination, chance)
         return best
-
-    def _is_ascribed(self, combination: Combination, outcome: Outcome) -> bool:
-        """Whether a combination led to an outcome where that is uncommon without it."""
-        return any(
-            trials.outcomes[outcome] and self.chance(planned, UNDISTURBED, outcome) < COMMON
-            for planned, trials in self.results[combination].items()
-        )
-
-    def _is_transfer(self, results: TrialsByPlan, planned: Bin) -> bool:
-        """Whether all that is known of a combination was seen under another nominal effect."""
-        nominal = self.nominal(planned)
-        return all(other != planned and self.nominal(other) != nominal for other in results)
-
-    def _transfer_rate(self, planned: Bin, outcome: Outcome) -> float:
-        """The rate at which combinations from elsewhere have led to an outcome under the nominal effect there."""
-        trials = self._transfers.get((self.nominal(planned) or (), outcome), Trials())
-        return (PRIOR_TRIES + trials.outcomes[outcome]) / (PRIOR_TRIES + trials.tries)
-
-    def _estimate(
-        self,
-        results: Mapping[Bin, Trials],
-        planned: Bin,
-        outcome: Outcome,
-        variants: Trials | None = None,
-        expected: float = PRIOR_CHANCE,
-    ) -> float:
-        """Own tries; before them, what was seen where similar coordinates are planned, and with other parameters."""
-        led, tried = PRIOR_TRIES * expected, PRIOR_TRIES
-        if variants:
-            led += INDIRECT_WEIGHT * variants.outcomes[outcome]
-            tried += INDIRECT_WEIGHT * variants.tries
-        nominal, rate = self.nominal(planned), self._transfer_rate(planned, outcome)
-        for other, trials in results.items():
-            if other != planned:
-                weight = self.similarity(planned, other)
-                led += weight * trials.outcomes[outcome] * (1.0 if self.nominal(other) == nominal else rate)
-                tried += weight * trials.tries
-        borrowed, own = min(tried, MAX_BORROWED_TRIES), results.get(planned, Trials())
-        return (borrowed * led / tried + own.outcomes[outcome]) / (borrowed + own.tries)
 
     def _compare(self, results: Mapping[Bin, Trials], planned: Bin, effect: Effect) -> None:
         for other, trials in results.items():
@@ -261,7 +196,3 @@ def fit_combination(combination: Combination, commands: int) -> Combination:
     return tuple(
         sorted(intervention._replace(place=min(max(intervention.place, 1), commands)) for intervention in combination)
     )
-
-
-def _kind(combination: Combination) -> Kind:
-    return tuple((intervention.place, intervention.name) for intervention in combination)

@@ -18,7 +18,7 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.abstract import AbstractDraft, Plans, disturbance_line, disturbance_of
 from pytest_hricdv.generate.actors import NO_ORDER, After, actor_of
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.chosen_values import RUN, Values
+from pytest_hricdv.generate.chosen_values import Values
 from pytest_hricdv.generate.model import Exploration, ExploredRun
 from pytest_hricdv.generate.rng import random_index
 
@@ -32,9 +32,6 @@ class Intervention(NamedTuple):
     name: str
     values: tuple[tuple[str, float], ...] = ()
 
-
-RunValues = tuple[tuple[str, float], ...]
-"""The parameters of a run as a whole, sorted."""
 
 Combination = tuple[Intervention, ...]
 """The interventions in one interaction, in order."""
@@ -64,16 +61,12 @@ class Interaction(NamedTuple):
         combination: its interventions.
         effect: how it ended.
         is_isolated: no earlier interaction of the run had interventions whose effects could carry over.
-        wanted: the outcomes that its combination was to lead to.
-        run_values: of its run.
     """
 
     planned: Bin
     combination: Combination
     effect: Effect
     is_isolated: bool = True
-    wanted: tuple[Outcome, ...] = ()
-    run_values: RunValues = ()
 
 
 def commands_of(lines: Sequence[str]) -> tuple[str, ...]:
@@ -246,23 +239,18 @@ class Pool:
         """The number of a random test."""
         return random_index(rng, len(self.tests))
 
-    def draft(
-        self, number: int, product: str = "", combinations: Sequence[Combination] = (), run_values: RunValues = ()
-    ) -> AbstractDraft:
+    def draft(self, number: int, product: str = "", combinations: Sequence[Combination] = ()) -> AbstractDraft:
         """A test of the pool, as it is or with disturbances.
 
         Args:
             number: the test.
             product: the cross product whose interactions are disturbed.
             combinations: the combination for each of these interactions, in order.
-            run_values: parameters of the run; the others are drawn.
         """
         test = self.tests[number]
         lines, values = test.lines, dict[int, dict[str, float]]()
         if any(combinations):
             lines, values = insert_combinations(test.lines, self.starts(number, product), combinations)
-        if run_values:
-            values[RUN] = dict(run_values)
         beliefs = self.exploration.belief_set(test.beliefs)
         after = with_disturbances(self._order(beliefs), lines)
         return AbstractDraft(self._space.target(beliefs), beliefs, lines, self._plans(test), values=values, after=after)

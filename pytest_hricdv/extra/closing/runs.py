@@ -1,17 +1,12 @@
-"""The runs of a closing loop, seen from the session: in a subprocess, or on a cluster.
-
-After each generation, a small file in the report folder tells viewers how far the loop is.
-"""
+"""The runs of a closing loop, seen from the session: in a subprocess, or on a cluster."""
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, nullcontext
 from itertools import count, pairwise
-from pathlib import Path
 from typing import Self
 
 import msgspec
@@ -23,11 +18,7 @@ from pytest_hricdv.extra.closing import process as closing_process
 from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineTests
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.process import BatchEnd, LoopSettings, ObservationReply, TestBatch
-from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, ArchivedRun
-from pytest_hricdv.extra.closing.targets import by_kind, count_texts
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.report.formatting import natural
-from pytest_hricdv.results.folder_files import LoopProgress, remove_progress, write_progress
 from pytest_hricdv.session.child_process import session_arguments
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.remote import Answer, LostRequest, Remote, Workers, WorkRequest
@@ -249,49 +240,3 @@ def _split(size: int, parts: int) -> list[range]:
     """Numbers from 0 in this number of parts of about the same size."""
     bounds = [size * part // parts for part in range(parts + 1)]
     return [range(low, high) for low, high in pairwise(bounds) if low < high]
-
-
-class LiveLoop:
-    """Counts verdicts and violations of runs as they come.
-
-    Args:
-        folder: of the report.
-        runs: budget of the loop.
-        workers: processes that run tests.
-    """
-
-    def __init__(self, folder: Path, runs: int, workers: int) -> None:
-        self._folder, self._runs, self._workers = folder, runs, workers
-        self._began_s = time.monotonic()
-        self._seen = 0
-        self._verdicts: dict[str, Counter[str]] = {}
-        self._violated: dict[str, ArchivedRun] = {}
-
-    def show(self, archive: Archive) -> None:
-        """Show the progress after a generation."""
-        for entry in archive.entries[self._seen :]:
-            for kind, *rest in entry.observation.points:
-                if kind == "verdict":
-                    self._verdicts.setdefault(rest[0], Counter())[rest[1]] += 1
-            for name in entry.observation.failed:
-                shortest = self._violated.setdefault(name, entry)
-                self._violated[name] = min(shortest, entry, key=lambda run: len(run.test.lines))
-        self._seen = len(archive.entries)
-        counts = [(name, self._verdicts[name]) for name in sorted(self._verdicts, key=natural)]
-        progress = LoopProgress(
-            done=sum(entry.strategy != GIVEN for entry in archive.entries),
-            most=self._runs,
-            workers=self._workers,
-            wall_s=round(time.monotonic() - self._began_s, 3),
-            verdicts=tuple(
-                (name, count["Passed"], count["Failed"], self._seen - count["Passed"] - count["Failed"])
-                for name, count in counts
-            ),
-            causes=tuple(f"{name}: {'; '.join(entry.test.lines)}" for name, entry in self._violated.items()),
-            open=tuple(count_texts(by_kind(archive.open))),
-        )
-        write_progress(self._folder, progress)
-
-    def end(self) -> None:
-        """The loop has ended."""
-        remove_progress(self._folder)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from random import Random
 from typing import NamedTuple
 
@@ -14,7 +14,6 @@ from pytest_hricdv.extra.closing.pool import (
     Outcome,
     PlannedInteraction,
     Pool,
-    RunValues,
 )
 from pytest_hricdv.extra.closing.strategy import Archive, draw_good
 from pytest_hricdv.generate.rng import random_index
@@ -43,17 +42,12 @@ wanted outcomes, what the strategy may try there."""
 
 
 class TestSelection(NamedTuple):
-    """A test with combinations for its interactions of a cross product, and the points that it is to hit.
-
-    Args:
-        run_values: with which the most promising of the combinations has worked before; empty if none has.
-    """
+    """A test with combinations for its interactions of a cross product, and the points that it is to hit."""
 
     test: int
     product: str
     combinations: tuple[Combination, ...]
     targets: tuple[Point, ...]
-    run_values: RunValues = ()
 
 
 class Selection:
@@ -68,7 +62,6 @@ class Selection:
 
     def __init__(self, pool: Pool, experience: Experience, archive: Archive, options: Options) -> None:
         self._pool = pool
-        self._models = experience.models
         self._make_options = options
         self._targets = experience.open_outcomes(archive)
         self._openness = dict.fromkeys((point for points in self._targets.values() for point in points.values()), 1.0)
@@ -108,7 +101,6 @@ class Selection:
         interactions, sizes = self._pool.interactions_of(test, product), self._pool.sizes(test, product)
         combinations: list[Combination] = []
         targets: list[Point] = []
-        run_values: list[tuple[float, RunValues]] = [(0.0, ())]
         for place, interaction in enumerate(interactions):
             options = self._of(interaction)
             if not options:
@@ -116,17 +108,9 @@ class Selection:
                 continue
             gain, outcomes, combination = options[0]
             combinations.append(combination(sizes[place], place == 0))
-            run_values += [(gain, values) for values in self._run_values(product, combinations[-1], outcomes)]
             points = [self._targets[interaction][outcome] for outcome in outcomes]
             for point in points:
                 self._openness[point] *= 1.0 - min(gain / len(points), 1.0)
             targets += points
             self._options.pop(interaction)
-        best_values = max(run_values, key=lambda values: values[0])[1]
-        return TestSelection(test, product, tuple(combinations), tuple(targets), best_values)
-
-    def _run_values(self, product: str, combination: Combination, outcomes: Sequence[Outcome]) -> Iterator[RunValues]:
-        """The parameters of runs in which interventions of a combination led to outcomes."""
-        values = self._models[product].run_values
-        keys = ((intervention, outcome) for outcome in outcomes for intervention in combination)
-        return (values[key] for key in keys if key in values)
+        return TestSelection(test, product, tuple(combinations), tuple(targets))

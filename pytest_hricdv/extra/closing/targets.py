@@ -14,14 +14,13 @@ from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.extra.closing.observation import code_points
-from pytest_hricdv.extra.closing.records import ClosingEnd, ImpossiblePoint
-from pytest_hricdv.extra.closing.strategy import GIVEN, Archive, ArchivedRun
+from pytest_hricdv.extra.closing.records import ImpossiblePoint
+from pytest_hricdv.extra.closing.strategy import Archive, ArchivedRun
 from pytest_hricdv.generate.abstract import Plans
 from pytest_hricdv.monitor import Criterion, Requirement
 from pytest_hricdv.monitor.analysis import conjuncts
 from pytest_hricdv.report.explanation import near_miss
 from pytest_hricdv.report.formatting import plural
-from pytest_hricdv.session.collection import Collection
 
 
 def target_points(
@@ -119,68 +118,6 @@ def _cross_points(cross: Mapping[str, CrossProduct], reachability: Reachability)
         for bin_ in product.bins():
             if bin_ not in impossible and bin_ not in product.forbidden:
                 yield ("bin", name, *bin_)
-
-
-STEPS = 10
-"""Progress messages of a loop where no terminal can rewrite a line."""
-
-
-def list_open(archive: Archive) -> str:
-    """`12 statements, 3 branches`: what is open."""
-    return ", ".join(count_texts(by_kind(archive.open))) or "nothing"
-
-
-def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str, int]) -> list[str]:
-    """The progress of a loop, the fullest text first: for narrow terminals, each next one leaves out a less important
-    part.
-
-    First the simulated time, then one kind of open point after the other, of which the number stays.
-    """
-    start, named = f"hricdv: {done} of {runs} runs", count_texts(open_counts)
-    if not named:
-        return [f"{start}, {sim_s:.0f} s simulated, open: nothing", f"{start}, open: nothing", start]
-    counts = list(open_counts.values())
-    fewer = [", ".join([*named[:shown], f"{sum(counts[shown:])} more"]) for shown in range(len(named) - 1, 0, -1)]
-    whole = ", ".join(named)
-    opened = [f"{start}, open: {text}" for text in (whole, *fewer, str(sum(counts)))]
-    return [f"{start}, {sim_s:.0f} s simulated, open: {whole}", *opened, start]
-
-
-def count_texts(counts: Mapping[str, int]) -> list[str]:
-    """`12 statements`, `1 branch`: the numbers of points by kind."""
-    return [f"{count} {kind if count == 1 else _PLURAL.get(kind, f'{kind}s')}" for kind, count in counts.items()]
-
-
-_PLURAL = {"branch": "branches"}
-
-
-class ClosingProgress:
-    """Shows the progress of the loop."""
-
-    def __init__(self, collection: Collection, runs: int) -> None:
-        self._collection = collection
-        self._runs = runs
-        self._told = 0
-
-    def show(self, archive: Archive) -> None:
-        """Show the progress after a generation."""
-        done = sum(entry.strategy != GIVEN for entry in archive.entries)
-        texts = progress_texts(done, self._runs, archive.sim_s, by_kind(archive.open))
-        if not self._collection.rewrite(texts) and done * STEPS // self._runs > self._told:
-            self._told = done * STEPS // self._runs
-            self._collection.say(texts[0])
-
-    def end(self, archive: Archive, ended: ClosingEnd, faults: Sequence[str], tests: int, *, goes_on: bool) -> None:
-        """End the display. `goes_on`: its tests run now."""
-        done = sum(entry.strategy != GIVEN for entry in archive.entries)
-        self._collection.say(
-            f"hricdv: closing ended ({ended}) after {done} runs, {archive.sim_s:.0f} s simulated; "
-            f"open: {list_open(archive)}; {tests} tests"
-        )
-        for fault in faults:
-            self._collection.say(f"hricdv: {fault}")
-        if ended == "interrupted" and goes_on:
-            self._collection.say("hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all")
 
 
 @dataclass(frozen=True)

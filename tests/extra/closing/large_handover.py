@@ -175,7 +175,7 @@ def _draw(commands: int, rng: Random) -> Intervention:
 
 def loop(seed: int) -> Loop:
     """A loop as a session has it."""
-    experience = Experience(pool(), lambda test: dict(test.values.get(RUN, {})))
+    experience = Experience(pool())
     strategies = (
         ModelStrategy(pool(), experience),
         DisturbanceStrategy(pool(), experience, DISTURBANCES),

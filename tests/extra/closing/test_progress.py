@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv.extra.closing.progress import ClosingProgress, progress_texts
 from pytest_hricdv.extra.closing.strategy import Archive
-from pytest_hricdv.extra.closing.targets import ClosingProgress, progress_texts
 from pytest_hricdv.report.formatting import fit_list
 from pytest_hricdv.session.collection import Collection
 from tests.plugin.screen import Screen
@@ -30,7 +30,7 @@ def shown(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> An
 
     def run(*runs: tuple[int, int], columns: int, is_terminal: bool) -> str:
         monkeypatch.setenv("COLUMNS", str(columns))
-        monkeypatch.setattr("pytest_hricdv.extra.closing.targets.by_kind", lambda points: {p.kind: 3 for p in points})
+        monkeypatch.setattr("pytest_hricdv.extra.closing.progress.by_kind", lambda points: {p.kind: 3 for p in points})
         config = request.config
         file = io.StringIO()
         plugin = config.pluginmanager.get_plugin("terminalreporter")
@@ -44,7 +44,7 @@ def shown(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> An
             pluginmanager=manager, get_verbosity=lambda: 0, get_terminal_writer=lambda: reporter._tw
         )
         collection._is_rewriting = False
-        progress = ClosingProgress(collection, 100)
+        progress = ClosingProgress(collection, 100, 2)
         archive: Any = Archive
         for done, kinds in runs:
             archive = Archived(done, kinds)
