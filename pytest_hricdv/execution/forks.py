@@ -26,8 +26,6 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
 from typing import Generic, NoReturn, TypeVar
 
-from pytest_hricdv.runtime.random_numbers import find_names
-
 _HEAD = 8
 """Bytes before a message: its length."""
 
@@ -133,7 +131,6 @@ def fork() -> Fork | InFork:
     for stream in (sys.stdout, sys.stderr):
         with suppress(Exception):  # what waits in them would be written by both
             stream.flush()
-    find_names()
     reading, writing = os.pipe()
     parent = os.getpid()
     with warnings.catch_warnings():

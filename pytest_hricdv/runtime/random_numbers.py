@@ -22,10 +22,12 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any, cast
 
-_urandom = os.urandom
-_getrandom: Callable[..., bytes] | None = getattr(os, "getrandom", None)  # Linux only
-_seed: Callable[..., None] = random.Random.seed
-_seed_global = random.seed
+from pytest_hricdv.runtime.redirection import Redirection, original
+
+_urandom = original(os.urandom)
+_getrandom = original(getattr(os, "getrandom", None))  # Linux only
+_SEED, _seed_global = random.Random.seed, random.seed
+_seed = original(_SEED)
 
 
 class _Entropy:
@@ -78,7 +80,6 @@ def urandom(size: int, /) -> bytes:
 
 def getrandom(size: int, flags: int = 0) -> bytes:
     """Like that of `os`."""
-    assert _getrandom is not None, "it stands for the real one only where there is one"
     stream = _stream()
     return _getrandom(size, flags) if stream is None else stream.randbytes(size)
 
@@ -89,14 +90,9 @@ def _seed_generator(generator: random.Random, a: Any = None, version: int = 2) -
     _seed(generator, a if stream is None else stream.getrandbits(256), version)
 
 
-def seed(a: Any = None, version: int = 2) -> None:
-    """Like that of `random`."""
-    _seed_generator(_seed_global.__self__, a, version)  # type: ignore[attr-defined]  # a method of the global generator
-
-
 def _without_time(name: str) -> Callable[..., uuid.UUID]:
     """As a function of `uuid` that takes the time; in a run it names no machine and no time, but is one of `uuid4`."""
-    real = getattr(uuid, name)
+    real = original(getattr(uuid, name))
 
     def call(*arguments: Any, **named: Any) -> uuid.UUID:
         return cast(uuid.UUID, real(*arguments, **named)) if _stream() is None else uuid.uuid4()
@@ -111,72 +107,14 @@ _UNTIMED = [
 ]
 
 
-def _replacements() -> list[tuple[object, object]]:
-    pairs: list[tuple[object, object]] = [(_urandom, urandom), (_seed_global, seed), *_UNTIMED]
-    return [*pairs, (_getrandom, getrandom)] if _getrandom is not None else pairs
-
-
-def in_runs(function: Any) -> Any:
-    """The replacement for a function, which calls the function outside of runs; the function itself if there is none.
-
-    For code that also replaces functions of Python, and calls the original: its run repeats nevertheless.
-    """
-    return next((other for real, other in _replacements() if real is function), function)
-
-
-class _Names:
-    """The names under which modules hold replaced functions: `from os import urandom as _urandom` of `random`."""
-
-    def __init__(self) -> None:
-        self._modules = (0, "")
-        self._names: list[tuple[dict[str, Any], str, object, object]] = []
-
-    def replace(self) -> list[Callable[[], None]]:
-        """Replace all; returns what undoes it."""
-        self.find()
-        undo: list[Callable[[], None]] = []
-        for names, name, real, other in self._names:
-            if names.get(name) is real:
-                names[name] = other
-                undo.append(partial(names.__setitem__, name, real))
-        return undo
-
-    def find(self) -> None:
-        """Look for all, unless no module is new."""
-        modules = (len(sys.modules), next(reversed(sys.modules)))  # others, when there are more, or one came anew
-        if modules != self._modules:
-            self._modules = modules
-            self._names = [*self._names_of_python(), *self._names_of_modules()]
-
-    def _names_of_python(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
-        """Where Python has them, also if somebody has just put something else there, as a test that patches them."""
-        for real, other in _replacements():
-            for module, name in ((os, "urandom"), (os, "getrandom"), (random, "seed"), (random, "_urandom")):
-                if getattr(real, "__name__", "") == name.lstrip("_"):
-                    yield vars(module), name, real, other
-
-    def _names_of_modules(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
-        # By identity if possible: a bound method is a new object at each access.
-        pairs = {id(real): (real, other) for real, other in _replacements()}
-        for module in [*sys.modules.values()]:
-            # By type: a cffi library (`_openssl.lib` of cryptography) claims to be a module, but has no names.
-            if not issubclass(type(module), ModuleType) or module is sys.modules[__name__]:
-                continue
-            names: dict[str, Any] = object.__getattribute__(module, "__dict__")  # a lazy module is not loaded by this
-            if pairs.keys().isdisjoint(map(id, names.values())):  # nearly all: in C, a tenth of the time
-                continue
-            for name, value in [*names.items()]:
-                if id(value) in pairs:
-                    yield names, name, *pairs[id(value)]
-
-
-_NAMES = _Names()
-
-
-def find_names() -> None:
-    """Look for what runs replace, before this process is forked: each fork would look, and copy all it looks at."""
-    if _entropy is None:  # in a run all is replaced, and nothing to be found
-        _NAMES.find()
+_REDIRECTION = Redirection(
+    [
+        (os.urandom, urandom),
+        *([(os.getrandom, getrandom)] if hasattr(os, "getrandom") else []),
+        (_SEED, _seed_generator),
+        *_UNTIMED,
+    ]
+)
 
 
 class _Generators:
@@ -312,8 +250,8 @@ def seed_run(test_seed: int) -> Iterator[None]:
     sequence = names._name_sequence
     seed_before = random.Random.seed
     with _draw_from(f"hricdv {test_seed}"):
-        undo = _NAMES.replace()
-        random.Random.seed = _seed_generator  # type: ignore[method-assign, assignment]
+        _REDIRECTION.install()
+        random.Random.seed = _SEED  # type: ignore[method-assign]  # the audit may watch it
         names._name_sequence = None
         sys.meta_path.insert(0, finder)
         try:
@@ -324,8 +262,7 @@ def seed_run(test_seed: int) -> Iterator[None]:
             finder.release()
             names._name_sequence = sequence
             random.Random.seed = seed_before  # type: ignore[method-assign]
-            for restore in reversed(undo):
-                restore()
+            _REDIRECTION.remove()
 
 
 _before_fork: list[object] = []

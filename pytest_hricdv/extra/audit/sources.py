@@ -24,8 +24,6 @@ from typing import Any
 
 import msgspec
 
-from pytest_hricdv.runtime.random_numbers import in_runs
-
 PACKAGE = str(Path(__file__).parents[2])
 _INSTALLED = tuple({os.path.dirname(os.__file__), os.path.dirname(importlib.__file__)})
 
@@ -180,7 +178,7 @@ class SourceWatch:
             undo()
 
     def _replace(self, kind: str, module: ModuleType, name: str, standing: Callable[[Any], Any] | None) -> None:
-        real = in_runs(getattr(module, name, None))
+        real = getattr(module, name, None)
         if real is None or isinstance(real, type):  # a class stays one
             return
         inner = standing(real) if standing is not None else real

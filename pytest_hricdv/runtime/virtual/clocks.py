@@ -5,28 +5,33 @@ UUIDs repeat in each repeat of a run, and no two of a run are equal.
 
 from __future__ import annotations
 
-import datetime as real_datetime
+import datetime
 import operator
 import sys
 import threading
-import time as real_time
+import time
 import uuid
 from collections.abc import Callable, Collection
 from hashlib import sha256
 from itertools import count
-from types import FrameType
+from types import BuiltinFunctionType, FrameType
 from typing import Any, cast
 
 from pytest_hricdv.runtime.blocking_calls import TIME
 from pytest_hricdv.runtime.kernel import current_node
+from pytest_hricdv.runtime.redirection import original, replace_in_class
 from pytest_hricdv.runtime.source_location import place_of
+from pytest_hricdv.runtime.virtual.reach import is_tool
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError, check
 from pytest_hricdv.runtime.virtual.references import stand_in
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
-EPOCH = real_datetime.datetime(2000, 1, 1, tzinfo=real_datetime.UTC)
+EPOCH = datetime.datetime(2000, 1, 1, tzinfo=datetime.UTC)
 """The date of the beginning of each run: the same in each of them (chosen)."""
+
+real_time: Any = stand_in(time, {name: original(function) for name, function in vars(time).items()})
+"""The module `time` with functions that are never redirected."""
 
 _CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time")
 _NS_PER_S = 1_000_000_000
@@ -65,17 +70,17 @@ def sleep(duration_s: float) -> None:
 
 
 def _now_us(name: str, depth: int = 2) -> int | None:
-    """The time of the run, for the caller at this depth of the stack; None outside of a node."""
+    """The time of the run, for the caller at this depth of the stack; None outside of a node, and for tools."""
     node = current_node()
-    if node is None:
+    if node is None or is_tool(caller := sys._getframe(depth)):
         return None
-    if TIME not in node.kernel.virtual and _is_of_code(sys._getframe(depth), node.kernel.code):
+    if TIME not in node.kernel.virtual and is_of_code(caller, node.kernel.code):
         check(node, TIME, name)
     node.kernel.count_clock_read()
     return node.kernel.now_us
 
 
-def _is_of_code(frame: FrameType, code: Collection[str]) -> bool:
+def is_of_code(frame: FrameType, code: Collection[str]) -> bool:
     """Whether the code under test asks. Libraries, as for a line in a log, ask on nobody's behalf."""
     module = str(frame.f_globals.get("__name__", ""))
     return any(module == package or module.startswith(f"{package}.") for package in code)
@@ -103,83 +108,46 @@ def _clock_ns(name: str) -> Callable[[], int]:
     return read
 
 
-class _LikeOriginal(type):
-    """Metaclass of replacements that make instances of the replaced class; `isinstance` and `issubclass` work."""
-
-    original: type
-
-    def __instancecheck__(cls, instance: object) -> bool:
-        return isinstance(instance, cls.original) if "original" in vars(cls) else super().__instancecheck__(instance)
-
-    def __subclasscheck__(cls, kind: type) -> bool:
-        return issubclass(kind, cls.original) if "original" in vars(cls) else super().__subclasscheck__(kind)
-
-    def __eq__(cls, other: object) -> bool:
-        return other is cls or other is vars(cls).get("original", cls)  # `type(now) == datetime`, and keys
-
-    def __hash__(cls) -> int:
-        return hash(vars(cls).get("original")) if "original" in vars(cls) else super().__hash__()
+def _moment(kind: Any, now_us: int, tz: datetime.tzinfo | None) -> Any:
+    """The same moment as an instance of `datetime`, or of a subclass."""
+    moment = EPOCH + datetime.timedelta(microseconds=now_us)
+    moment = moment.astimezone(tz) if tz is not None else moment.replace(tzinfo=None)
+    return moment if kind is _DATETIME else kind.combine(moment.date(), moment.timetz())
 
 
-def _moment(name: str, tz: real_datetime.tzinfo | None) -> real_datetime.datetime:
-    now_us = _now_us(name, 3)
+def now(cls: type, tz: datetime.tzinfo | None = None) -> Any:
+    """Like that of `datetime.datetime`."""
+    now_us = _now_us("datetime.now")
+    return _REAL["now"].__get__(None, cls)(tz) if now_us is None else _moment(cls, now_us, tz)
+
+
+def utcnow(cls: type) -> Any:
+    """Like that of `datetime.datetime`."""
+    now_us = _now_us("datetime.utcnow")
+    return _REAL["utcnow"].__get__(None, cls)() if now_us is None else _moment(cls, now_us, None)
+
+
+def today(cls: Any) -> Any:
+    """Like that of `datetime.datetime` and `datetime.date`."""
+    now_us = _now_us("datetime.today")
     if now_us is None:
-        return real_datetime.datetime.now(tz)
-    moment = EPOCH + real_datetime.timedelta(microseconds=now_us)
-    return moment.astimezone(tz) if tz is not None else moment.replace(tzinfo=None)
+        return _REAL["today"].__get__(None, cls)()
+    moment = _moment(cls if issubclass(cls, _DATETIME) else _DATETIME, now_us, None)
+    return moment if issubclass(cls, _DATETIME) else cls(moment.year, moment.month, moment.day)
 
 
-def _in_class(kind: Any, moment: real_datetime.datetime) -> Any:
-    """The same moment as an instance of a subclass."""
-    return moment if vars(kind).get("original") is not None else kind.combine(moment.date(), moment.timetz())
+_DATETIME, _DATE = datetime.datetime, datetime.date
+_REAL = {
+    function.__name__: replace_in_class(kind, function.__name__, classmethod(function))
+    for kind, function in ((_DATETIME, now), (_DATETIME, utcnow), (_DATE, today))
+}
+"""Class methods as they were: who has those of subclasses, too, calls the ones here, and outside of runs these."""
 
 
-class VirtualDatetime(real_datetime.datetime, metaclass=_LikeOriginal):
-    """A moment whose present is that of the run. Its instances are of `datetime.datetime`: types are compared."""
-
-    original = real_datetime.datetime
-
-    def __new__(cls, *args: Any, **keywords: Any) -> Any:
-        """Like that of `datetime.datetime`."""
-        kind = cls.original if cls is VirtualDatetime else cls
-        return real_datetime.datetime.__new__(kind, *args, **keywords)
-
-    @classmethod
-    def now(cls, tz: real_datetime.tzinfo | None = None) -> Any:
-        """Like that of `datetime.datetime`."""
-        return _in_class(cls, _moment("datetime.now", tz))
-
-    @classmethod
-    def utcnow(cls) -> Any:
-        """Like that of `datetime.datetime`."""
-        return _in_class(cls, _moment("datetime.utcnow", None))
-
-    @classmethod
-    def today(cls) -> Any:
-        """Like that of `datetime.datetime`."""
-        return _in_class(cls, _moment("datetime.today", None))
-
-
-class VirtualDate(real_datetime.date, metaclass=_LikeOriginal):
-    """A day whose present is that of the run. Its instances are `datetime.date`."""
-
-    original = real_datetime.date
-
-    def __new__(cls, *args: Any, **keywords: Any) -> Any:
-        """Like that of `datetime.date`."""
-        kind = cls.original if cls is VirtualDate else cls
-        return real_datetime.date.__new__(kind, *args, **keywords)
-
-    @classmethod
-    def today(cls) -> Any:
-        """Like that of `datetime.date`."""
-        day = _moment("date.today", None).date()
-        return day if cls is VirtualDate else cls(day.year, day.month, day.day)
-
-
-def _with_name(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    function.__name__ = name
-    return function
+def is_moment_call(value: Any) -> bool:
+    """Whether it is such a method, which somebody has kept since before it was replaced."""
+    kind = value.__self__ if type(value) is BuiltinFunctionType else None
+    return issubclass(type(kind), type) and issubclass(kind, _DATE) and value.__name__ in _REAL  # type: ignore[arg-type]
 
 
 def uuid4() -> uuid.UUID:
@@ -265,28 +233,26 @@ def _setter(name: str) -> Callable[..., None]:
     return set_time
 
 
-_TIME = {"sleep": sleep}
-_TIME |= {
-    name: _with_name(name, _setter(name)) for name in ("clock_settime", "clock_settime_ns") if hasattr(real_time, name)
+_REPLACEMENTS = {
+    **{name: _setter(name) for name in ("clock_settime", "clock_settime_ns") if hasattr(time, name)},
+    **{name: _moment_call(name, 0) for name in ("localtime", "gmtime", "ctime", "asctime")},
+    "strftime": _moment_call("strftime", 1),
+    **{
+        name: _clock_by_id(name, name.endswith("_ns"))
+        for name in ("clock_gettime", "clock_gettime_ns")
+        if hasattr(time, name)
+    },
+    **{name: _clock(name) for name in _CLOCKS if hasattr(time, name)},
+    **{f"{name}_ns": _clock_ns(name) for name in _CLOCKS if hasattr(time, name)},
 }
-_TIME |= {name: _with_name(name, _moment_call(name, 0)) for name in ("localtime", "gmtime", "ctime", "asctime")}
-_TIME |= {"strftime": _with_name("strftime", _moment_call("strftime", 1))}
-_TIME |= {
-    name: _with_name(name, _clock_by_id(name, name.endswith("_ns")))
-    for name in ("clock_gettime", "clock_gettime_ns")
-    if hasattr(real_time, name)
-}
-_TIME |= {name: _with_name(name, _clock(name)) for name in _CLOCKS if hasattr(real_time, name)}
-_TIME |= {f"{name}_ns": _with_name(f"{name}_ns", _clock_ns(name)) for name in _CLOCKS if hasattr(real_time, name)}
 
-REPLACED = frozenset(_TIME.keys() - {"sleep"} | {"datetime", "date"})
-"""Names of the clocks in `time` and `datetime`."""
+TIME_FUNCTIONS = tuple((getattr(time, name), other) for name, other in _REPLACEMENTS.items())
+"""Functions of `time` but `sleep`, and what takes the place of each in runs."""
 
 _IDENTIFIERS = {"uuid1": uuid1, "uuid4": uuid4, "uuid6": uuid6, "uuid7": uuid7}
 
 MODULES = (
-    stand_in(real_time, _TIME),
-    stand_in(real_datetime, {"datetime": VirtualDatetime, "date": VirtualDate}),
+    stand_in(time, {}),
     stand_in(uuid, {name: function for name, function in _IDENTIFIERS.items() if hasattr(uuid, name)}),
 )
 """The modules that the code under test sees."""

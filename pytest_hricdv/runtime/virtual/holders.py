@@ -1,17 +1,14 @@
 """Objects that hold references to others, and how such a reference is replaced.
 
-Mutable containers get another item; tuples, iterators, methods and the like are made anew.
+Mutable containers get another item; tuples, methods and the like are made anew.
 """
 
 from __future__ import annotations
 
-import functools
 import types
-import warnings
 import weakref
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from functools import partial
 from itertools import islice
 from operator import is_
@@ -29,8 +26,6 @@ Reference = tuple[object, Callable[[object], object]]
 """An object, and the function that puts another one in its place."""
 
 Items = Sequence[Any]
-
-_REMEMBERS: type = type(functools.cache(len))
 
 _KINDS: dict[type, tuple[Callable[[Any], Items], Callable[[Any, Items], Any]]] = {
     frozenset: (tuple, lambda held, items: frozenset(items)),
@@ -51,10 +46,6 @@ _KINDS: dict[type, tuple[Callable[[Any], Items], Callable[[Any, Items], Any]]] =
         lambda held, items: property(items[0], items[1], items[2], held.__doc__),
     ),
     weakref.ref: (lambda held: (held(),), lambda held, items: weakref.ref(*items)),
-    _REMEMBERS: (
-        lambda held: (held.__wrapped__,),
-        lambda held, items: functools.lru_cache(**held.cache_parameters())(*items),
-    ),
 }
 """Class -> what an object of it keeps, and how one with other things is made."""
 
@@ -64,10 +55,7 @@ def contents_of(value: Any) -> Items | None:
     kind = type(value)
     if issubclass(kind, tuple):
         return tuple.__getitem__(value, slice(None))
-    if kind in _KINDS:
-        return _KINDS[kind][0](value)
-    reduced = _reduce(value)
-    return None if reduced is None else (*reduced[1], *reduced[2:])
+    return _KINDS[kind][0](value) if kind in _KINDS else None
 
 
 def with_others(value: Any, other: Callable[[Any], Any]) -> Any:
@@ -79,40 +67,15 @@ def with_others(value: Any, other: Callable[[Any], Any]) -> Any:
     held = contents_of(value)
     if held is None:
         return value
-    items = [*map(other, held)]
-    return value if all(map(is_, items, held)) else _with_held(value, items)
-
-
-def _with_held(value: Any, items: Items) -> Any:
-    kind = type(value)
-    if issubclass(kind, tuple):
-        return tuple.__new__(kind, items)
-    if kind in _KINDS:
-        return _KINDS[kind][1](value, items)
-    reduced = _reduce(value)
-    assert reduced is not None, "it has told what it keeps"
-    count = len(reduced[1])
-    made = reduced[0](*items[:count])
-    if reduced[2:]:
-        made.__setstate__(*items[count:])
-    return made
+    items, kind = [*map(other, held)], type(value)
+    if all(map(is_, items, held)):
+        return value
+    return tuple.__new__(kind, items) if issubclass(kind, tuple) else _KINDS[kind][1](value, items)
 
 
 def _method(method: types.MethodType, function: Any, owner: Any) -> Any:
     """A method of another object, which has one of its own by that name, or another function as its method."""
     return types.MethodType(function, owner) if owner is method.__self__ else getattr(owner, method.__name__)
-
-
-def _reduce(value: Any) -> tuple[Any, ...] | None:
-    """How an iterator of Python's library is made: a function, its arguments, perhaps a state. None for others."""
-    kind = type(value)
-    is_one = kind.__module__ in ("builtins", "itertools") and hasattr(kind, "__next__")
-    if not is_one or kind.__name__.startswith("dict_"):  # that tells a copy only
-        return None
-    with suppress(TypeError), warnings.catch_warnings():  # from Python 3.14 on, those of itertools do not tell
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return value.__reduce__()  # type: ignore[no-any-return]
-    return None
 
 
 def items_of(value: Any) -> Iterator[Reference]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from greenlet import getcurrent, greenlet
 
@@ -328,3 +328,14 @@ class Barrier(threading.Barrier):
     def __init__(self, parties: int, action: Callable[[], None] | None = None, timeout: float | None = None) -> None:
         super().__init__(parties, action, timeout)
         self._cond = Condition(Lock())
+
+
+RENEWED: dict[type, Callable[[Any], object]] = {
+    type(threading.Lock()): lambda lock: Lock(),
+    type(threading.RLock()): lambda lock: RLock(),
+    threading.Condition: lambda condition: Condition(),
+    threading.Event: lambda event: Event(),
+    threading.Semaphore: lambda semaphore: Semaphore(semaphore._value),
+    threading.BoundedSemaphore: lambda semaphore: BoundedSemaphore(semaphore._initial_value),
+}
+"""Class of an object that a module has -> makes a new one like it."""

@@ -16,10 +16,12 @@ import weakref
 from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from functools import partial, wraps
-from threading import Condition, local
+from threading import Condition, Thread, local
 from types import ModuleType
 from typing import Any
 
+from pytest_hricdv.runtime.redirection import redirect
+from pytest_hricdv.runtime.virtual.clocks import is_moment_call
 from pytest_hricdv.runtime.virtual.holders import Reference, with_others
 from pytest_hricdv.runtime.virtual.prohibition import is_keyboard, refuse_in_nodes
 from pytest_hricdv.runtime.virtual.reach import Reach, is_initializing, is_module
@@ -27,7 +29,6 @@ from pytest_hricdv.runtime.virtual.references import ReferenceSearch
 
 _PROVIDERS = {
     "time": "clocks",
-    "datetime": "clocks",
     "threading": "threads",
     "_thread": "threads",
     "queue": "threads",
@@ -63,8 +64,6 @@ class Replacements:
 
     def update(self) -> None:
         """Know those that were loaded since."""
-        for real, other in importlib.import_module(f"{__package__}.outside").REFUSALS:
-            self._by_identity.setdefault(id(real), (real, other))
         for name in [module for module in _PROVIDERS if module in sys.modules and module not in self._replaced]:
             self._replaced.add(name)
             real, other = sys.modules[name], _stand_in(name)
@@ -74,12 +73,14 @@ class Replacements:
                 self._by_identity.setdefault(id(parent), (parent, _import_result(name, parent, has_names=False)))
             for key, value in vars(other).items():
                 original = getattr(real, key, value)  # also what a module loads when somebody asks for it
-                if original is not value and not key.startswith("_"):
+                is_clock = getattr(original, "__module__", "") == "time"  # as `queue` has: redirected for everybody
+                if original is not value and not key.startswith("_") and not is_clock:
                     self._by_identity.setdefault(id(original), (original, value))
             self._renewed |= vars(sys.modules[f"{__package__}.{_PROVIDERS[name]}"]).get("RENEWED", {})
 
     def __contains__(self, value: object) -> bool:
-        return id(value) in self._by_identity or self.is_renewed(value) or issubclass(_kind(value), local)
+        is_known = id(value) in self._by_identity or self.is_renewed(value) or is_moment_call(value)
+        return is_known or issubclass(_kind(value), local)
 
     def is_renewed(self, value: object) -> bool:
         """Whether it is a lock or a queue."""
@@ -90,6 +91,8 @@ class Replacements:
 
         A module's lock or queue is a new one in each run, without leftovers of the last one.
         """
+        if is_moment_call(value):
+            redirect(value, getattr(value.__self__, value.__name__))  # type: ignore[attr-defined]
         _, other = self._by_identity.get(id(value), (value, value))
         if other is value and issubclass(_kind(value), local):
             threads = importlib.import_module(f"{__package__}.threads")
@@ -225,6 +228,10 @@ class VirtualModules:
                 made = with_others(value, self._replacement)
             if type(value) is Condition:  # its lock may have a name of its own, or be that of another condition
                 made = type(made)(self._replacement(vars(value)["_lock"]))
+            elif made is not value and issubclass(type(value), Thread):
+                for name in ("function", "_target"):  # of a timer, or a thread
+                    if name in vars(made):
+                        setattr(made, name, self._replacement(vars(made)[name]))
             self._made[id(value)] = value, made
         return self._made[id(value)][1]
 

@@ -1,4 +1,4 @@
-"""Clocks and blocking calls of modules that the code under test does not reach: nodes may still execute these.
+"""Clocks and blocking calls that all modules share: in a run, they are redirected in place, whoever keeps them.
 
 Clocks show virtual time in nodes. What waits in real time is refused at once, with its line, where Python is the
 one that waits: event loops and other selectors, processes, signals, and `time.sleep` where time is not virtual.
@@ -9,12 +9,10 @@ as for a lock or a socket.
 from __future__ import annotations
 
 import abc
-import datetime
 import faulthandler
 import importlib
 import os
 import selectors
-import signal
 import subprocess
 import sys
 import threading
@@ -23,24 +21,25 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial, wraps
-from types import FrameType, ModuleType
+from types import ModuleType
 from typing import Any, NoReturn
 
 from pytest_hricdv._base.descriptors import keep_open, leave_open
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, TIME, real_wait
 from pytest_hricdv.runtime.kernel import Kernel, current_node
+from pytest_hricdv.runtime.redirection import Redirection, original
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
 from pytest_hricdv.runtime.virtual.prohibition import (
     MAX_DEPTH,
     RIGHTS,
     WATCHDOGS,
-    closes_own,
     ends_session,
     is_harmless,
+    is_of_session,
     takes_away,
 )
-from pytest_hricdv.runtime.virtual.reach import TOOLS, is_library_of_python, is_module, shows_virtual_time
+from pytest_hricdv.runtime.virtual.reach import is_tool
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError, RealTimeError
 
 try:
@@ -56,8 +55,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 # As they are now: the code under test may replace them.
 _PID = os.getpid
-_REGISTER = abc.ABCMeta.register
-_SLEEP, _START = time.sleep, threading.Thread.start
+_START = threading.Thread.start
 _WAIT = subprocess.Popen.wait
 _SELECTORS = tuple(
     kind
@@ -65,6 +63,7 @@ _SELECTORS = tuple(
     if isinstance(kind, type) and issubclass(kind, selectors.BaseSelector) and "select" in vars(kind)
 )
 
+_signal: Any = importlib.import_module("_signal")  # what those of `signal` call
 _TIMERS = ("setitimer", "alarm")
 _CLOCKED = frozenset((*_TIMERS, "setrlimit", "dump_traceback_later"))
 _SOCKET_CALLS = ("_accept", "connect", "recv", "recv_into", "recvfrom", "recvfrom_into", "recvmsg")
@@ -82,10 +81,11 @@ _REFUSED: dict[str, Callable[..., Any]] = {
     **{
         f"os.{name}": getattr(os, name) for name in ("wait", "wait3", "wait4", "waitpid", "waitid") if hasattr(os, name)
     },
-    **{f"signal.{name}": getattr(signal, name) for name in (*_SIGNALS, *_TIMERS) if hasattr(signal, name)},
+    **{f"signal.{name}": getattr(_signal, name) for name in (*_SIGNALS, *_TIMERS) if hasattr(_signal, name)},
     **{f"resource.{name}": getattr(resource, name) for name in ("setrlimit", "prlimit") if hasattr(resource, name)},
     "faulthandler.dump_traceback_later": faulthandler.dump_traceback_later,
-    **{f"signal.{name}": getattr(signal, name) for name in ("signal", "pthread_sigmask") if hasattr(signal, name)},
+    **{f"signal.{name}": getattr(_signal, name) for name in ("signal", "pthread_sigmask") if hasattr(_signal, name)},
+    "abc.ABCMeta.register": abc.ABCMeta.register,
     "sys.setswitchinterval": sys.setswitchinterval,
     "sys.addaudithook": sys.addaudithook,
     "sys.setrecursionlimit": sys.setrecursionlimit,
@@ -100,7 +100,7 @@ _REFUSED: dict[str, Callable[..., Any]] = {
         for name in ("close", "closerange", "dup2", "kill", "killpg", "_exit", "execv", "execve", *RIGHTS)
         if hasattr(os, name)
     },
-    **{f"signal.{name}": getattr(signal, name) for name in ("raise_signal", "pthread_kill") if hasattr(signal, name)},
+    **{f"signal.{name}": getattr(_signal, name) for name in ("raise_signal", "pthread_kill") if hasattr(_signal, name)},
 }
 """What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`;
 timers of the machine strike by its own clock, or never, as a run is over soon; another interpreter of the process has
@@ -126,8 +126,9 @@ class _Guard:
 
     def sleep(self, duration_s: float) -> None:
         """Like `time.sleep`: in nodes virtual, or refused."""
-        if self._is_node() and not self._reaps:
-            if TIME not in self._kernel.virtual:
+        node, caller = current_node(), sys._getframe(2)
+        if node is not None and self._is_node() and not (self._reaps or is_tool(caller)):
+            if TIME not in node.kernel.virtual and not clocks.is_of_code(caller, node.kernel.code):
                 self._refuse("time.sleep")
             clocks.sleep(duration_s)
             return
@@ -137,7 +138,7 @@ class _Guard:
                 f"{started} waits in real time, in time.sleep at {place_of(sys._getframe(1))}: let it be a thread of "
                 'the code under test, with time=VirtualTime(apis=("threading",)), or start none'
             )
-        _SLEEP(duration_s)
+        clocks.real_time.sleep(duration_s)
 
     def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
         """Call one of `_REFUSED` outside of nodes, or if it does not wait; refuse it otherwise."""
@@ -147,7 +148,7 @@ class _Guard:
                 f"{place_of(sys._getframe(1))}: {name} takes from the whole process, pytest included, what the session "
                 "needs: let the code do so where it is started, which a test does not do, or in a process of its own"
             )
-        if self._is_ended_by(name, args, sys._getframe(2)):
+        if self._is_ended_by(name, args):
             call = f"{name}({', '.join(map(repr, args[:1]))}{', ...' * (len(args) > 1)})"
             raise ProhibitedError(f"{call} at {place_of(sys._getframe(2))}: it would end all tests at once")
         if node is not None and self._is_node() and not is_harmless(name, args):
@@ -212,18 +213,10 @@ class _Guard:
         terminal.wait_readable(timeout)
         return True
 
-    def register(self, kind: abc.ABCMeta, subclass: type) -> type:
-        """Like `ABCMeta.register`: libraries of Python do so when they are imported."""
-        if is_library_of_python(str(sys._getframe(2).f_globals.get("__name__"))):
-            return _REGISTER(kind, subclass)
-        registered: type = self.call_or_refuse("abc.ABCMeta.register", _REGISTER, kind, subclass)
-        return registered
-
-    def _is_ended_by(self, name: str, args: tuple[Any, ...], caller: FrameType) -> bool:
+    def _is_ended_by(self, name: str, args: tuple[Any, ...]) -> bool:
         """Whether a call ends the session: not in a process that the run has forked, nor in threads of time limits."""
-        is_ours = str(caller.f_globals.get("__name__")).partition(".")[0] == _OURS  # a signal handler of the session
         is_beside = threading.current_thread() is not self._thread and not self._is_node()
-        return ends_session(name, args) and not (is_ours or is_beside or _PID() != self._pid)
+        return ends_session(name, args) and not (is_beside or _PID() != self._pid)
 
     def _is_node(self) -> bool:
         """Whether the caller is a node: a process that one forks is a copy of it, and none; who waits for it is."""
@@ -258,33 +251,15 @@ def guard_run(kernel: Kernel) -> Iterator[None]:
     def wait(process: subprocess.Popen[Any], timeout: float | None = None) -> int:
         return guard.wait(process, timeout)
 
-    @wraps(_SLEEP)
-    def sleep(seconds: float, /) -> None:
-        guard.sleep(seconds)
-
-    @wraps(_REGISTER)
-    def register(kind: abc.ABCMeta, subclass: type) -> type:
-        return guard.register(kind, subclass)
-
-    others = {id(_SLEEP): sleep} | {id(real): other for real, other in REFUSALS}
     if HAS_TERMINALS and terminal_calls.is_of_session(sys.stdin):
         terminal_calls.STDIN.outside = sys.stdin
         put(sys, "stdin", terminal_calls.STDIN)
     try:
         _GUARDS.append(guard)
-        for module in _modules_that_wait():
-            for name, value in [*vars(module).items()]:
-                if id(value) in others:
-                    put(module, name, others[id(value)])
-                elif id(value) in _CLOCKS and shows_virtual_time(module, value):
-                    put(module, name, _CLOCKS[id(value)])
-        for module, name in _READING:
-            value = vars(module).get(name)
-            if id(value) in _TERMINAL_CALLS:
-                put(module, name, _TERMINAL_CALLS[id(value)])
+        _REDIRECTION.install()
+        undo.append(_REDIRECTION.remove)
         put(threading.Thread, "start", start)
         put(subprocess.Popen, "wait", wait)
-        put(abc.ABCMeta, "register", register)
         for name in ("stdout", "stderr"):
             undo += _keep_open(f"sys.{name}.close", getattr(sys, name))
         for kind in _SELECTORS:
@@ -340,7 +315,7 @@ def _make_socket_call(guard: _Guard, name: str, real: Callable[..., Any]) -> Cal
 def _make_refusal(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def call_or_refuse(*args: Any, **keywords: Any) -> Any:
-        if not _GUARDS or closes_own(name, args, sys._getframe(1)):  # who was imported meanwhile may have kept it
+        if not _GUARDS or is_of_session(name, args, sys._getframe(1)):
             return real(*args, **keywords)
         return _GUARDS[-1].call_or_refuse(name, real, *args, **keywords)
 
@@ -350,8 +325,12 @@ def _make_refusal(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
 _GUARDS: list[_Guard] = []
 """The guards of the present runs, the innermost last."""
 
-REFUSALS = tuple((real, _make_refusal(name, real)) for name, real in _REFUSED.items())
-"""What a run refuses to call, and what stands for it in modules; it does so for whatever else the code keeps it in."""
+
+def _sleep(seconds: float, /) -> None:
+    if _GUARDS:
+        _GUARDS[-1].sleep(seconds)
+    else:
+        clocks.real_time.sleep(seconds)
 
 
 def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], None]) -> None:
@@ -372,32 +351,12 @@ def _virtual_in_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> 
     return call
 
 
-_WAITING: dict[str, ModuleType] = {}
-_SCANNED: weakref.WeakSet[ModuleType] = weakref.WeakSet()
-_OURS = "pytest_hricdv"
-_CLOCKS: dict[int, object] = {
-    id(real): vars(virtual)[name]
-    for module, virtual in zip((time, datetime), clocks.MODULES, strict=False)
-    for name, real in vars(module).items()
-    if name in clocks.REPLACED
-}
-"""A clock of Python's library -> the same in virtual time, for modules that the code under test does not name."""
-_WAITS = frozenset(map(id, (_SLEEP, *(real for real, _ in REFUSALS)))) | _CLOCKS.keys()
-_TERMINAL_CALLS: dict[int, Callable[..., Any]] = {}
-if HAS_TERMINALS:
-    _TERMINAL_CALLS |= {id(real): virtual for real, virtual in terminal_calls.REPLACED.values()}
-_READING: list[tuple[ModuleType, str]] = []
-"""Where modules have what reads a terminal: it has more names than what waits, and is looked for once only."""
-
-
-def _modules_that_wait() -> list[ModuleType]:
-    """The modules that have what waits under any name. Each module is looked at once: they import at their head."""
-    for name, module in [*sys.modules.items()]:
-        if not is_module(module) or module in _SCANNED or name.partition(".")[0] in TOOLS:
-            continue
-        _SCANNED.add(module)
-        values = [*vars(module).items()]
-        if not _WAITS.isdisjoint(id(value) for _, value in values):
-            _WAITING[name] = module
-        _READING.extend((module, member) for member, value in values if id(value) in _TERMINAL_CALLS)
-    return [module for name, module in _WAITING.items() if sys.modules.get(name) is module]
+_REDIRECTION = Redirection(
+    (
+        (time.sleep, _sleep),
+        *clocks.TIME_FUNCTIONS,
+        *((real, _make_refusal(name, original(real))) for name, real in _REFUSED.items()),
+        *(terminal_calls.REPLACED if HAS_TERMINALS else ()),
+    )
+)
+"""What a run redirects in place."""

@@ -167,13 +167,17 @@ def takes_away(name: str, args: tuple[Any, ...], depth: int) -> bool:
     return False
 
 
-def closes_own(name: str, args: tuple[Any, ...], caller: FrameType) -> bool:
-    """Whether this plugin closes or replaces a descriptor, which is its own, and no longer when it is closed."""
-    is_of_descriptors = name in ("os.close", "os.closerange", "os.dup2")
-    is_own = is_of_descriptors and str(caller.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
-    if is_own and name == "os.close":
+def is_of_session(name: str, args: tuple[Any, ...], caller: FrameType) -> bool:
+    """Whether this plugin makes a call, or a library of Python that registers a class when it is imported."""
+    if caller.f_globals.get("__name__") in ("abc", "signal") and caller.f_back is not None:
+        caller = caller.f_back  # a function in Python, around one in C
+    module = str(caller.f_globals.get("__name__"))
+    if not module.startswith("pytest_hricdv."):
+        return name == "abc.ABCMeta.register" and is_library_of_python(module)
+    if name == "os.close":
         OWN.difference_update(args)  # the number is free: the next one to get it may be anybody
-    return is_own
+    # Threads, pools and loops there call what the code has given to them.
+    return name in ("os.close", "os.closerange", "os.dup2") or not module.startswith("pytest_hricdv.runtime.virtual.")
 
 
 def ends_session(name: str, args: tuple[Any, ...]) -> bool:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import sys
-import time
 import weakref
 from collections.abc import Iterator, Sequence, Set
-from types import BuiltinFunctionType, FunctionType, ModuleType
+from types import BuiltinFunctionType, FrameType, FunctionType, ModuleType
 
 TOOLS = frozenset(
     {
@@ -16,10 +15,16 @@ TOOLS = frozenset(
 )
 """Packages that run the tests: they need real time, and no node runs them."""
 
-_OF_PYTHON = frozenset({"logging.handlers", "timeit", "email.utils"})
+_OF_PYTHON = frozenset({"logging.handlers", "email.utils"})
 """Modules of Python's library that are always reached: their threads take part in the run, they read its clock."""
 
 _NAMED = (type, FunctionType, BuiltinFunctionType)
+
+
+def is_tool(frame: FrameType) -> bool:
+    """Whether one of these packages executes a frame; not of a script, nor of what calls functions for the code."""
+    root = str(frame.f_globals.get("__name__")).partition(".")[0]
+    return root in TOOLS and root not in ("__main__", "pytest_hricdv")
 
 
 def is_library_of_python(module: str) -> bool:
@@ -132,10 +137,3 @@ def _names_in(module: ModuleType) -> Iterator[str]:
             name = type(value).__module__
         if isinstance(name, str):
             yield name
-
-
-def shows_virtual_time(module: ModuleType, clock: object) -> bool:
-    """Whether the clock of a module is virtual: classes only in a project's own modules, as others compare types."""
-    if is_library_of_python(module.__name__):
-        return module is time
-    return not isinstance(clock, type) or "-packages" not in str(vars(module).get("__file__"))

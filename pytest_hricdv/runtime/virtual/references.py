@@ -13,7 +13,7 @@ from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
-from functools import partial, partialmethod
+from functools import partial
 from types import (
     AsyncGeneratorType,
     BuiltinFunctionType,
@@ -117,9 +117,7 @@ class ReferenceSearch:
             return self._class_references(value) if self._is_searched(value) else ()
         if kind is partial:
             return _partial_references(value)
-        if kind is partialmethod:
-            return _partial_method_references(value)
-        if kind in _CLOSED or kind.__module__ == "itertools":
+        if kind in _CLOSED or (kind.__module__ in ("builtins", "itertools") and hasattr(kind, "__next__")):
             return ((item, self._make_refusal(value, item)) for item in gc.get_referents(value))
         if issubclass(kind, ModuleType) or not (kind.__module__ in _PLAIN or kind.__module__ in self._modules):
             return ()
@@ -196,15 +194,6 @@ def _partial_references(value: partial[Any]) -> Iterator[Reference]:
     yield from ((argument, partial(put_argument, index)) for index, argument in enumerate(value.args))
 
 
-def _partial_method_references(value: Any) -> Iterator[Reference]:
-    def put_argument(index: int, argument: object) -> None:
-        value.args = _with_item(value.args, index, argument)
-
-    yield value.func, partial(setattr, value, "func")
-    yield value.keywords, _hold
-    yield from ((argument, partial(put_argument, index)) for index, argument in enumerate(value.args))
-
-
 def _with_item(items: tuple[object, ...], index: int, item: object) -> tuple[object, ...]:
     return (*items[:index], item, *items[index + 1 :])
 
@@ -239,7 +228,7 @@ def _factory_references(kind: Any) -> Iterator[Reference]:
 
 def _refuse_factory(kind: type, factory: Any, value: object) -> None:
     if value is not factory:
-        name = f"{factory.__module__}.{factory.__name__}"
+        name = ".".join(filter(None, (factory.__module__, factory.__qualname__)))
         raise ProhibitedError(
             f"{kind.__module__}.{kind.__name__}: msgspec keeps {name} where virtual time cannot replace it: write "
             f"default_factory=lambda: {name}()"
@@ -281,27 +270,16 @@ def _put_default(function: FunctionType, index: int, value: object) -> None:
     function.__defaults__ = tuple(defaults)
 
 
-_METHODS: dict[type, list[str]] = {}
-"""Class whose base could not be replaced -> its class methods that are those of the replacement."""
-
-
 def _put_base(kind: type, index: int, value: Any) -> None:
-    """Replace a base of a class; of subclasses of types in C, such as `datetime`, the class methods only."""
-    for name in _METHODS.pop(kind, ()):
-        delattr(kind, name)
     bases = [*kind.__bases__]
     bases[index] = value
     try:
         kind.__bases__ = tuple(bases)
-    except TypeError:
-        methods = {name: method for name, method in vars(value).items() if isinstance(method, classmethod)}
-        if not methods:
-            raise
-        _METHODS[kind] = []
-        for name in methods.keys() - vars(kind).keys():
-            with suppress(TypeError):  # a class in C, too: its methods stay
-                setattr(kind, name, methods[name])
-                _METHODS[kind].append(name)
+    except TypeError as error:  # of a class in C, such as `queue.SimpleQueue`
+        raise ProhibitedError(
+            f"{kind.__module__}.{kind.__qualname__} is a subclass of {kind.__bases__[index].__qualname__}, which waits "
+            "in real time: derive it from a class in Python, as queue.Queue is one"
+        ) from error
 
 
 def _put_attribute(kind: type, name: str, value: Any) -> None:

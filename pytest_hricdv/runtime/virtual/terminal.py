@@ -17,6 +17,7 @@ from typing import Any
 from pytest_hricdv._base.message import nearest
 from pytest_hricdv.runtime.kernel import Kernel, Node, current_node
 from pytest_hricdv.runtime.node_error import KernelError, TerminalInterrupt
+from pytest_hricdv.runtime.redirection import original
 from pytest_hricdv.runtime.virtual.terminal_keys import KEYS, default_attributes
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -27,8 +28,7 @@ SIZE = os.terminal_size((80, 24))
 _IFLAG, _LFLAG, _CC = 0, 3, 6
 """Where `termios.tcgetattr` has what."""
 
-_READ = os.read
-"""The real one, also while another one stands for it."""
+_READ = original(os.read)  # also while another one stands for it
 
 _DECISECOND_S = 0.1
 """The unit of `VTIME`."""

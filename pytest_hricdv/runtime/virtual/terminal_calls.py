@@ -15,10 +15,11 @@ import sys
 import termios
 from collections.abc import Callable, Iterable
 from functools import wraps
-from typing import Any, NoReturn, Self
+from typing import Any, NoReturn
 
 from pytest_hricdv.runtime.blocking_calls import real_wait
 from pytest_hricdv.runtime.kernel import Node, current_node
+from pytest_hricdv.runtime.redirection import original, replace_in_class
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
@@ -126,7 +127,7 @@ def _find_terminal(file: Any, refuses: bool = True) -> tuple[Node, Terminal] | N
 def _make_terminal_call(real: Callable[..., Any], virtual: Callable[..., Any]) -> Callable[..., Any]:
     """A function whose first argument is a file: of the terminal of a node, or a real one."""
 
-    refuses = real is not os.isatty
+    refuses, real = real is not os.isatty, original(real)
 
     @wraps(real)
     def call(file: Any = None, *arguments: Any, **keywords: Any) -> Any:
@@ -183,7 +184,7 @@ def _ioctl(terminal: Terminal, request: int, *_: Any) -> Any:
     )
 
 
-_REAL_SELECT = select.select
+_REAL_SELECT = original(select.select)
 
 
 def _select_others(files: tuple[list[Any], list[Any], list[Any]], timeout: float | None) -> Any:
@@ -215,36 +216,29 @@ def _select(read: Iterable[Any], write: Iterable[Any], other: Iterable[Any], tim
     return (files[0] if terminal.wait_readable(timeout) else [], [], [])
 
 
-class _AnyPoll:
-    """Like `select.epoll()` in a node: what is ready is told at once, and nothing is waited for."""
-
-    def __init__(self, real: Any) -> None:
-        self._real = real
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._real, name)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._real.close()
-
-    def poll(self, timeout: float | None = None, *limit: int) -> list[tuple[int, int]]:
-        node = current_node()
-        ready = list(self._real.poll(timeout if node is None else 0, *limit))
-        if ready or node is None or timeout == 0:
-            return ready
-        kernel, frame = node.kernel, sys._getframe(1)
-        kind = f"select.{type(self._real).__name__}.poll"
-        raise RealTimeError(real_wait(frame, f"node {node.name}", kernel.code, kernel.virtual, kind))
+def _poll_at_once(poll: Any, timeout: float | None, *limit: int) -> list[tuple[int, int]]:
+    """What is ready: in a node, nothing is waited for."""
+    node = current_node()
+    ready = list(poll(timeout if node is None else 0, *limit))
+    if ready or node is None or timeout == 0:
+        return ready
+    kernel, frame = node.kernel, sys._getframe(2)
+    kind = f"select.{type(poll.__self__).__name__}.poll"
+    raise RealTimeError(real_wait(frame, f"node {node.name}", kernel.code, kernel.virtual, kind))
 
 
-class _Poll(_AnyPoll):
+def _epoll(self: Any, timeout: float | None = None, maxevents: int = -1) -> list[tuple[int, int]]:
+    return _poll_at_once(_EPOLL.__get__(self), timeout, maxevents)
+
+
+_EPOLL: Any = replace_in_class(select.epoll, "poll", _epoll) if hasattr(select, "epoll") else None
+
+
+class _Poll:
     """Like `select.poll()` in a node, which may have a terminal."""
 
     def __init__(self, real: Any) -> None:
-        super().__init__(real)
+        self._real = real
         self._terminal: Terminal | None = None
         self._wanted: dict[int, int] = {}
 
@@ -267,17 +261,17 @@ class _Poll(_AnyPoll):
 
     def poll(self, timeout: float | None = None, *limit: int) -> list[tuple[int, int]]:
         if not self._wanted or self._terminal is None:
-            return super().poll(timeout)
+            return _poll_at_once(self._real.poll, timeout)
         wait_s = None if timeout is None or timeout < 0 else timeout / _MS_PER_S
         ready = self._terminal.wait_readable(wait_s)
         return [(self._terminal.fd, select.POLLIN)] if ready and self._wanted[self._terminal.fd] & select.POLLIN else []
 
 
-def _make_poll(real: Callable[..., Any], virtual: Callable[[Any], _AnyPoll]) -> Callable[..., Any]:
+def _make_poll(real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def poll(*args: Any, **keywords: Any) -> Any:
         made = real(*args, **keywords)
-        return made if current_node() is None else virtual(made)
+        return made if current_node() is None else _Poll(made)
 
     return poll
 
@@ -319,16 +313,17 @@ _VIRTUAL: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
     (os, "get_blocking", lambda terminal: terminal.is_blocking),
 )
 
-REPLACED: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
-    f"{module.__name__}.{name}": (real, _make_terminal_call(real, virtual))
-    for module, name, virtual in _VIRTUAL
-    if (real := getattr(module, name, None)) is not None
-}
-REPLACED["select.select"] = (_REAL_SELECT, _select)
-REPLACED["getpass.getpass"] = (getpass.getpass, _make_ask(getpass.getpass))
-for _name, _virtual in (("poll", _Poll), ("epoll", _AnyPoll)):
-    if hasattr(select, _name):
-        REPLACED[f"select.{_name}"] = (getattr(select, _name), _make_poll(getattr(select, _name), _virtual))
+REPLACED: tuple[tuple[Any, Callable[..., Any]], ...] = (
+    *(
+        (real, _make_terminal_call(real, virtual))
+        for module, name, virtual in _VIRTUAL
+        if (real := getattr(module, name, None)) is not None
+    ),
+    (select.select, _select),
+    (getpass.getpass, _make_ask(original(getpass.getpass))),
+    *([(select.poll, _make_poll(original(select.poll)))] if hasattr(select, "poll") else []),
+)
+"""Functions that read or wait, and what takes the place of each in runs."""
 
 
 def is_of_session(stream: Any) -> bool:

@@ -234,3 +234,20 @@ _NAMES = {
 
 MODULES = (stand_in(real_futures, _NAMES),)
 """The modules that the code under test sees."""
+
+
+def _renew(pool: Any) -> ThreadPoolExecutor:
+    """A pool like one that a module has made when it was imported."""
+    names = vars(pool)
+    name = pool._thread_name_prefix
+    made = ThreadPoolExecutor(pool._max_workers, "" if name.startswith("ThreadPoolExecutor-") else name)
+    if "_initializer" in names:
+        made._initialize = lambda: pool._initializer and pool._initializer(*pool._initargs)
+    else:  # from Python 3.14 on
+        made._initialize = lambda: pool._create_worker_context().initialize()
+    made._is_shut_down = pool._shutdown
+    return made
+
+
+RENEWED: dict[type, Callable[[Any], object]] = {real_futures.ThreadPoolExecutor: _renew}
+"""Class of an object that a module has -> makes a new one like it."""

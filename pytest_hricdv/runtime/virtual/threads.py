@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
+from pytest_hricdv.runtime.redirection import original
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks, locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
@@ -25,7 +26,6 @@ from pytest_hricdv.runtime.virtual.real_time import node_to_wait
 from pytest_hricdv.runtime.virtual.references import copy, stand_in
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
-
 
 _THREADS = "threads"
 
@@ -321,24 +321,30 @@ def _within_class(value: object, here: CellType) -> object:
     if not isinstance(value, FunctionType) or "__class__" not in value.__code__.co_freevars:
         return value
     cells = zip(value.__code__.co_freevars, value.__closure__ or (), strict=True)
-    closure = tuple(here if name == "__class__" else cell for name, cell in cells)
-    method = FunctionType(value.__code__, value.__globals__, value.__name__, value.__defaults__, closure)
-    method.__kwdefaults__ = value.__kwdefaults__
-    return method
+    return original(value, tuple(here if name == "__class__" else cell for name, cell in cells))
 
 
 _LIKE: dict[type, type] = {}
 
-_QUEUES = (queue.Queue, queue.LifoQueue, queue.PriorityQueue)
+
+def _renew(thread: Any) -> object:
+    """A thread like one that a module has made; one that was started stays itself."""
+    if thread.ident is not None:
+        return thread
+    made = Thread(None, getattr(thread, "_target", None), thread.name, thread._args, thread._kwargs)
+    if type(thread) is threading.Timer:
+        made = Timer(thread.interval, thread.function, thread.args, thread.kwargs)
+    made.daemon = thread.daemon
+    return made
+
 
 RENEWED: dict[type, Callable[[Any], object]] = {
-    type(threading.Lock()): lambda lock: locks.Lock(),
-    type(threading.RLock()): lambda lock: locks.RLock(),
-    threading.Condition: lambda condition: locks.Condition(),
-    threading.Event: lambda event: locks.Event(),
-    threading.Semaphore: lambda semaphore: locks.Semaphore(semaphore._value),
-    threading.BoundedSemaphore: lambda semaphore: locks.BoundedSemaphore(semaphore._initial_value),
+    **locks.RENEWED,
+    **dict.fromkeys((threading.Thread, threading.Timer), _renew),
     queue.SimpleQueue: lambda waiting: _QUEUE.SimpleQueue(),
-    **dict.fromkeys(_QUEUES, lambda waiting: getattr(_QUEUE, type(waiting).__name__)(waiting.maxsize)),
+    **dict.fromkeys(
+        (queue.Queue, queue.LifoQueue, queue.PriorityQueue),
+        lambda waiting: getattr(_QUEUE, type(waiting).__name__)(waiting.maxsize),
+    ),
 }
 """Class of an object that a module has -> makes a new one like it."""

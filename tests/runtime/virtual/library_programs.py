@@ -15,9 +15,9 @@ import threading
 import time
 import timeit
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Any, ClassVar
+from typing import Any
+from uuid import UUID, uuid4
 
 import anyio
 import attrs
@@ -172,32 +172,14 @@ def threads_of_the_lowest_level(say: Say) -> None:
     say((gate.acquire(True, 3.0), _now()))
 
 
-@dataclass
-class _Stopwatch:
-    clock: Callable[[], float] = time.monotonic
-    begun_s: float = field(default_factory=time.monotonic)
-
-    def passed_s(self) -> float:
-        return round(self.clock() - self.begun_s, 3)
-
-
-class _Deadline:
-    now: ClassVar[Any] = time.monotonic
-
-    def __init__(self, in_s: float, *, clock: Callable[[], float] = time.monotonic) -> None:
-        self.clock, self.at_s = clock, clock() + in_s
-
-    def left_s(self) -> float:
-        return round(self.at_s - float(self.now()), 3)
-
-
 @attrs.define
 class _Mark:
-    at_s: float = attrs.field(factory=time.monotonic)
+    number: UUID = attrs.field(factory=uuid4)
 
 
 class _Stamp(pydantic.BaseModel):
-    at_s: float = pydantic.Field(default_factory=time.monotonic)
+    at: datetime = pydantic.Field(default_factory=datetime.now)
+    number: UUID = pydantic.Field(default_factory=uuid4)
 
 
 class _Report(pydantic.BaseModel):
@@ -212,22 +194,11 @@ class _Reports(pydantic.BaseModel):
 def factories_of_fields(say: Say) -> None:
     time.sleep(2.0)
     say((timeit.timeit(lambda: time.sleep(0.5), number=4), round(timeit.default_timer(), 3)))
-    say((round(_Mark().at_s, 3), round(_Stamp().at_s, 3), round(_Stamp.model_validate({}).at_s, 3)))
     marks = _Reports.model_validate({"last": {"marks": [{}]}}).last.marks
     assert marks is not None
-    say(round(marks[0].at_s, 3))
-
-
-_CLOCKS = {"mono": time.monotonic, "wall": [time.time]}
-_SINCE = functools.partial(time.monotonic)
-
-
-@program
-def clocks_that_were_handed_over(say: Say) -> None:
-    watch, deadline, began_s = _Stopwatch(), _Deadline(5.0), _CLOCKS["wall"][0]()  # type: ignore[index]
-    time.sleep(2.0)
-    say((watch.passed_s(), deadline.left_s(), round(_CLOCKS["wall"][0]() - began_s, 3)))  # type: ignore[index]
-    say((round(_SINCE(), 3), round(_CLOCKS["mono"](), 3)))  # type: ignore[operator]
+    marked: list[Any] = [_Mark(), _Stamp(), *marks]
+    say([str(each.number)[:4] for each in marked])
+    say([str(each.at.time()) for each in (_Stamp.model_validate({}), *marks)])
 
 
 class _Once:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import concurrent.futures
+import datetime
 import importlib.util
 import queue
 import sys
 import threading
 import time
+import uuid
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -17,7 +19,7 @@ import pytest
 
 from pytest_hricdv.runtime.kernel import Kernel
 from pytest_hricdv.runtime.node_error import NodeError
-from pytest_hricdv.runtime.virtual import VirtualModules
+from pytest_hricdv.runtime.virtual import VirtualModules, clocks
 from pytest_hricdv.runtime.virtual.outside import guard_run
 from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 from tests.runtime.virtual import library_programs
@@ -33,8 +35,7 @@ SEEN: dict[str, list[object]] = {
     "timeout_in_a_coroutine": [("late", 1.5)],
     "pool_with_a_timeout": [("late", 1.0), ("done", 4.0)],
     "threads_of_the_lowest_level": [("thread", 0.5), (True, 0.5)],
-    "clocks_that_were_handed_over": [(2.0, 3.0, 2.0), (2.0, 2.0)],
-    "factories_of_fields": [(2.0, 4.0), (4.0, 4.0, 4.0), 4.0],
+    "factories_of_fields": [(2.0, 4.0), ["6b86", "d473", "5fec"], ["00:00:04", "00:00:04"]],
     "moments_of_every_kind": [
         ("moment", "moment", "datetime", True),
         "- 2020-01-02 00:00:00\n- 2020-01-03\n",
@@ -78,12 +79,12 @@ def test_what_a_library_waits_for_passes_in_virtual_time(body: Callable[..., Non
 
 def test_a_factory_that_nothing_can_replace_is_refused_with_its_class(monkeypatch: pytest.MonkeyPatch) -> None:
     class Mark(msgspec.Struct):
-        at_s: float = msgspec.field(default_factory=time.monotonic)
+        number: uuid.UUID = msgspec.field(default_factory=uuid.uuid4)
 
     Mark.__module__ = library_programs.__name__
     monkeypatch.setattr(library_programs, "Mark", Mark, raising=False)
-    with pytest.raises(ProhibitedError, match=r"library_programs\.Mark: msgspec keeps time\.monotonic"):
-        run_in_virtual_time(lambda say: say(Mark().at_s))
+    with pytest.raises(ProhibitedError, match=r"library_programs\.Mark: msgspec keeps uuid\.uuid4"):
+        run_in_virtual_time(lambda say: say(Mark().number))
 
 
 def test_a_pool_of_processes_is_refused_with_its_line(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,7 +128,7 @@ def test_a_module_that_is_loaded_from_a_file_waits_in_virtual_time(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     file = tmp_path / "by_path.py"
-    file.write_text("from time import sleep\n\n\ndef rest(nap=sleep):\n    nap(0.25)\n", encoding="utf-8")
+    file.write_text("import threading\n\n\ndef rest(wait=threading.Event().wait):\n    wait(0.25)\n", encoding="utf-8")
     spec = importlib.util.spec_from_file_location("by_path", file)
     assert spec is not None
     assert spec.loader is not None
@@ -144,38 +145,7 @@ def test_a_module_that_is_loaded_from_a_file_waits_in_virtual_time(
 
 
 KEPT = {
-    "by_what_wraps_it": """
-def log(function):
-    @functools.wraps(function)
-    def call(*arguments):
-        return function(*arguments)
-    return call
-rest = log(time.sleep)
-""",
-    "as_argument_of_a_partial": """
-def call(function, *arguments):
-    return function(*arguments)
-rest = functools.partial(functools.partial(call, time.sleep))
-""",
-    "as_argument_of_a_partial_method": """
-class Robot:
-    def call(self, function, wait_s):
-        function(wait_s)
-    rest = functools.partialmethod(call, time.sleep)
-rest = Robot().rest
-""",
-    "by_what_remembers_results": """
-@functools.cache
-def rest(wait_s, sleep=time.sleep):
-    sleep(wait_s)
-""",
     "as_method_of_an_event": "rest = threading.Event().wait",
-    "as_method_of_a_lock": """
-take = threading.Lock().acquire
-def rest(wait_s):
-    take()
-    take(timeout=wait_s)
-""",
     "as_method_of_a_queue": """
 get = queue.Queue().get
 def rest(wait_s):
@@ -184,43 +154,30 @@ def rest(wait_s):
     except queue.Empty:
         pass
 """,
-    "in_a_deque": """
-ways = collections.deque([time.sleep])
-def rest(wait_s):
-    ways[0](wait_s)
-""",
-    "as_default_of_a_dictionary": """
-stamps = collections.defaultdict(time.monotonic)
-def rest(wait_s):
-    stamps.clear()
-    before = stamps["before"]
-    time.sleep(wait_s)
-    assert stamps["after"] - before == wait_s
-""",
-    "in_a_tuple": """
-ways = {"slow": (1, (time.sleep, time.monotonic))}
-def rest(wait_s, ways=ways):
-    began_s = ways["slow"][1][1]()
-    ways["slow"][1][0](wait_s)
-    assert ways["slow"][1][1]() - began_s == wait_s
-""",
-    "in_a_tuple_with_names": """
-Clock = collections.namedtuple("Clock", "now sleep")
-clock = Clock(time.monotonic, time.sleep)
-def rest(wait_s):
-    began_s = clock.now()
-    clock.sleep(wait_s)
-    assert clock.now() - began_s == wait_s
-""",
-    "in_sets": """
-ways, more = {time.sleep}, frozenset([time.sleep])
-def rest(wait_s):
-    for sleep in [*ways, *more]:
-        sleep(wait_s / 2)
+    "of_a_lock_in_holders": """
+lock = threading.Lock()
+waits = {lock: 0.25}
+class Ways(dict):
+    pass
+class Also(list):
+    pass
+class Robot:
+    lock, take = (lock,), staticmethod(lock.acquire)
+named = collections.namedtuple("Named", "lock")(lock)
+queued, own = collections.deque([lock]), Ways(ways=Also([lock]))
+every, frozen = {lock}, frozenset([lock])
+chain = types.SimpleNamespace(chain=collections.ChainMap({"lock": weakref.ref(lock)}))
+told = functools.partial(functools.partial(list, (lock,)))
+def rest(wait_s, kept=lock):
+    held = (kept, *Robot.lock, named.lock, queued[0], own["ways"][0], *every, *frozen, *told(), *waits)
+    assert {chain.chain["lock"](), *held} == {lock} and waits[lock] == wait_s
+    Robot.take()
+    assert lock.locked() and not lock.acquire(timeout=wait_s)
 """,
     "as_key": """
 ways = {time.sleep: "slow"}
 def rest(wait_s):
+    assert ways[time.sleep] == "slow"
     for sleep, name in ways.items():
         sleep(wait_s)
 """,
@@ -232,58 +189,46 @@ def rest(wait_s):
     assert Way((time.sleep, 2)) is Way.SLOW
     Way.SLOW.value[0](wait_s)
 """,
-    "of_a_lock_that_is_a_key": """
-lock = threading.Lock()
-waits, every = {lock: 0.25}, {lock}
+    "as_pool_timer_and_thread": """
+from concurrent.futures import ThreadPoolExecutor
+ready, begun = threading.Event(), []
+pool = ThreadPoolExecutor(1, "motor", begun.append, (1,))
+timer, thread = threading.Timer(0.125, ready.set), threading.Thread(target=time.sleep, args=(0.125,), name="nap")
 def rest(wait_s):
-    assert lock in every
-    time.sleep(waits[lock])
-""",
-    "in_iterators": """
-now, ways = iter(time.monotonic, None), map(time.sleep, itertools.repeat(0.25))
-also = zip(itertools.cycle([time.sleep]), itertools.count())
-def rest(wait_s):
-    began_s = next(now)
-    next(ways)
-    assert next(now) - began_s == wait_s
-    next(also)[0](0)
-""",
-    "as_what_remembers_results": "rest = functools.cache(time.sleep)",
-    "as_static_methods": """
-way = staticmethod(time.sleep)
-class Robot:
-    ways = (way,)
-    rest = way
-def rest(wait_s):
-    Robot.rest(wait_s / 2)
-    Robot.ways[0](wait_s / 2)
-""",
-    "as_methods": """
-way, also = types.MethodType(time.sleep, 0.125), time.sleep.__call__
-def rest(wait_s):
-    way()
-    also(wait_s / 2)
-""",
-    "in_objects_of_python": """
-ways = types.SimpleNamespace(slow=collections.ChainMap(types.MappingProxyType({"slow": weakref.ref(time.sleep)})))
-def rest(wait_s):
-    ways.slow["slow"]()(wait_s)
-""",
-    "in_containers_of_its_own": """
-class Ways(dict):
-    pass
-class Also(list):
-    pass
-ways = Ways(slow=Also([time.sleep]))
-def rest(wait_s):
-    ways["slow"][0](wait_s)
+    timer.start()
+    assert ready.wait(5) and thread.name == "nap"
+    thread.start()
+    thread.join()
+    assert pool.submit(lambda: threading.current_thread().name).result().startswith("motor")
+    assert begun.pop() == 1
 """,
     "as_method_of_an_event_in_a_tuple": """
 ready = (threading.Event(),)
-waits = map(ready[0].wait, itertools.repeat(0.25))
+waits = (ready[0].wait,)
 def rest(wait_s):
-    next(waits)
+    waits[0](wait_s)
     assert ready[0].wait(0) is False
+""",
+    "in_a_generator": """
+def every(sleep):
+    while True:
+        yield sleep
+ways = every(time.sleep)
+next(ways)
+def rest(wait_s):
+    next(ways)(wait_s)
+""",
+    "in_a_registry": """
+rest = functools.singledispatch(print)
+rest.register(float, time.sleep)
+""",
+    "as_text_of_pickle": """
+import pickle
+text = pickle.dumps(time.sleep)
+def rest(wait_s):
+    assert pickle.loads(pickle.dumps(time.sleep)) is pickle.loads(text) is time.sleep
+    pickle.loads(text)(wait_s)
+    assert repr(time.sleep) == "<built-in function sleep>"
 """,
     "as_method_of_a_class": """
 from datetime import datetime
@@ -325,17 +270,17 @@ def test_what_a_module_keeps_waits_in_virtual_time(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(
-    ("source", "holder"),
+    ("source", "refused"),
     [
-        ("def wait(sleep):\n    yield sleep(0.25)\nways = [wait(time.sleep)]", "generator"),
-        ("from contextvars import ContextVar\nways = ContextVar('way', default=time.sleep)", "ContextVar"),
+        ("def hold(lock):\n    yield lock\nways = [hold(threading.Lock())]", "a lock in a generator"),
+        ("ways = map(threading.Event().wait, [1])", r"threading\.wait in a map"),
     ],
 )
-def test_what_keeps_a_clock_where_nothing_can_replace_it_is_refused(
-    monkeypatch: pytest.MonkeyPatch, source: str, holder: str
+def test_what_keeps_a_lock_where_nothing_can_replace_it_is_refused(
+    monkeypatch: pytest.MonkeyPatch, source: str, refused: str
 ) -> None:
     module = make_module(monkeypatch, source)
-    with pytest.raises(ProhibitedError, match=rf"kept_by_a_module\.ways keeps time\.sleep in a {holder}"):
+    with pytest.raises(ProhibitedError, match=rf"kept_by_a_module\.ways keeps {refused}"):
         run_in_virtual_time(lambda say: say(1), module.__name__)
 
 
@@ -406,14 +351,27 @@ def pool():
         assert run_in_virtual_time(lambda say: say(module.pool().submit(int).result(1)), module.__name__) == [0]
 
 
-def test_the_class_of_a_moment_equals_datetime(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = make_module(monkeypatch, "from datetime import date, datetime")
+def test_a_moment_is_of_the_class_that_everybody_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = make_module(monkeypatch, "import copy, pickle\nfrom datetime import date, datetime, timezone")
 
     def body(say: Callable[[object], None]) -> None:
-        kind = type(module.datetime.now())
-        say((kind == module.datetime, kind == module.date, {module.datetime: "moment"}[kind]))
+        now = module.datetime.now()
+        again = module.pickle.loads(module.pickle.dumps(module.copy.deepcopy(module.datetime.now)))()
+        say((type(now) is module.datetime is datetime.datetime, again == now, module.date.today() == now.date()))
+        say((str(module.datetime.now(module.timezone.utc)), str(module.datetime.today())))
 
-    assert run_in_virtual_time(body, module.__name__) == [(True, False, "moment")]
+    moments = ("2000-01-01 00:00:00+00:00", "2000-01-01 00:00:00")
+    assert run_in_virtual_time(body, module.__name__) == [(True, True, True), moments]
+    assert datetime.datetime.now().year > 2000
+
+
+def test_what_was_kept_before_runs_is_led_to_the_time_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = clocks._REAL["now"].__get__(None, datetime.datetime)
+    module = make_module(monkeypatch, "")
+    module.now = before  # type: ignore[attr-defined]
+    assert run_in_virtual_time(lambda say: say(str(module.now())), module.__name__) == ["2000-01-01 00:00:00"]
+    assert module.now is before
+    assert before().year > 2000
 
 
 def test_log_records_count_from_the_beginning_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import concurrent.futures
-import time
+import threading
 
 import pytest
 
-from pytest_hricdv.runtime.virtual import clocks
+from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.modules import Replacements
 
 
@@ -21,7 +21,7 @@ class Hook:
 def test_an_original_has_its_stand_in_and_nothing_else_has() -> None:
     replacements = Replacements()
     replacements.update()
-    assert replacements.of(time.sleep) is clocks.sleep
+    assert replacements.of(threading.Event) is locks.Event
     assert replacements.of(Hook) is Hook
 
 

@@ -36,7 +36,8 @@ def in_virtual_time(body: Callable[[], object], limit_s: float = 1000.0) -> floa
 
     kernel.spawn("robot", robot)
     try:
-        kernel.run(limit_s)
+        with guard_run(kernel):
+            kernel.run(limit_s)
     finally:
         kernel.close()
     return kernel.now_s
