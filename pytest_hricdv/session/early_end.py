@@ -16,6 +16,7 @@ from collections.abc import Iterator
 import pytest
 
 from pytest_hricdv._base.command_line import UnreadStream
+from pytest_hricdv.runtime.redirection import original, redirect
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import REBUILT_WITHIN_S, WORKERS_END_WITHIN_S, Signals
@@ -86,7 +87,7 @@ class EarlyEnd:
             _EXIT(pytest.ExitCode.INTERRUPTED)
 
 
-_EXIT = os._exit  # as it is now
+_KEPT, _EXIT = os._exit, original(os._exit)
 
 AT_EXIT_WITHIN_S = 30.0
 """Time limit for functions registered with `atexit` (s, chosen): all results are out, and a service would wait."""
@@ -94,8 +95,8 @@ AT_EXIT_WITHIN_S = 30.0
 
 def _keep_status(ours: int, pid: int) -> None:
     """Make `os._exit(0)` no success of a failed session; called first when Python ends."""
-    if os.getpid() == pid and os._exit is _EXIT:
-        os._exit = lambda status: _EXIT(status or ours)
+    if os.getpid() == pid:
+        redirect(_KEPT, lambda status: _EXIT(status or ours))  # the code may have registered it, and not only call it
         with contextlib.suppress(RuntimeError):  # it is too late for a thread
             _thread.start_new_thread(_end_unfinished, (ours,))
 

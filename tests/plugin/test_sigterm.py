@@ -188,3 +188,9 @@ def test_what_is_left_to_the_end_of_python_does_not_keep_it(tmp_path: Path) -> N
     done = subprocess.run([sys.executable, "-c", ending], capture_output=True, text=True, check=False, timeout=600)
     assert (done.returncode, done.stdout) == (3, "all results\n")
     assert "take more than 0.1 s: Python exits without them" in done.stderr
+
+
+def test_an_exit_that_the_code_has_registered_has_the_status_of_the_session() -> None:
+    keeping = "import pytest_hricdv.session.early_end as module; atexit.register(module._keep_status, 3, os.getpid())"
+    ending = f"import atexit, os; atexit.register(os._exit, 0); {keeping}"
+    assert subprocess.run([sys.executable, "-c", ending], check=False, timeout=600).returncode == 3
