@@ -21,6 +21,8 @@ from dataclasses import dataclass
 from types import FrameType, ModuleType
 from typing import Literal
 
+from pytest_hricdv.runtime.redirection import original
+
 resource: ModuleType | None = None
 with contextlib.suppress(ImportError):  # Windows has none, and no signals that interrupt either
     import resource
@@ -30,6 +32,7 @@ with contextlib.suppress(ImportError):  # Windows has none, and no signals that 
 _monotonic, _process_time = time.monotonic, time.process_time
 _HANDLE, _SET_DEPTH = signal.signal, sys.setrecursionlimit  # refused in runs
 _SET_TIMER = getattr(signal, "setitimer", None)
+_PID, _WRITE, _EXIT = os.getpid, os.write, original(os._exit)
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -111,6 +114,7 @@ class Watch:
         self._watched = threading.main_thread()
         self._problem: Hang | None = None
         self._thread: tuple[_thread.LockType, _thread.LockType] | None = None
+        self._pid = 0
         self._seen = WatchState(-1, math.inf)
         self._waited_s = {True: 0.0, False: 0.0}  # where it adds up, and where progress ends it
         self._worked_s = self._second_s = 0.0
@@ -135,6 +139,7 @@ class Watch:
             _HANDLE(signal.SIGVTALRM, previous)
 
     def _start(self) -> None:
+        self._pid = _PID()
         self._depth = sys.getrecursionlimit()
         self._thread = stopping, ended = _thread.allocate_lock(), _thread.allocate_lock()
         stopping.acquire()
@@ -145,6 +150,9 @@ class Watch:
     def _stop(self) -> None:
         if self._thread is None:
             return
+        if _PID() != self._pid:
+            _WRITE(2, b"hricdv: a process that the code under test has forked did not end: it ends with its run\n")
+            _EXIT(1)  # it would be a second session, in the same folder
         # First of all, so that what is on its way interrupts nothing any more.
         (stopping, ended), self._thread = self._thread, None
         stopping.release()

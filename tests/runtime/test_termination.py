@@ -74,19 +74,22 @@ def test_a_run_does_not_end_the_process() -> None:
         kernel.run(1.0)
 
 
-def test_a_process_that_a_node_has_forked_ends_as_it_likes() -> None:
+@pytest.mark.parametrize(("end", "status"), [(lambda: os._exit(7), 7), (lambda: None, 1)])
+def test_a_process_that_a_node_has_forked_ends_as_it_likes_or_with_the_run(
+    end: Callable[[], object], status: int
+) -> None:
     kernel, children = Kernel(), list[int]()
 
     def node() -> None:
         child = os.fork()
         if child == 0:
-            os._exit(7)
+            end()
         children.append(child)
 
     kernel.spawn("robot", node)
-    with guard_run(kernel):
+    with guard_run(kernel), kernel.supervision.watch():
         kernel.run(1.0)
-    assert os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1]) == 7
+    assert os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1]) == status
 
 
 @pytest.mark.parametrize("replace", [lambda: os.execv("/bin/true", ["true"]), lambda: os.execlp("true", "true")])

@@ -24,6 +24,8 @@ from typing import Any
 
 import msgspec
 
+from pytest_hricdv.runtime.kernel import current_node
+
 PACKAGE = str(Path(__file__).parents[2])
 _INSTALLED = tuple({os.path.dirname(os.__file__), os.path.dirname(importlib.__file__)})
 
@@ -78,19 +80,19 @@ def _still_stat(real: Callable[..., os.stat_result]) -> Callable[..., os.stat_re
 
 
 class _StillDatetime(datetime.datetime):
-    """A frozen `datetime`."""
+    """A frozen `datetime`; nodes have that of their run."""
 
     @classmethod
     def now(cls, tz: datetime.tzinfo | None = None) -> _StillDatetime:
-        return cls(2000, 1, 1, tzinfo=tz)
+        return cls(2000, 1, 1, tzinfo=tz) if current_node() is None else super().now(tz)
 
     @classmethod
     def utcnow(cls) -> _StillDatetime:
-        return cls(2000, 1, 1)
+        return cls(2000, 1, 1) if current_node() is None else super().utcnow()
 
     @classmethod
     def today(cls) -> _StillDatetime:
-        return cls(2000, 1, 1)
+        return cls(2000, 1, 1) if current_node() is None else super().today()
 
 
 def _sort(real: Callable[..., Any]) -> Callable[..., Any]:
@@ -185,7 +187,8 @@ class SourceWatch:
         label = f"{module.__name__}.{name}".lstrip("_")
 
         def notice(*arguments: Any, **options: Any) -> Any:
-            place = self._place(sys._getframe(1))
+            is_virtual = kind == CLOCK and current_node() is not None
+            place = "" if is_virtual else self._place(sys._getframe(1))
             if place:
                 self._readings.setdefault(Reading(kind, label, place, _path(arguments) if kind == FILE_TIMES else ""))
                 return inner(*arguments, **options)

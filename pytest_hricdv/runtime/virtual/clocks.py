@@ -251,8 +251,5 @@ TIME_FUNCTIONS = tuple((getattr(time, name), other) for name, other in _REPLACEM
 
 _IDENTIFIERS = {"uuid1": uuid1, "uuid4": uuid4, "uuid6": uuid6, "uuid7": uuid7}
 
-MODULES = (
-    stand_in(time, {}),
-    stand_in(uuid, {name: function for name, function in _IDENTIFIERS.items() if hasattr(uuid, name)}),
-)
+MODULES = (stand_in(uuid, {name: function for name, function in _IDENTIFIERS.items() if hasattr(uuid, name)}),)
 """The modules that the code under test sees."""

@@ -12,11 +12,11 @@ import builtins
 import importlib
 import logging
 import sys
+import threading
 import weakref
 from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from functools import partial, wraps
-from threading import Condition, Thread, local
 from types import ModuleType
 from typing import Any
 
@@ -25,10 +25,10 @@ from pytest_hricdv.runtime.virtual.clocks import is_moment_call
 from pytest_hricdv.runtime.virtual.holders import Reference, with_others
 from pytest_hricdv.runtime.virtual.prohibition import is_keyboard, refuse_in_nodes
 from pytest_hricdv.runtime.virtual.reach import Reach, is_initializing, is_module
+from pytest_hricdv.runtime.virtual.real_time import ProhibitedError
 from pytest_hricdv.runtime.virtual.references import ReferenceSearch
 
 _PROVIDERS = {
-    "time": "clocks",
     "threading": "threads",
     "_thread": "threads",
     "queue": "threads",
@@ -80,7 +80,7 @@ class Replacements:
 
     def __contains__(self, value: object) -> bool:
         is_known = id(value) in self._by_identity or self.is_renewed(value) or is_moment_call(value)
-        return is_known or issubclass(_kind(value), local)
+        return is_known or issubclass(_kind(value), threading.local)
 
     def is_renewed(self, value: object) -> bool:
         """Whether it is a lock or a queue."""
@@ -94,7 +94,7 @@ class Replacements:
         if is_moment_call(value):
             redirect(value, getattr(value.__self__, value.__name__))  # type: ignore[attr-defined]
         _, other = self._by_identity.get(id(value), (value, value))
-        if other is value and issubclass(_kind(value), local):
+        if other is value and issubclass(_kind(value), threading.local):
             threads = importlib.import_module(f"{__package__}.threads")
             return threads.local_like(value) if value is _kind(value) else threads.local_again(value)
         if other is value and type(value) in self._renewed:
@@ -136,6 +136,7 @@ class VirtualModules:
         """The modules see them; also those that are imported in the meantime."""
         real_import, real_import_module = builtins.__import__, importlib.import_module
         loaded = {*sys.modules}
+        self._refuse_threads()
         self._replace()
         self._undo.append(_begin_logs())
         builtins.__import__ = self._make_import(real_import)
@@ -151,6 +152,21 @@ class VirtualModules:
             self._restore_in(sys.modules.keys() - loaded)
             self._done.clear()
             self._made.clear()
+
+    def _refuse_threads(self) -> None:
+        """Refuse threads that the code under test has begun before: they go on in real time, and meet nobody."""
+        for thread in threading.enumerate():
+            function = getattr(thread, "_target", None) or type(thread).run
+            module = getattr(function, "__module__", None)
+            if not isinstance(module, str) or not self._reach.is_code(module):
+                continue
+            thread.join(0.5)  # it may have been told to end
+            if thread.is_alive():
+                raise ProhibitedError(
+                    f"thread {thread.name} of {module}.{function.__qualname__} was started before the run, as its "
+                    "module was imported or by another test, and goes on in real time: start it in a function of the "
+                    "code that is called in the run, or end it"
+                )
 
     def _restore_in(self, names: Set[str]) -> None:
         """Give modules that were imported in the run the originals of what others gave them, as a lock."""
@@ -226,9 +242,11 @@ class VirtualModules:
             made: Any = refuse_in_nodes(value) if is_keyboard(value) else _REPLACEMENTS.of(value)
             if made is value:
                 made = with_others(value, self._replacement)
-            if type(value) is Condition:  # its lock may have a name of its own, or be that of another condition
+            if (
+                type(value) is threading.Condition
+            ):  # its lock may have a name of its own, or be that of another condition
                 made = type(made)(self._replacement(vars(value)["_lock"]))
-            elif made is not value and issubclass(type(value), Thread):
+            elif made is not value and issubclass(type(value), threading.Thread):
                 for name in ("function", "_target"):  # of a timer, or a thread
                     if name in vars(made):
                         setattr(made, name, self._replacement(vars(made)[name]))

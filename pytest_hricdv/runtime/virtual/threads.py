@@ -20,7 +20,7 @@ from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.redirection import original
 from pytest_hricdv.runtime.source_location import place_of
-from pytest_hricdv.runtime.virtual import clocks, locks
+from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.real_time import node_to_wait
 from pytest_hricdv.runtime.virtual.references import copy, stand_in
@@ -290,7 +290,7 @@ _LOW_LEVEL = stand_in(
     | {"RLock": locks.RLock},
 )
 
-MODULES = (_THREADING, _QUEUE, copy("sched", {"threading": _THREADING, "time": clocks.MODULES[0]}), _LOW_LEVEL)
+MODULES = (_THREADING, _QUEUE, copy("sched", {"threading": _THREADING}), _LOW_LEVEL)
 """The modules that the code under test sees."""
 
 

@@ -351,6 +351,30 @@ def pool():
         assert run_in_virtual_time(lambda say: say(module.pool().submit(int).result(1)), module.__name__) == [0]
 
 
+def test_a_thread_from_before_the_run_is_refused_with_its_function(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = "end = threading.Event()\ndef serve():\n    end.wait()\nthreading.Thread(target=serve, name='io').start()"
+    module = make_module(monkeypatch, source)
+    try:
+        with pytest.raises(ProhibitedError, match=r"thread io of kept_by_a_module\.serve was started before the run"):
+            run_in_virtual_time(lambda say: say(1), module.__name__)
+    finally:
+        module.end.set()
+    assert run_in_virtual_time(lambda say: say(1), module.__name__) == [1]
+
+
+def test_code_may_replace_a_clock_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = make_module(monkeypatch, "from unittest import mock")
+
+    def body(say: Callable[[object], None]) -> None:
+        with module.mock.patch("time.sleep") as sleep, module.mock.patch("time.monotonic", return_value=7.0):
+            module.time.sleep(5)
+            say((sleep.call_args.args, module.time.monotonic()))
+        importlib.reload(module.time).sleep(0.5)
+        say(module.time.monotonic())
+
+    assert run_in_virtual_time(body, module.__name__) == [((5,), 7.0), 0.5]
+
+
 def test_a_moment_is_of_the_class_that_everybody_has(monkeypatch: pytest.MonkeyPatch) -> None:
     module = make_module(monkeypatch, "import copy, pickle\nfrom datetime import date, datetime, timezone")
 

@@ -17,12 +17,12 @@ from dataclasses import replace
 import pytest
 
 from pytest_hricdv.runtime import Kernel, NodeError
-from pytest_hricdv.runtime.virtual import clocks, thread_pool, threads
+from pytest_hricdv.runtime.virtual import thread_pool, threads
 from pytest_hricdv.runtime.virtual.outside import guard_run
 from tests.runtime.virtual.programs import PROGRAMS, Library, Program
 
 REAL = Library(threading, queue, concurrent.futures, time)
-VIRTUAL = Library(*threads.MODULES[:2], *thread_pool.MODULES, clocks.MODULES[0])
+VIRTUAL = Library(*threads.MODULES[:2], *thread_pool.MODULES, time)
 
 
 def in_virtual_time(body: Callable[[], object], limit_s: float = 1000.0) -> float:
