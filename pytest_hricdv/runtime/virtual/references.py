@@ -168,8 +168,13 @@ class ReferenceSearch:
             if self._is_wanted(base):
                 yield base, partial(_put_base, kind, index)
         yield from _factory_references(kind)
-        for name, value in [*vars(kind).items()]:
+        for name, value in [*_members(kind).items()]:
             yield value, partial(_put_attribute, kind, name)
+
+
+def _members(kind: type) -> Mapping[str, Any]:
+    names: Mapping[str, Any] = type.__getattribute__(kind, "__dict__")  # a metaclass may answer with anything
+    return names
 
 
 def _hold(value: object) -> None:
@@ -206,8 +211,8 @@ def _instance_references(value: object) -> Iterator[Reference]:
     if type(own) is dict:
         for name, item in [*own.items()]:
             yield item, partial(own.__setitem__, name)
-    for kind in (kind for kind in type(value).__mro__ if "__slots__" in vars(kind)):
-        for slot in [member for member in vars(kind).values() if type(member) is MemberDescriptorType]:
+    for kind in (kind for kind in type(value).__mro__ if "__slots__" in _members(kind)):
+        for slot in [member for member in _members(kind).values() if type(member) is MemberDescriptorType]:
             try:
                 item = slot.__get__(value)
             except AttributeError:
@@ -220,7 +225,7 @@ def _factory_references(kind: Any) -> Iterator[Reference]:
     if type(kind).__module__ == "msgspec._core":
         for default in (default for default in kind.__struct_defaults__ if hasattr(default, "factory")):
             yield default.factory, partial(_refuse_factory, kind, default.factory)
-    fields = vars(kind).get("__pydantic_fields__")
+    fields = _members(kind).get("__pydantic_fields__")
     for field in [*fields.values()] if type(fields) is dict and hasattr(kind, "model_rebuild") else ():
         if field.default_factory is not None:
             yield field.default_factory, partial(_put_factory, kind, field)
@@ -283,6 +288,6 @@ def _put_base(kind: type, index: int, value: Any) -> None:
 
 
 def _put_attribute(kind: type, name: str, value: Any) -> None:
-    is_bound = type(value) is FunctionType and type(vars(kind)[name]) is BuiltinFunctionType
+    is_bound = type(value) is FunctionType and type(_members(kind)[name]) is BuiltinFunctionType
     # A function in C is no method of its class, but one in Python is.
     setattr(kind, name, staticmethod(value) if is_bound else value)

@@ -161,7 +161,11 @@ class Ways(dict):
     pass
 class Also(list):
     pass
-class Robot:
+class Closed(type):
+    def __getattribute__(kind, name):
+        assert name != "__dict__", "whoever asks for attributes would run code of a metaclass"
+        return super().__getattribute__(name)
+class Robot(metaclass=Closed):
     lock, take = (lock,), staticmethod(lock.acquire)
 named = collections.namedtuple("Named", "lock")(lock)
 queued, own = collections.deque([lock]), Ways(ways=Also([lock]))
