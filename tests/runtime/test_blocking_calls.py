@@ -114,6 +114,7 @@ def refusing(wait: Callable[[], object]) -> str:
         (lambda: signal.sigtimedwait({signal.SIGUSR1}, 30.0), "signal.sigtimedwait"),
         (lambda: os.system("exit 3"), "os.system"),
         (lambda: time.sleep(30), "time.sleep"),
+        (lambda: multiprocessing.Event().wait(0.05), "multiprocessing.synchronize.SemLock.acquire"),
     ],
 )
 def test_waiting_for_a_signal_or_a_process_is_refused_at_once(wait: Callable[[], object], said: str) -> None:

@@ -27,7 +27,7 @@ from typing import Any, NoReturn
 from pytest_hricdv._base.descriptors import keep_open, leave_open
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, TIME, real_wait
 from pytest_hricdv.runtime.kernel import Kernel, current_node
-from pytest_hricdv.runtime.redirection import Redirection, original
+from pytest_hricdv.runtime.redirection import Redirection, original, replace_in_class
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import clocks
 from pytest_hricdv.runtime.virtual.prohibition import (
@@ -331,6 +331,19 @@ def _sleep(seconds: float, /) -> None:
         _GUARDS[-1].sleep(seconds)
     else:
         clocks.real_time.sleep(seconds)
+
+
+def _acquire(lock: Any, block: bool = True, timeout: float | None = None) -> bool:
+    taken: bool = _ACQUIRE.__get__(lock)(block, timeout)
+    if not taken and block and _GUARDS:
+        _GUARDS[-1].refuse_limit("multiprocessing.synchronize.SemLock.acquire")
+    return taken
+
+
+_acquire.__module__ = "_multiprocessing"  # what a message says that it waits in
+_SEMAPHORE = getattr(_import_or_none("_multiprocessing"), "SemLock", None)
+_ACQUIRE: Any = replace_in_class(_SEMAPHORE, "acquire", _acquire) if _SEMAPHORE is not None else None
+"""The method of locks and events of `multiprocessing` as it was: what waited until its limit, waited in real time."""
 
 
 def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], None]) -> None:
