@@ -31,6 +31,9 @@ def update(folder: Path) -> int:
     Returns:
         0: no drift; 1: drift; 2 and above: the testbench could not be built, which the process has said.
     """
+    if not folder.is_dir():
+        print(f"error: {visible(str(folder))}: no such folder; expected that of a project", file=sys.stderr)
+        return 2
     command = [sys.executable, "-m", "pytest_hricdv.extra.draft.update"]
     return subprocess.run(command, cwd=folder, check=False).returncode
 

@@ -10,6 +10,7 @@ from typing import Literal, cast
 
 import pytest
 
+from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.draft.drift import Drift, drifts, models_of
 from pytest_hricdv.extra.draft.feature import FEATURE
 from pytest_hricdv.session.option import OptionReader
@@ -131,6 +132,11 @@ def test_a_package_that_is_not_there_is_said(tmp_path: Path) -> None:
     assert model == []
     assert len(problems) == 1
     assert "nowhere" in problems[0]
+
+
+def test_a_folder_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["update", str(tmp_path / "arm")]) == 2
+    assert f"error: {tmp_path / 'arm'}: no such folder" in capsys.readouterr().err
 
 
 @pytest.mark.slow
