@@ -164,6 +164,8 @@ def _define(path: str, document: str, table: object, vocabulary: Vocabulary) -> 
 
 
 def _requirement(path: str, document: str, name: str, table: object, vocabulary: Vocabulary) -> Requirement:
+    if not name.strip():
+        raise RequirementError(f"{path}: requirement {quote(name)} has no name; expected one such as [R1]")
     where = f"{path}: requirement {name}"
     if not isinstance(table, dict):
         raise RequirementError(

@@ -123,6 +123,7 @@ def test_a_formula_written_with_escapes_is_located_by_its_own_columns(tmp_path: 
         ("", "no requirement in this file"),
         ("[R1", "not TOML"),
         ('title = "x"', "'title' is outside of a requirement"),
+        ('[" "]\ntitle = "x"', "requirement ' ' has no name"),
         ('[R1]\ntitle = "x"', "requirement R1: no 'formula'"),
         ('[R1]\nformula = "always(p -> q)"', "requirement R1: no 'title'"),
         ('[R1]\ntitel = "x"', "unknown key 'titel'; nearest: title"),
