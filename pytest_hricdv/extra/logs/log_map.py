@@ -7,7 +7,9 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+import msgspec
 
 from pytest_hricdv._base.input_file import read_toml
 from pytest_hricdv._base.message import InputError, nearest, quote
@@ -21,6 +23,9 @@ from pytest_hricdv.recordings.bags import Value
 
 PLACE = re.compile(r"\{([^{}]*)\}")
 """A field in the command of an action."""
+
+Period = Annotated[float, msgspec.Meta(gt=0)]
+"""A time (s), which may be without end: 0 is none."""
 
 Clock = Literal["log", "header"]
 """The time of a message: when it was recorded, or the stamp in its header."""
@@ -54,7 +59,7 @@ class TopicSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=
 
     topic: str
     time: Clock | None = None
-    gap_s: float | None = None
+    gap_s: Period | None = None
     only: Mapping[str, str | float | bool] = {}
 
 
@@ -72,7 +77,7 @@ class SignalSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields
     """
 
     value: str | FieldSource
-    every_s: float | None = None
+    every_s: Period | None = None
 
 
 class CrossSource(TopicSource, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -110,7 +115,7 @@ class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """
 
     time: Clock = "log"
-    gap_s: float | None = None
+    gap_s: Period | None = None
     messages: Mapping[str, MessageSource] = {}
     signals: Mapping[str, SignalSource] = {}
     actions: Mapping[str, ActionSource] = {}

@@ -165,6 +165,7 @@ def test_times_may_be_those_of_headers(tmp_path: Path) -> None:
         ('unit = "cm"', "equals = 1.0", "level: equals is for truth values only"),
         ("gap_s = 2.0", "gaps = 2.0", "unknown key 'gaps'; nearest: gap_s"),
         ("gap_s = 2.0", "gap_s = inf", "expected a finite number"),
+        ("gap_s = 2.0", "gap_s = -1.0", r"> 0.0 - at .*gap_s"),
         ("[signals.level]", "[signals.level", "map.toml:9:15: not TOML"),
     ],
 )
