@@ -85,7 +85,6 @@ CLOSING = {
         {"run": 1, "sim_s": 70.25, "strategy": "model", "new": {"statement": 1}},
         {"run": 200, "sim_s": 14000.5, "strategy": "disturbances", "new": {"statement": 1}},
     ],
-    "good_turing": {"once": 2, "hits": 90000, "share": 2 / 90000, "points": 0.005},
     "hit": [{"point": ["statement", "controller/states.py", "1"], "test": "closure-x", "strategy": "model", "run": 1}],
     "impossible": [
         {"point": ["statement", "controller/journal.py", "60"], "reason": "a <b>guard</b>", "by": "waived"},

@@ -1,4 +1,4 @@
-"""Evidence: what a closing loop has shown for each point, and how much another run would find.
+"""Evidence: what a closing loop has shown for each point, and how many kinds of violations another run would find.
 
 Bounds are those of independent trials: where n runs had no success, the probability of a success is below 3/n with
 95 % confidence (rule of three; Hanley, Lippman-Hand, If nothing goes wrong, is everything all right?, JAMA 249, 1983).
@@ -16,7 +16,6 @@ from pytest_hricdv.extra.closing.records import (
     RULE_OF_THREE,
     ClosingEnd,
     ClosingResult,
-    GoodTuring,
     GrowthStep,
     HitPoint,
     ImpossiblePoint,
@@ -79,7 +78,6 @@ def evidence(
         kinds=_kinds(hit, closed, left),
         strategies=_strategies(runs, seen.new),
         growth=tuple(_growth(archive.entries, seen.new)),
-        good_turing=seen.good_turing(len(archive.entries)),
         hit=hit,
         impossible=closed,
         open=left,
@@ -103,14 +101,12 @@ class _HitCounts:
         points = dict.fromkeys([*archive.targets, *(point.point for point in impossible)])
         self._archive = archive
         self._given = sum(entry.strategy == GIVEN for entry in archive.entries)
-        self._times: Counter[Point] = Counter()
         self.first: dict[Point, ArchivedRun] = {}
         self.new: dict[int, Counter[str]] = {}
         """Number of a run -> kind -> points that no earlier run had hit; without runs that hit no such point."""
         for entry in (run for run in archive.entries if run.number not in without):
             hit = [point for point in entry.observation.points if point in points]
             fresh = [point for point in hit if point not in self.first]
-            self._times.update(hit)
             self.first.update(dict.fromkeys(fresh, entry))
             if fresh:
                 self.new[entry.number] = by_kind(fresh)
@@ -123,11 +119,6 @@ class _HitCounts:
             first = self.first[point]
             run = 0 if first.strategy == GIVEN else first.number - self._given + 1
             yield HitPoint(point=point, test=tests[point], strategy=first.strategy, run=run)
-
-    def good_turing(self, runs: int) -> GoodTuring | None:
-        """The estimate of what a further run would find; None where nothing was hit."""
-        once, hits = sum(times == 1 for times in self._times.values()), self._times.total()
-        return GoodTuring(once=once, hits=hits, share=once / hits, points=once / runs) if hits else None
 
 
 def _tests(archive: Archive, handed: Sequence[ArchivedRun]) -> dict[Point, str]:

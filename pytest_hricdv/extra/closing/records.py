@@ -119,22 +119,6 @@ class GrowthStep(PlainRecord, frozen=True, kw_only=True):
     new: Mapping[str, Count]
 
 
-class GoodTuring(PlainRecord, frozen=True, kw_only=True):
-    """The expected finds of another run, after Good (1953): The population frequencies of species, Biometrika 40.
-
-    Args:
-        once: how many points exactly one run hit.
-        hits: points of each run, summed over all runs.
-        share: once / hits: of the points that a further run hits, the expected share that no run has hit before.
-        points: once / runs: how many such points a further run is expected to hit.
-    """
-
-    once: Count
-    hits: Count
-    share: Probability
-    points: NotNegative
-
-
 class NearestRun(PlainRecord, frozen=True, kw_only=True):
     """The run that came closest to violating a requirement.
 
@@ -157,7 +141,8 @@ class NearestRun(PlainRecord, frozen=True, kw_only=True):
 
 
 class ViolationEstimate(PlainRecord, frozen=True, kw_only=True):
-    """The expected number of new kinds of violations in another run (Good-Turing, as `GoodTuring`).
+    """The expected number of new kinds of violations in another run, after Good (1953): The population frequencies of
+    species, Biometrika 40.
 
     Args:
         kinds: of violations that are not known, in all runs.
@@ -204,7 +189,6 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     kinds: Mapping[str, KindCount]
     strategies: Mapping[str, StrategyResult]
     growth: tuple[GrowthStep, ...]
-    good_turing: GoodTuring | None
     hit: tuple[HitPoint, ...]
     impossible: tuple[ImpossiblePoint, ...]
     open: tuple[OpenPoint, ...]

@@ -11,7 +11,6 @@ from pytest_hricdv.extra.closing.records import (
     CLOSING,
     RULE_OF_THREE,
     ClosingResult,
-    GoodTuring,
     GrowthStep,
     NearestRun,
     OpenPoint,
@@ -160,8 +159,6 @@ def notes(result: ClosingResult) -> Iterator[str]:
     """Notes on another run, and on runs that did not end, a sentence each."""
     if result.errored_runs:
         yield f"{plural(result.errored_runs, 'run')} did not end"
-    if result.good_turing is not None and result.open:
-        yield _further(result.good_turing)
     if result.searched:
         yield f"{plural(result.searched, 'run')} of these searched for violations where margins were smallest"
     if result.estimated_undetected is not None:
@@ -192,11 +189,6 @@ def near_text(near: NearestRun, report: Report) -> str:
     """`R7 by 1.5 s`: how near a requirement came to a violation."""
     margin = margin_text(near.margin or 0.0, margin_unit(report, near.requirement))
     return f"{near.requirement} by {margin}"
-
-
-def _further(estimate: GoodTuring) -> str:
-    share = percent(100.0 * estimate.share)
-    return f"a further run would hit {quantity(estimate.points)} new points, {share} of its points (Good-Turing)"
 
 
 def kind_text(kind: str) -> str:

@@ -131,17 +131,6 @@ def test_growth_counts_new_points_by_kind_and_way_without_the_time_of_given_test
     assert (result.runs, result.initial_runs, result.sim_s) == (3, 1, 30.0)
 
 
-def test_good_turing_takes_what_one_run_only_has_hit_for_what_is_left() -> None:
-    archive = Archive(BINS)
-    for points in (BINS[:2], BINS[:1], BINS[:1], BINS[2:3]):
-        add(archive, "some", *points)
-    estimate = shown(archive).good_turing
-    assert estimate is not None
-    assert (estimate.once, estimate.hits) == (2, 5)
-    assert (estimate.share, estimate.points) == (2 / 5, 2 / 4)
-    assert shown(Archive(BINS)).good_turing is None
-
-
 def test_violations_are_listed_by_kind_with_a_test_of_the_suite_and_those_that_are_not_known_first() -> None:
     known = ("known violation", "R3", "far >= 0.05", "Move", "released")
     new = ("violation", "R4", "speed < 0.25", "Reset", "")
