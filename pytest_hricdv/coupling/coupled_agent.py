@@ -47,7 +47,7 @@ class CoupledRun(SystemRun):
     """The run. Messages to agents that are not in it go nowhere."""
 
     def __init__(self) -> None:
-        super().__init__(Environment(), 0, None)
+        super().__init__(Environment(), 0)
         self.now_s = 0.0
         self.succeeds = True
         """Whether the external action that is executed next succeeds."""

@@ -145,11 +145,8 @@ class AgentState:
                 self.ready(intention)  # to be joined in its next turn, as in Jason
                 return
             stack.pop()
-            if done.sign == "+!":
-                if self.run.goal is not None:
-                    self.run.note_achieved(self.name, done.literal)
-                if self.library.follows_goals or self.awaits_goals:
-                    self.note_goal(done.literal, "finished")
+            if done.sign == "+!" and (self.library.follows_goals or self.awaits_goals):
+                self.note_goal(done.literal, "finished")
             if stack:
                 caller = stack[-1]
                 if not done.literal.ground:

@@ -258,8 +258,6 @@ class RunServices(Protocol):
     """Set when an agent has waited busily in this round."""
     messages: int
     """The number of messages sent so far."""
-    goal: tuple[str, Structure] | None
-    """The agent and the goal with whose achievement the run ends, if any."""
     directory: Directory
     """The directory of services."""
 
@@ -313,9 +311,6 @@ class RunServices(Protocol):
 
     def is_fresh(self, variable: Variable) -> bool:
         """Whether :meth:`fresh` made the variable."""
-
-    def note_achieved(self, agent: str, goal: Structure) -> None:
-        """A plan for a goal has finished, in a run that ends with a goal."""
 
     def stop(self) -> None:
         """End the run after this round."""

@@ -59,7 +59,7 @@ class RecordingRun(SystemRun):
         dependencies: Dependencies,
         states: tuple[AgentSnapshot, ...] | None,
     ) -> None:
-        super().__init__(environment, seed, None)
+        super().__init__(environment, seed)
         self.dependencies = dependencies
         self._quiet = 0 if states is None else _QUIET_BEFORE
         """An upper bound of the rounds since the last progress."""

@@ -24,12 +24,11 @@ class JitteredRun(SystemRun):
     Args:
         environment: what the agents perceive and act on.
         seed: of the delays and, in a stream of its own, of the agents' random numbers.
-        goal: the agent and the goal with whose achievement the run ends, if any.
         jitter: by how many rounds something is late at most; if 0, it is a run like any other.
     """
 
-    def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int) -> None:
-        super().__init__(environment, seed, goal)
+    def __init__(self, environment: Environment, seed: int, jitter: int) -> None:
+        super().__init__(environment, seed)
         self._jitter = jitter
         # A stream of its own: agents draw the same random numbers whatever the delays.
         self._chance = random.Random(f"jitter {seed}")

@@ -14,7 +14,7 @@ from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.limits import MAX_HELD
-from pytest_hricdv.bdi.language.parser import parse_literal, read_program
+from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import GOAL_STATE, Plan, Program, Rule, with_state
 from pytest_hricdv.bdi.language.terms import Structure
@@ -67,8 +67,7 @@ class Result(NamedTuple):
         actions: the external actions, as pairs of agent and AgentSpeak text, in order.
         rounds: the number of rounds done.
         ended: how it ended: "idle" (nothing left to do), "spin" (the agents only repeat
-            themselves), "goal" (the given goal was achieved), "round limit", or "stopped"
-            (by ``.stopMAS``).
+            themselves), "round limit", or "stopped" (by ``.stopMAS``).
         warnings: what the models' author should know, such as goals that failed unhandled.
         time_ms: virtual time at the end, in ms.
         trace: the trace, if it was requested.
@@ -168,7 +167,6 @@ class MultiAgentSystem:
         max_rounds: int = MAX_ROUNDS,
         seed: int = 0,
         percepts: Mapping[str, Iterable[str | Structure]] | None = None,
-        goal: tuple[str, str] | None = None,
         jitter: int = 0,
         trace: bool = False,
     ) -> Result:
@@ -179,8 +177,6 @@ class MultiAgentSystem:
             seed: of the random numbers that the agents draw.
             percepts: for the agents named, what they perceive at first, instead of what the environment
                 lists for them; it is set in the environment and stays there.
-            goal: an agent and a goal, such as ``("human", "done")``; the run ends when a plan of that agent
-                for that goal has come to its end.
             jitter: by how many rounds messages and changes of percepts may be late; unless it is 0, the
                 agents act in a random order in each round, too. All of it depends on the seed alone, so
                 that running with several seeds exposes the races of a model.
@@ -195,8 +191,7 @@ class MultiAgentSystem:
         if jitter < 0:
             raise ValueError(f"jitter must not be negative, got {jitter}")
         self.show(percepts)
-        awaited = None if goal is None else (self.check_agent(goal[0]), parse_literal(goal[1]))
-        run = _new_run(self.environment, seed, awaited, jitter, trace)
+        run = _new_run(self.environment, seed, jitter, trace)
         for template in self.templates:
             run.agents[template.name] = template.agent(run, TracedAgent if trace else Agent)
         run.new_agent = self.new_agent
@@ -254,12 +249,10 @@ def _warnings_of(program: Program) -> list[str]:
     return [*program.warnings, *ends]
 
 
-def _new_run(
-    environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int, trace: bool
-) -> SystemRun:
+def _new_run(environment: Environment, seed: int, jitter: int, trace: bool) -> SystemRun:
     if trace:
-        return TracedRun(environment, seed, goal, jitter)
-    return JitteredRun(environment, seed, goal, jitter) if jitter else SystemRun(environment, seed, goal)
+        return TracedRun(environment, seed, jitter)
+    return JitteredRun(environment, seed, jitter) if jitter else SystemRun(environment, seed)
 
 
 def _result(run: SystemRun, ended: str) -> Result:

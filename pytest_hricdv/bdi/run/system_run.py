@@ -31,7 +31,6 @@ from pytest_hricdv.bdi.language.project import MAX_AGENTS
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
-from pytest_hricdv.bdi.logic.unify import unify
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import LivelockDetector, name_endless_plans
 
@@ -45,10 +44,9 @@ class SystemRun:
     Args:
         environment: what the agents perceive and act on.
         seed: of the run's one stream of random numbers.
-        goal: the agent and the goal with whose achievement the run ends, if any.
     """
 
-    def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
+    def __init__(self, environment: Environment, seed: int) -> None:
         self.environment = environment
         self.agents: dict[str, Agent] = {}
         """The agents by name, in the order in which they act."""
@@ -83,7 +81,6 @@ class SystemRun:
         """How the run ends after this round, if it does."""
         self.busy_waiting = False
         """Whether an agent has waited busily in the last round."""
-        self.goal = goal
         self._seen_changes = environment.changes
 
     # --- what agents use
@@ -202,11 +199,6 @@ class SystemRun:
                 other.awake = other.awake or other.has_work()
         return bool(success)
 
-    def note_achieved(self, agent: str, goal: Structure) -> None:
-        """A plan for a goal has finished, in a run that ends with a goal."""
-        if self.goal is not None and self.goal[0] == agent and unify(self.goal[1], goal, {}, []):
-            self.ended = "goal"
-
     def stop(self) -> None:
         """End the run after this round."""
         self.ended = "stopped"
@@ -222,7 +214,7 @@ class SystemRun:
         """Do rounds until the run ends by itself or has had ``max_rounds``.
 
         Returns:
-            How it ended: "idle", "spin", "goal", "stopped" or "round limit".
+            How it ended: "idle", "spin", "stopped" or "round limit".
 
         Raises:
             BdiError: an agent cannot continue.

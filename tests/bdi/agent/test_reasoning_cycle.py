@@ -158,12 +158,6 @@ def test_agent_that_only_looks_again_ends_the_run_as_a_spin(tmp_path: Path, sour
     assert result.rounds < 100
 
 
-def test_run_ends_at_the_goal_asked_for(tmp_path: Path) -> None:
-    system = system_of(tmp_path, a="!go. +!go <- !half; .print(rest). +!half <- .print(half).")
-    result = system.run(goal=("a", "half"))
-    assert (result.prints, result.ended) == (["[a] half"], "goal")
-
-
 def test_unknown_agent_and_bad_round_limit_are_refused(tmp_path: Path) -> None:
     system = system_of(tmp_path, a="p.")
     with pytest.raises(ValueError, match="no agent 'b'"):

@@ -72,7 +72,7 @@ def believer(beliefs: list[str], rules: list[str]) -> Agent:
     for belief in beliefs:
         literal = parse_literal(belief)
         base.add(literal.with_annotations((*literal.annots, source("self"))))
-    return Agent("a", SystemRun(Environment(), 0, None), StandardActions(), base, PlanLibrary(()), [])
+    return Agent("a", SystemRun(Environment(), 0), StandardActions(), base, PlanLibrary(()), [])
 
 
 _BOUND = st.dictionaries(st.sampled_from((Variable("X"), Variable("Y"))), st.sampled_from((Number(1), Number(2))))
