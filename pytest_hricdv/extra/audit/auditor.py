@@ -13,9 +13,9 @@ from pathlib import Path
 import msgspec
 
 from pytest_hricdv.extra.audit.diagnosis import NOT_FOUND, CauseSearch, RepeatCause
-from pytest_hricdv.extra.audit.process import RerunOrder
+from pytest_hricdv.extra.audit.process import RerunAnswer, RerunOrder, key_of
 from pytest_hricdv.extra.audit.records import AUDIT, UNREPEATABLE, AuditResult, Unrepeatable, sentence
-from pytest_hricdv.extra.audit.repeating import Begin, Repeater, Rerun, Start, StartError, key_of
+from pytest_hricdv.extra.audit.repeating import Begin, Repeater, Start, StartError
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import UNCHECKED
@@ -82,7 +82,7 @@ class Auditor:
         further = further[:MAX_FURTHER] if self._number is None else []
         start = self._start.with_tests([test.nodeid for test in (*tests, *further)])
         repeating, problem = Repeater(start, wall_s, self._session.signals.let_through), ""
-        differing, marked = dict[str, tuple[TestResult, Rerun]](), dict[str, TestResult]()
+        differing, marked = dict[str, tuple[TestResult, RerunAnswer]](), dict[str, TestResult]()
         try:
             with repeating.open():
                 self._compare(repeating, tests, differing)
@@ -136,7 +136,7 @@ class Auditor:
         return [earlier, *here] if earlier else here
 
     def _compare(
-        self, repeating: Repeater, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, Rerun]]
+        self, repeating: Repeater, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, RerunAnswer]]
     ) -> None:
         """Run tests again; those that come otherwise are added."""
         tell = self._session.wait("rerunning tests, to check that they are repeatable")
@@ -146,7 +146,9 @@ class Auditor:
             if repeat.key != key_of(test):
                 differing[test.nodeid] = test, repeat
 
-    def _cause(self, repeating: Repeater, result: TestResult, repeat: Rerun, changed: Mapping[str, str]) -> RepeatCause:
+    def _cause(
+        self, repeating: Repeater, result: TestResult, repeat: RerunAnswer, changed: Mapping[str, str]
+    ) -> RepeatCause:
         aggregation = self._session.aggregation
         took_s = sum(test.wall_s or 0.0 for test in self._session.results)
         self._session.say(f"hricdv: {result.id} gave another result when rerun; looking for the cause ...")
@@ -168,12 +170,12 @@ class Auditor:
         except StartError as error:
             return RepeatCause(NOT_FOUND, str(error))
 
-    def _mark(self, result: TestResult, repeat: Rerun, cause: RepeatCause) -> TestResult:
+    def _mark(self, result: TestResult, repeat: RerunAnswer, cause: RepeatCause) -> TestResult:
         """The result with its mark; a failure that is not one alone is no violation."""
-        again = repeat.ran.result
+        again = repeat.result
         here, there = differing_events(result, again)
         if again is None:
-            there = repeat.ran.problem
+            there = repeat.problem
         unconfirmed = result.fails and (again is None or not again.fails or _violations(again) != _violations(result))
         record = Unrepeatable(
             cause=cause.name,

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.audit.process import RerunOrder
-from pytest_hricdv.extra.audit.repeating import Repeater, Rerun
+from pytest_hricdv.extra.audit.process import RerunAnswer, RerunOrder
+from pytest_hricdv.extra.audit.repeating import Repeater
 from pytest_hricdv.extra.audit.sources import KINDS, Reading
 
 NOT_FOUND = "not found"
@@ -62,7 +62,7 @@ class CauseSearch:
     repeating: Repeater
     nodeid: str
     session_key: tuple[str | None, str]
-    alone: Rerun
+    alone: RerunAnswer
     hash_seed: str
     session_seed: str
     in_process: Sequence[str]
@@ -84,7 +84,7 @@ class CauseSearch:
             NOT_FOUND, f"neither hash seed, nor tests before it, nor chance make the difference{self._reads()}"
         )
 
-    def _run(self, order: RerunOrder, seed: str | None = None, **options: object) -> Rerun:
+    def _run(self, order: RerunOrder, seed: str | None = None, **options: object) -> RerunAnswer:
         if time.monotonic() > self.until_s:
             raise OutOfTimeError
         return self.repeating.run(order, self.hash_seed if seed is None else seed, **options)  # type: ignore[arg-type]
@@ -133,7 +133,7 @@ class CauseSearch:
         )
 
     def _readings(self) -> tuple[Reading, ...]:
-        return self._run(self._single(watched=True)).ran.readings
+        return self._run(self._single(watched=True)).readings
 
     def _reads(self) -> str:
         readings = self._readings()
@@ -209,7 +209,7 @@ class CauseSearch:
     def _files(self) -> RepeatCause | None:
         return self._left_files(self.alone)
 
-    def _left_files(self, reference: Rerun, *, everywhere: bool = False) -> RepeatCause | None:
+    def _left_files(self, reference: RerunAnswer, *, everywhere: bool = False) -> RepeatCause | None:
         """A file that it reads, and without which it runs differently, but repeatably.
 
         Args:

@@ -53,6 +53,20 @@ class RerunAnswer(msgspec.Struct, frozen=True):
     readings: tuple[Reading, ...] = ()
     problem: str = ""
 
+    @property
+    def key(self) -> RunKey:
+        """Two runs with the same key are the same."""
+        return key_of(self.result) if self.result is not None else (None, self.problem or "error")
+
+
+RunKey = tuple[str | None, str]
+"""Hash of a run's record, and its outcome."""
+
+
+def key_of(result: TestResult) -> RunKey:
+    """See `RunKey`."""
+    return result.record_sha256, result.outcome
+
 
 class _Fresh(FreshPytest):
     """Replaces pytest's loop over tests."""

@@ -20,7 +20,6 @@ from pytest_hricdv.execution.separate_process import (
 )
 from pytest_hricdv.extra.audit import process as process_module
 from pytest_hricdv.extra.audit.process import RerunAnswer, RerunOrder
-from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.child_process import FreshSession
 
 PATIENCE_S = 120.0
@@ -36,23 +35,6 @@ SILENT = "no answer"
 
 class StartError(Exception):
     """A fresh process did not begin; the text says why."""
-
-
-@dataclass(frozen=True)
-class Rerun:
-    """The result of a rerun test, as far as it decides whether the run is the same."""
-
-    ran: RerunAnswer
-
-    @property
-    def key(self) -> tuple[str | None, str]:
-        """Hash of its record, and outcome; two runs with the same are the same."""
-        return key_of(self.ran.result) if self.ran.result is not None else (None, self.ran.problem or "error")
-
-
-def key_of(result: TestResult) -> tuple[str | None, str]:
-    """See `Rerun.key`."""
-    return result.record_sha256, result.outcome
 
 
 @dataclass(frozen=True)
@@ -101,7 +83,7 @@ class Fresh:
         if self.problem:
             raise StartError(self.problem)
 
-    def run(self, order: RerunOrder, patience_s: float) -> Rerun:
+    def run(self, order: RerunOrder, patience_s: float) -> RerunAnswer:
         """Run an order; what its last test came to.
 
         Args:
@@ -111,9 +93,7 @@ class Fresh:
         if not self.problem:
             self._running.send(order)
         lines = self._lines(patience_s)
-        return Rerun(
-            msgspec.json.decode(lines[0], type=RerunAnswer) if lines else RerunAnswer(problem=self.problem or SILENT)
-        )
+        return msgspec.json.decode(lines[0], type=RerunAnswer) if lines else RerunAnswer(problem=self.problem or SILENT)
 
     def _lines(self, patience_s: float) -> list[bytes]:
         if self.problem:
@@ -158,7 +138,7 @@ class Repeater:
         copy: int = 0,
         variables: Mapping[str, str] | None = None,
         among: Sequence[str] = (),
-    ) -> Rerun:
+    ) -> RerunAnswer:
         """Run an order of tests. Raises StartError if a process does not begin.
 
         Args:

@@ -20,7 +20,7 @@ from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.results.timeline import differing_events
 from pytest_hricdv.session import run_process
 from pytest_hricdv.session.remote import Answer, LostRequest, RemoteProject, Service, WorkerName, Workers, WorkRequest
-from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
+from pytest_hricdv.session.run_process import RunBatch, RunReply, SessionArguments
 
 TASK_RUNS = 20
 """Runs of a task: seconds of work, so that handing it out costs nothing, and little is done again when it is lost."""
@@ -94,13 +94,8 @@ class Execution:
     def question(self, task: Sequence[RunKey], *, avoid: str = "") -> WorkRequest:
         """The question to a worker for these runs."""
         key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(run) for run in task], avoid)
-        requests = tuple(self._request(run) for run in task)
+        requests = tuple(map(self.plan.request, task))
         return WorkRequest(key[:24], msgspec.json.encode(RunBatch(requests)), avoid)
-
-    def _request(self, key: RunKey) -> RunRequest:
-        run = self.plan.run(key)
-        seeds = {suite.name: suite.seed for suite in self.plan.initial_report.suites}
-        return RunRequest(key, run.suite, seeds[run.suite], run.nodeid, run.test.to_data())
 
     def _store_answer(self, task: list[RunKey], answer: Answer | LostRequest) -> Iterable[list[RunKey]]:
         """Stores what came back; returns the tasks that are to be done again."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from pytest_hricdv.extra.campaign import planning_process
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import variant
 from pytest_hricdv.results.model import Report, SuiteResult
+from pytest_hricdv.session.run_process import RunRequest
 
 FOLLOWS_TESTS = "it follows the last test of a session, and a campaign only runs tests"
 
@@ -63,18 +63,7 @@ class CampaignBasis(msgspec.Struct, frozen=True):
     left_out: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class PlannedRun:
-    """One run: the pytest item that would run it, and its abstract test."""
-
-    key: RunKey
-    suite: str
-    nodeid: str
-    test: AbstractTest
-
-
-@dataclass(frozen=True)
-class CampaignPlan:
+class CampaignPlan(msgspec.Struct, frozen=True, dict=True):
     """The plan of a campaign.
 
     Args:
@@ -98,13 +87,18 @@ class CampaignPlan:
         """The abstract tests."""
         return tuple(AbstractTest.from_data(test.data) for test in self.planned.tests)
 
-    def run(self, key: RunKey) -> PlannedRun:
-        """The run with this key."""
+    def request(self, key: RunKey) -> RunRequest:
+        """The request to run the item that pytest would run, with this key."""
         planned, first = self.planned.tests[key[0]], self.tests[key[0]]
         test = variant(first, key[1])
         # From the right: a folder may have the test's name.
         head, bracket, rest = planned.nodeid.rpartition(first.id)
-        return PlannedRun(key, planned.suite, f"{head}{test.id}{rest}" if bracket else planned.nodeid, test)
+        nodeid = f"{head}{test.id}{rest}" if bracket else planned.nodeid
+        return RunRequest(key, planned.suite, self._seeds[planned.suite], nodeid, test.to_data())
+
+    @cached_property
+    def _seeds(self) -> dict[str, int]:
+        return {suite.name: suite.seed for suite in self.initial_report.suites}
 
     def name(self, key: RunKey) -> str:
         """The id of a run's test."""
@@ -128,13 +122,12 @@ class CampaignPlan:
 
     def to_json(self) -> bytes:
         """The plan in the form that the store keeps."""
-        return msgspec.json.encode({"planned": self.planned, "concretizations": self.concretizations})
+        return msgspec.json.encode(self)
 
     @classmethod
     def from_json(cls, text: bytes) -> CampaignPlan:
         """The plan that `to_json` wrote. Raises msgspec.DecodeError."""
-        kept = msgspec.json.decode(text, type=_PlanFile)
-        return cls(kept.planned, kept.concretizations)
+        return msgspec.json.decode(text, type=cls)
 
     def difference(self, now: CampaignPlan) -> str:
         """The differences from another plan, on one line; empty if one report may contain runs of both."""
@@ -146,11 +139,6 @@ class CampaignPlan:
         if self.planned.tests != now.planned.tests:
             return f"its {len(self.planned.tests)} abstract tests are others than the {len(now.planned.tests)} of now"
         return ""
-
-
-class _PlanFile(msgspec.Struct):
-    planned: CampaignBasis
-    concretizations: int
 
 
 def make_plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> CampaignPlan:

@@ -39,14 +39,19 @@ from pytest_hricdv.session.remote import WorkerName
 SCHEMA = "hricdv-campaign/4"
 
 
-@dataclass(frozen=True)
-class Repeat:
+class Repeat(msgspec.Struct, frozen=True, array_like=True):
     """A run that another worker repeated: its record hash there, and the first difference of the two records."""
 
-    key: RunKey
+    test: int
+    k: int
     sha256: str
     worker: int
     parting: str
+
+    @property
+    def key(self) -> RunKey:
+        """The run that was repeated."""
+        return self.test, self.k
 
 
 @dataclass(frozen=True)
@@ -252,8 +257,7 @@ class Store:
         """Runs that were done again, in order."""
         with error_location(self.path):
             rows = self._connection.execute("SELECT test, k, sha256, worker, parting FROM again ORDER BY 1, 2, 4")
-            again = msgspec.convert(list(rows), list[_Again])
-            return [Repeat((row.test, row.k), row.sha256, row.worker, row.parting) for row in again]
+            return msgspec.convert(list(rows), list[Repeat])
 
     def workers(self) -> dict[int, WorkerName]:
         """Number -> worker."""
@@ -283,16 +287,6 @@ class Store:
     def _get(self, name: str) -> bytes | None:
         row = self._connection.execute("SELECT value FROM campaign WHERE name = ?", (name,)).fetchone()
         return None if row is None else msgspec.convert(row[0], bytes)
-
-
-class _Again(msgspec.Struct, array_like=True):
-    """A row of runs that were done again."""
-
-    test: int
-    k: int
-    sha256: str
-    worker: int
-    parting: str
 
 
 class _Worker(msgspec.Struct, array_like=True):

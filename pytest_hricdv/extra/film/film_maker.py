@@ -8,8 +8,7 @@ import io
 import os
 import re
 from collections import Counter
-from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -25,10 +24,9 @@ from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult
 from pytest_hricdv.extra.film.schedule import Schedule, key_moments, schedule
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video, video
-from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.violations import violation_line
-from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
+from pytest_hricdv.runtime import Record
 from pytest_hricdv.testbench import Film, Run, TestbenchError
 
 FILMS_EACH = 5
@@ -143,8 +141,7 @@ class FilmRun:
             raise TestbenchError("a film needs a world: run.kernel.world is None")
         camera = self._film.camera(world)
         with contextlib.closing(camera):
-            view = ReplayView(run.recorder, run.monitors)
-            self.recorder = FilmRecorder(camera, self._plan(), view, self._film.state, self._alarms, self._video)
+            self.recorder = FilmRecorder(camera, self._plan(), run, self._film.state, self._alarms, self._video)
             run.kernel.world = FilmedWorld(world, self.recorder)
             self.recorder.take_picture(run.kernel.now_us)
             yield
@@ -156,22 +153,6 @@ class FilmRun:
         first_s = violations_s[0] if violations_s else None
         moments = key_moments(self._film.moments, _events(result.record), first_s, result.sim_s)
         return schedule(moments, violations_s, result.sim_s, self._film.period_us)
-
-
-@dataclass(frozen=True)
-class ReplayView:
-    """Messages and verdicts of the replay for captions; a `film.recorder.RunView`."""
-
-    recorder: Recorder
-    monitors: MonitorSet
-
-    def messages(self) -> Sequence[RecordedMessage]:
-        """All messages so far."""
-        return self.recorder.messages
-
-    def verdicts(self) -> Mapping[str, str]:
-        """Requirement -> verdict if the run ended now."""
-        return self.monitors.so_far()
 
 
 def film_text(film: FilmResult, folder: Path) -> str:

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from pytest_hricdv.declarations.film import Camera
 from pytest_hricdv.extra.film.schedule import END, VIOLATION, Schedule
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video
+from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import RecordedMessage, World
 from pytest_hricdv.runtime.kernel import US_PER_S
 
@@ -193,14 +194,6 @@ def _font(size: int) -> FreeTypeFont | BitmapFont:
     return ImageFont.load_default(size)
 
 
-class RunView(Protocol):
-    """The view of a run for captions: its messages and verdicts so far."""
-
-    def messages(self) -> Sequence[RecordedMessage]: ...
-
-    def verdicts(self) -> Mapping[str, str]: ...
-
-
 @dataclass(frozen=True)
 class Alarm:
     """A violation to show from `time_s` (s) on."""
@@ -216,18 +209,18 @@ class FilmRecorder:
     Args:
         camera: in the world of the run.
         schedule: when to take pictures.
-        view: messages and verdicts for captions.
+        run: whose messages and verdicts captions show.
         state: the message and field that are the robot's state, as in "state.name"; empty for none.
         alarms: violations, in the order of time.
         video: where frames go.
     """
 
     def __init__(
-        self, camera: Camera, schedule: Schedule, view: RunView, state: str, alarms: Sequence[Alarm], video: Video
+        self, camera: Camera, schedule: Schedule, run: Run, state: str, alarms: Sequence[Alarm], video: Video
     ) -> None:
         self._camera = camera
         self._schedule = schedule
-        self._view = view
+        self._run = run
         self._state_topic, _, self._state_field = state.partition(".")
         self._alarms = alarms
         self._video = video
@@ -293,7 +286,7 @@ class FilmRecorder:
 
     def _captions(self, time_us: int) -> Caption:
         now_s = time_us / US_PER_S
-        messages = self._view.messages()
+        messages = self._run.recorder.messages
         # A monitor reports a violation at the end of the trigger; the film shows it when it happens.
         violated = {alarm.requirement: "Failed" for alarm in self._alarms if alarm.time_s <= now_s}
         alarms = [alarm.text for alarm in self._alarms if now_s - ALARM_S <= alarm.time_s <= now_s]
@@ -301,7 +294,7 @@ class FilmRecorder:
         return Caption(
             time_s=now_s,
             state=self._state(messages),
-            verdicts={**self._view.verdicts(), **violated},
+            verdicts={**self._run.monitors.so_far(), **violated},
             event=alarms[-1] if alarms else _event_text(next(others, None)),
             alarm=bool(alarms),
             slow=self._schedule.is_slow(time_us),

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.extra.audit.diagnosis import CauseSearch, RepeatCause
 from pytest_hricdv.extra.audit.process import RerunAnswer, RerunOrder
-from pytest_hricdv.extra.audit.repeating import Rerun
 from pytest_hricdv.extra.audit.sources import CLOCK, RANDOM, Reading
 
 ASKED = "asked"
@@ -39,11 +38,11 @@ class SimulatedProcesses:
         copy: int = 0,
         variables: Mapping[str, str] | None = None,
         among: Sequence[str] = (),
-    ) -> Rerun:
+    ) -> RerunAnswer:
         assert not among or set(order.nodeids) <= set(among)
         self.ran.append(order)
         came_to = self.code(order, hash_seed, copy, variables or {})
-        return Rerun(RerunAnswer(problem=repr(came_to), readings=self.readings if order.watched else ()))
+        return RerunAnswer(problem=repr(came_to), readings=self.readings if order.watched else ())
 
 
 def cause(
