@@ -23,50 +23,6 @@ SUITES = ("by-hand", "bdi-random", "rl", "pseudorandom", "closure")
 SEEDS = (0, 1)  # 0 is the default, which users have; 1 shows what was written for 0
 UNSTABLE = ("wall_s", "replay", "origin")
 """Keys of `report.json` that hold measured times, paths into the folder of the report, or when it was made."""
-_VERDICT = {"vacuous": "untriggered", "unused": "vacuous_alternatives", "overtaken": "masked_messages"}
-NEW_KEYS: dict[str, dict[str, str]] = {
-    "": {
-        "known_while": "known_when",
-        "may_be_nc": "allowed_untriggered",
-        "made_with": "environment",
-        "whole": "full_report",
-        "rerun": "rerun_options",
-    },
-    "tests": {
-        "aim": "target",
-        "ended": "end_reason",
-        "acted_s": "action_times_s",
-        "acted": "action_indices",
-        "seen": "bystander_events",
-        "faults": "errors",
-        "beside": "cross_check",
-        "nearest_miss": "near_miss",
-        **_VERDICT,
-    },
-    "suites": {"place": "location", **_VERDICT},
-    "closure": {"place": "location"},
-    "closing": {
-        "given": "initial_runs",
-        "erring": "errored_runs",
-        "ways": "strategies",
-        "way": "strategy",
-        "near": "closest_runs",
-        "nearest": "closest_tests",
-        "kinds_left": "estimated_undetected",
-        "never_decisive": "vacuous_alternatives",
-        "ended": "end_reason",
-    },
-    "causes": {
-        "places": "locations",
-        "decides": "deciding_change",
-        "decision": "minimal_pair",
-        "parts_at": "differs_at",
-    },
-    "diagnosis": {"ended": "end_reason"},
-}
-"""Section of `report.json` (empty: its own keys) -> the keys that schema 3 renamed."""
-NAMED_BY_USERS = ("parameters", "cross", "timeline", "plans")
-"""Keys whose values have names of the testbench as keys."""
 
 
 def report_of(suite: str, seed: int) -> Any:
@@ -81,7 +37,7 @@ def report_of(suite: str, seed: int) -> Any:
 def read(file: Path) -> dict[str, dict[str, Any]]:
     """What was stored: suite and seed -> report."""
     reports = json.loads(gzip.decompress(file.read_bytes()))
-    return {name: upgraded(stable(report)) for name, report in reports.items()}
+    return {name: stable(report) for name, report in reports.items()}
 
 
 def stable(value: Any) -> Any:
@@ -89,24 +45,6 @@ def stable(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: stable(item) for key, item in value.items() if key not in UNSTABLE}
     return [stable(item) for item in value] if isinstance(value, list) else value
-
-
-def upgraded(report: dict[str, Any]) -> dict[str, Any]:
-    """A stored report of schema 2 with the keys of schema 3."""
-    if report["schema"] != "hricdv-report/2":
-        return report
-    own = {NEW_KEYS[""].get(key, key): _upgraded(value, NEW_KEYS.get(key, {})) for key, value in report.items()}
-    return own | {"schema": "hricdv-report/3"}
-
-
-def _upgraded(value: Any, names: dict[str, str]) -> Any:
-    if isinstance(value, list):
-        return [_upgraded(item, names) for item in value]
-    if not isinstance(value, dict):
-        return value
-    return {
-        names.get(key, key): item if key in NAMED_BY_USERS else _upgraded(item, names) for key, item in value.items()
-    }
 
 
 def differences(stored: Any, now: Any, where: str = "") -> Iterator[str]:
