@@ -122,23 +122,19 @@ class Memo:
         """
         starts: dict[tuple[StateNode, Content], None] = {}
         percepts = [f"{functor}({atom})" for atom in atoms]
-        environment = Environment()
-        case = None
+        environment, first = Environment(), None
         for count in range(1, len(atoms) + 1):
             self.system.check_agent(agent)
             environment = Environment()
             environment.show(agent, percepts[:count])
-            case = self._case(environment.percept_snapshot)
-            segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
-            if case is None or segments is None or _rounds(segments) >= max_rounds:
+            first = self._first_segment(environment, seed, max_rounds)
+            if first is None:
                 return None
-            edge = self._root(case[0], count, seed).edge
-            if not isinstance(edge, Segment) or edge.then is None:
-                return None
-            starts[edge.then, fold(edge.actions, edge.plans)] = None
-        if case is None:
+            _, segment, then = first
+            starts[then, fold(segment.actions, segment.plans)] = None
+        if first is None:
             return None
-        forwarding = case[0]
+        forwarding = first[0]
 
         def complete(node: StateNode, chosen: frozenset[str]) -> bool:
             run = self._at(node, forwarding, chosen, environment, seed)
@@ -152,6 +148,20 @@ class Memo:
             for (after, more), chosen in runs.items():
                 all_runs.setdefault((lines + after, bits | more), chosen)
         return all_runs
+
+    def _first_segment(
+        self, environment: Environment, seed: int, max_rounds: int
+    ) -> tuple[ForwardingRule, Segment, StateNode] | None:
+        """How atoms are forwarded, what runs do before they depend on one, and where they are then."""
+        case = self._case(environment.percept_snapshot)
+        segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
+        if case is None or segments is None or _rounds(segments) >= max_rounds:
+            return None
+        forwarding, atoms = case
+        edge = self._root(forwarding, len(atoms), seed).edge
+        if not isinstance(edge, Segment) or edge.then is None:
+            return None
+        return forwarding, edge, edge.then
 
     def obstacle(self, agent: str, functor: str, atoms: Iterable[str]) -> str:
         """Why runs may not be separable into segments, in a clause that names agents and atoms (see `explore_all`)."""
