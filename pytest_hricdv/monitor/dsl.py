@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NoReturn, overload
+from typing import NoReturn, Self, overload
 
 from pytest_hricdv.monitor.formula import Holds, Response
 from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
@@ -87,25 +87,19 @@ class ComparisonValue(TruthValue):
         super().__init__(comparison)
         self._comparison = comparison
 
-    def held_for(self, duration_s: float) -> ComparisonValue:
+    def held_for(self, duration_s: float) -> Self:
         """`[for d]`: true once it has held for `duration_s` seconds."""
-        return ComparisonValue(replace(self._comparison, for_s=as_number(duration_s, "a duration")))
+        return type(self)(replace(self._comparison, for_s=as_number(duration_s, "a duration")))
 
 
 class Inequality(ComparisonValue):
     """A comparison with `< <= > >=`, to which a hysteresis can be added as well."""
 
-    def __init__(self, inequality: NumberComparison) -> None:
-        super().__init__(inequality)
-        self._inequality = inequality
+    _comparison: NumberComparison
 
     def hysteresis(self, width: float) -> Inequality:
         """`[hysteresis h]`: once false, true again only past the bound by `width`, in the unit of the comparison."""
-        return Inequality(replace(self._inequality, hysteresis=as_number(width, "a hysteresis")))
-
-    def held_for(self, duration_s: float) -> Inequality:
-        """`[for d]`: true once it has held for `duration_s` seconds."""
-        return Inequality(replace(self._inequality, for_s=as_number(duration_s, "a duration")))
+        return Inequality(replace(self._comparison, hysteresis=as_number(width, "a hysteresis")))
 
 
 class NumberValue:

@@ -50,30 +50,14 @@ def page(report: Report) -> tuple[str, dict[str, str]]:
 
 def standalone(package: str, template: str, **values: object) -> str:
     """A document of its own, from a template in the folder of a package."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader(package, "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        finalize=_finalize,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template(template).render(**values)
+    return _environment_of(jinja2.PackageLoader(package, ".")).get_template(template).render(**values)
 
 
 @cache
 def _environment() -> jinja2.Environment:
     """The environment for all pages: it keeps the compiled templates, as compiling takes longer than filling in."""
-    environment = jinja2.Environment(
-        loader=jinja2.ChoiceLoader([jinja2.PackageLoader("pytest_hricdv", "report/page"), _loader_of_parts()]),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        finalize=_finalize,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+    pages = jinja2.PackageLoader("pytest_hricdv", "report/page")
+    environment = _environment_of(jinja2.ChoiceLoader([pages, _loader_of_parts()]))
     environment.filters.update(
         percent=formatting.percent,
         seconds=formatting.seconds,
@@ -88,6 +72,18 @@ def _environment() -> jinja2.Environment:
         utc=formatting.utc,
     )
     return environment
+
+
+def _environment_of(loader: jinja2.BaseLoader) -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=loader,
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        finalize=_finalize,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
 
 
 def _loader_of_parts() -> jinja2.BaseLoader:

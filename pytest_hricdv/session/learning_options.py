@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_hricdv.session.option import usage_error
+from pytest_hricdv.session.option import OptionReader, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.generate.qlearning import QLearning, WarmStart
@@ -45,22 +45,16 @@ class LearningOptions:
 
 def read_learning(config: pytest.Config) -> LearningOptions:
     """The options of the ini file and the command line."""
+    reader = OptionReader(config)
     lines: Sequence[str] = config.getoption("hri_rl") or ()
-    named = [f"--hri-rl={line}" for line in lines]
-    texts = {}
-    for name in ("reward", "start", "save"):
-        option = config.getoption(f"hri_rl_{name}")
-        if option is not None:
-            named.append(f"--hri-rl-{name}={option}")
-        texts[name] = str(config.getini(f"hri_rl_{name}") if option is None else option).strip()
-    folder = config.invocation_params.dir
+    given = [name for name in ("rl_reward", "rl_start", "rl_save") if reader.command_line_value(name) is not None]
     settings = [(f"hri_rl: {line}", line) for line in config.getini("hri_rl")]
     return LearningOptions(
         settings=(*settings, *((f"--hri-rl={line}", line) for line in lines)),
-        reward=texts["reward"],
-        start=folder / texts["start"] if texts["start"] else None,
-        save=folder / texts["save"] if texts["save"] else None,
-        named=tuple(named),
+        reward=reader.text("rl_reward"),
+        start=reader.file("rl_start"),
+        save=reader.file("rl_save"),
+        named=(*(f"--hri-rl={line}" for line in lines), *map(reader.setting, given)),
     )
 
 
