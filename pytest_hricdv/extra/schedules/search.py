@@ -22,7 +22,6 @@ from pytest_hricdv.extra.schedules.pairs import DataConflict
 from pytest_hricdv.extra.schedules.schedule_run import ScheduleRun
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.generate.rng import make_rng
-from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.schedule import ScheduleDecision
 
 MOST_DECISIONS = 3
@@ -102,7 +101,6 @@ class ScheduleSearch:
     repeats: int = 0
     """Draws since the last new one."""
     drawn: set[tuple[str, tuple[ScheduleDecision, ...], str]] = field(default_factory=set)
-    """Tests with their schedules."""
 
     def note(
         self, run: ScheduleRun, candidate: ScheduleCandidate | None = None, test: ConcreteTest | None = None
@@ -206,10 +204,8 @@ class ScheduleSearch:
         return candidate, replace(candidate.test, schedule=(decision,))
 
     def _further(self, test: ConcreteTest, run: ScheduleRun) -> Iterator[tuple[int, ConcreteTest]]:
-        """The test with one more decision, about each pair that is new or nearer: first those soon after a hold.
-
-        With the place of the hold in `_holds`.
-        """
+        """Which place of `_holds` is held, and the test with that decision, too: for each pair that is new or nearer,
+        first those soon after a hold."""
         begin_s = min((held.time_s for held in run.held), default=0.0)
         context = tuple(sorted({decision.place for decision in test.schedule}))
         later: dict[PlacePair, DataConflict] = {}
@@ -300,15 +296,16 @@ class ScheduleSearch:
             for place, action in enumerate(test.actions)
             for name, value in action.parameters.items()
             for changed in (value - change_s, value + change_s)
-            if name.endswith("_s") and _may_be(commands.get(action.command, {}).get(name), changed)
+            if name.endswith("_s")
+            and (sampler := commands.get(action.command, {}).get(name)) is not None
+            and sampler.contains(changed)
         ]
         if not options:
             return None
         last = max((number - 1 for time_s, number in candidate.usual.actions if time_s <= conflict.second_s), default=0)
         caused = [entry for entry in options if entry[0] == last and entry[2] < test.actions[last].parameters[entry[1]]]
         place, name, changed = rng.choice(caused if caused and rng.random() < CAUSED else options)
-        action = test.actions[place]
-        action = replace(action, parameters={**action.parameters, name: changed})
+        action = replace(test.actions[place], parameters={**test.actions[place].parameters, name: changed})
         return replace(test, actions=(*test.actions[:place], action, *test.actions[place + 1 :]))
 
 
@@ -345,10 +342,6 @@ def _choose_early(rng: Random, options: Sequence[Option]) -> Option:
 
 def _places(test: ConcreteTest) -> tuple[str, ...]:
     return tuple(decision.place for decision in test.schedule)
-
-
-def _may_be(sampler: Sampler | None, value: float) -> bool:
-    return sampler is not None and sampler.contains(value)
 
 
 def _sort_decisions(decisions: Sequence[ScheduleDecision]) -> tuple[ScheduleDecision, ...]:
