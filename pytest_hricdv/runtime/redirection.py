@@ -12,7 +12,7 @@ import gc
 import platform
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from types import BuiltinFunctionType, CellType, CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -88,8 +88,14 @@ class Redirection:
     """
 
     def __init__(self, pairs: Iterable[tuple[Any, Any]]) -> None:
-        self._redirected = [_redirect(*pair) for pair in pairs if is_redirectable(pair[0])]
+        redirected = [pair for pair in pairs if is_redirectable(pair[0])]
+        keyed = _containers_by_key([function for function, _ in redirected])
+        self._redirected = [_redirect(*pair) for pair in redirected]
         self._depth = 0
+        for container in keyed:
+            items = [*(container.items() if isinstance(container, dict) else container)]
+            container.clear()
+            container.update(items)
 
     def install(self) -> None:
         """Let them call the others; within another installation, nothing changes."""
@@ -102,6 +108,15 @@ class Redirection:
         self._depth -= 1
         for owner, name, before, _ in self._redirected if self._depth == 0 else ():
             setattr(owner, name, before)
+
+
+def _containers_by_key(functions: Sequence[Any]) -> list[dict[Any, Any] | set[Any]]:
+    """Dictionaries and sets that have one of these as a key, as `os.supports_fd`: another hash is as another key."""
+    identities = {*map(id, functions)}
+    referring = gc.get_referrers(*functions)
+    return [
+        holder for holder in referring if type(holder) in (dict, set) and not identities.isdisjoint(map(id, holder))
+    ]
 
 
 def _redirect(function: Any, other: Any) -> tuple[Any, str, Any, Any]:

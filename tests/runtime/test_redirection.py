@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import inspect
 import math
+import os
 import pickle
 import platform
 import sys
@@ -39,6 +40,8 @@ def make_faster(arm: Arm, speed: float = 4.0) -> None:
     make_as_before(arm, 2 * speed)
 
 
+PRICES = {"first": 1, math.hypot: 2, "last": 3}
+SHAPES = {math.hypot, math.sqrt}
 REDIRECTION = Redirection([(math.hypot, fake), (make, make_faster), (int, print)])
 
 
@@ -75,6 +78,14 @@ def test_it_seems_to_be_what_it_was() -> None:
     assert "Euclidean" in text
     assert inspect.isbuiltin(hypot)
     assert pickle.loads(pickle.dumps(hypot)) is hypot
+
+
+@pytest.mark.usefixtures("redirected")
+def test_where_it_was_a_key_before_it_still_is_one() -> None:
+    assert [*PRICES] == ["first", math.hypot, "last"]
+    assert PRICES[math.hypot] == 2
+    assert math.hypot in SHAPES
+    assert all(function in os.supports_fd for function in os.supports_fd)
 
 
 def test_afterwards_it_does_what_it_did_before() -> None:
