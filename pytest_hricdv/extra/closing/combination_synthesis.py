@@ -172,7 +172,7 @@ class CombinationSynthesis:
 
 
 def _weigh(trial: Trial, condition: MissingCondition) -> tuple[float, float]:
-    """The weight of a try of which a condition was missing before, and of this, how much that it was met then.
+    """The weight of a try that lacked a condition before, and how much of it counts as meeting the condition.
 
     An intervention that inverted a character probably inverts it both ways, as a fault of a sensor does.
     """

@@ -26,7 +26,7 @@ def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str,
     """The progress of a loop, the fullest text first: for narrow terminals, each next one leaves out a less important
     part.
 
-    First the simulated time, then one kind of open point after the other, of which the number stays.
+    The simulated time goes first, then the names of one kind of open point after the other.
     """
     start, named = f"hricdv: {done} of {runs} runs", count_texts(open_counts)
     if not named:

@@ -39,6 +39,8 @@ class SchedulesView(View):
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
         """Where the code has threads and nobody searched for schedules, that one order was tested."""
+        if any(test.concrete.schedule for test in report.tests):
+            return
         if SCHEDULES.of(report) is None and any(THREADS.of(test) for test in report.tests):
             yield Line("schedules     one thread order was tested; --hri-schedules=100 tries others")
 
