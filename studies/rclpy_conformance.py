@@ -22,6 +22,7 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
 from pytest_hricdv.runtime.kernel import Kernel
 from pytest_hricdv.runtime.node_error import KernelError
+from pytest_hricdv.runtime.virtual.outside import guard_run
 
 _LIMIT_S = 1e9
 """Simulated time for a file: some of the tests have timers with a period of months."""
@@ -106,7 +107,8 @@ def run_file(file: Path, result: Path, deselected: Sequence[str]) -> None:
         kernel.virtual = frozenset({"time", "threading", "asyncio"})
         kernel.spawn("tests", tests)
         try:
-            why = f"the run is {kernel.run(_LIMIT_S)}: nobody ends its wait"
+            with guard_run(kernel):
+                why = f"the run is {kernel.run(_LIMIT_S)}: nobody ends its wait"
         except KernelError as error:
             why = str(error)
     results = list(collector.results.values())

@@ -42,7 +42,12 @@ ELSEWHERE = {
 }
 """Commands that need more than a project -> the tests that run them, or what they do, with the real thing."""
 
-PLACES = {"FILE.mas2j": "models/coffee.mas2j", "FOLDER": "models", "yourpackage": "my_package"}
+PLACES = {
+    "FILE...": "models/coffee.mas2j",
+    "FILE.mas2j": "models/coffee.mas2j",
+    "FOLDER": "models",
+    "yourpackage": "my_package",
+}
 """What stands for something of the reader's -> what it is in the project below."""
 
 SMALL = (
