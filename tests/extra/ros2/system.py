@@ -10,6 +10,7 @@ from pytest_hricdv.extra.ros2 import contexts
 from pytest_hricdv.extra.ros2.handles import Waitable
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 from pytest_hricdv.runtime import Kernel
+from pytest_hricdv.runtime.virtual.outside import guard_run
 
 
 class _Generated:
@@ -74,7 +75,8 @@ def run(*bodies: Callable[[Kernel], None], limit_s: float = 100.0) -> tuple[Kern
 
         kernel.spawn(body.__name__, enter)
     try:
-        return kernel, kernel.run(limit_s)
+        with guard_run(kernel):
+            return kernel, kernel.run(limit_s)
     finally:
         kernel.close()
 

@@ -15,6 +15,7 @@ import pytest
 from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.runtime import Kernel
+from pytest_hricdv.runtime.virtual.outside import guard_run
 from tests.extra.ros2.differential import NAMES, system
 from tests.extra.ros2.middleware import Logs, Middleware, NoMiddlewareError, middleware
 
@@ -103,7 +104,8 @@ def _virtual(name: str) -> tuple[Logs, str]:
 
         for process, body in {**chosen.servers, **chosen.ending}.items():
             enter(process, body)
-        why = kernel.run(LIMIT_S)
+        with guard_run(kernel):
+            why = kernel.run(LIMIT_S)
         kernel.close()
     return logs, why
 

@@ -15,6 +15,7 @@ from pytest_hricdv.extra.ros2.services import Client, ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.virtual import VirtualModules
+from pytest_hricdv.runtime.virtual.outside import guard_run
 from tests.extra.ros2.system import Grasp, Reading, node
 
 Entities = dict[str, Any]
@@ -60,7 +61,8 @@ def _observed(main: Callable[[Kernel], None], at_s: float) -> list[int]:
     kernel.spawn("arm", Process(kernel, ModuleVariables([]), ["arm"]).wrap(lambda: main(kernel)))
     kernel.spawn("observer", observe)
     try:
-        kernel.run(10.0)
+        with guard_run(kernel):
+            kernel.run(10.0)
     finally:
         kernel.close()
     return seen[0]

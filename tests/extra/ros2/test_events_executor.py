@@ -11,6 +11,7 @@ from types import ModuleType
 import pytest
 
 from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.runtime.virtual.outside import guard_run
 
 
 def _has_it() -> bool:
@@ -185,7 +186,8 @@ def _run(code: ModuleType, name: str) -> list[object]:
     with virtual_rclpy("events_executed"):
         kernel.spawn(name, body)
         try:
-            assert kernel.run(100.0) == "idle"
+            with guard_run(kernel):
+                assert kernel.run(100.0) == "idle"
         finally:
             kernel.close()
     return list(code.log)

@@ -7,6 +7,7 @@ from importlib.util import find_spec
 import pytest
 
 from pytest_hricdv.runtime import Kernel
+from pytest_hricdv.runtime.virtual.outside import guard_run
 
 pytestmark = [
     pytest.mark.slow,
@@ -93,7 +94,8 @@ def test_a_time_out_ends(name: str, tmp_path_factory: pytest.TempPathFactory, mo
     with virtual_rclpy(module):
         kernel.spawn(name, __import__(module).main)
         try:
-            assert kernel.run(_LIMIT_S) == "idle"
+            with guard_run(kernel):
+                assert kernel.run(_LIMIT_S) == "idle"
         finally:
             kernel.close()
     assert least_s <= kernel.now_s <= least_s + 0.001
