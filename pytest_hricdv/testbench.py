@@ -42,44 +42,6 @@ _COLLECTIONS = (
 )  # fmt: skip
 """Types that a record stores as length and checksum (see `pytest_hricdv.runtime.message_fields`)."""
 
-
-def comparable_fields(
-    message: type[object], above: str = "", inside: tuple[type[object], ...] = ()
-) -> Iterator[tuple[str, Kind, tuple[str, ...]]]:
-    """The fields that requirements can compare: name, type, and all its texts where its type says so.
-
-    A message in a message has its fields by paths, and a list its `length` and `crc`. What may be None is none of them.
-
-    Args:
-        message: the class.
-        above: its path, with a dot at its end.
-        inside: of which classes, so that one in itself comes to an end.
-    """
-    hints = get_type_hints(message)
-    for name in fields_of(message) or ():
-        hint, path = hints.get(name), above + name
-        kind, texts = _field_type(hint)
-        if kind is not None:
-            yield path, kind, texts
-        elif isinstance(hint, type) and fields_of(hint) is not None and hint not in inside:
-            yield from comparable_fields(hint, f"{path}.", (*inside, message))
-        elif (get_origin(hint) or hint) in _COLLECTIONS:
-            yield f"{path}.length", float, ()
-            yield f"{path}.crc", float, ()
-
-
-def _field_type(hint: object) -> tuple[Kind | None, tuple[str, ...]]:
-    """The type that requirements see of a field, None if they cannot compare it; all its texts, if its type says so."""
-    if isinstance(hint, type) and issubclass(hint, Enum):
-        return str, tuple(map(text_of, hint))
-    if get_origin(hint) is Literal:
-        values = tuple(text_of(value) if isinstance(value, Enum) else value for value in get_args(hint))
-        types = {type(value) for value in values}
-        hint = types.pop() if len(types) == 1 else None
-        return (str, values) if hint is str else _field_type(hint)
-    return float if hint is int else next((kind for kind in _KINDS if hint is kind), None), ()
-
-
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 __all__ = [
@@ -139,6 +101,45 @@ FIELD_PURPOSES: Mapping[str, str] = {
 }
 
 
+def comparable_fields(
+    message: type[object], above: str = "", inside: tuple[type[object], ...] = ()
+) -> Iterator[tuple[str, Kind, tuple[str, ...]]]:
+    """The fields that requirements can compare: name, type, and all possible strings where the type lists them.
+
+    Fields of a nested message are named by path; a list has the fields `length` and `crc`. What may be None is left
+    out.
+
+    Args:
+        message: the class.
+        above: path of the field that contains it, with a dot at the end.
+        inside: the classes that contain it, so that a recursive class ends.
+    """
+    hints = get_type_hints(message)
+    for name in fields_of(message) or ():
+        hint, path = hints.get(name), above + name
+        kind, texts = _field_type(hint)
+        if kind is not None:
+            yield path, kind, texts
+        elif isinstance(hint, type) and fields_of(hint) is not None and hint not in inside:
+            yield from comparable_fields(hint, f"{path}.", (*inside, message))
+        elif (get_origin(hint) or hint) in _COLLECTIONS:
+            yield f"{path}.length", float, ()
+            yield f"{path}.crc", float, ()
+
+
+def _field_type(hint: object) -> tuple[Kind | None, tuple[str, ...]]:
+    """The type of a field in requirements, None if they cannot compare it; all possible strings if the type lists
+    them."""
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return str, tuple(map(text_of, hint))
+    if get_origin(hint) is Literal:
+        values = tuple(text_of(value) if isinstance(value, Enum) else value for value in get_args(hint))
+        types = {type(value) for value in values}
+        hint = types.pop() if len(types) == 1 else None
+        return (str, values) if hint is str else _field_type(hint)
+    return float if hint is int else next((kind for kind in _KINDS if hint is kind), None), ()
+
+
 @dataclass(frozen=True)
 class Outcome:
     """How a run went, in the testbench's own words.
@@ -147,14 +148,14 @@ class Outcome:
         ended: why it ended, for instance "table done".
         outcomes: how each interaction ended, in order.
         skipped_s: simulated seconds for which the physics was not stepped.
-        cross: the bins that the run hit, by the name of the declared cross product: one bin for each coordinate, but
-            none for those that are named after a requirement.
-        fidelity: how the world was simulated, where there are several ways; every report shows it.
+        cross: name of a cross product -> the bins that the run hit, as tuples of one value per coordinate, except
+            coordinates named after a requirement.
+        fidelity: how the world was simulated, if there are several ways; every report shows it.
 
     Raises:
-        TestbenchError: a text is no text, or `skipped_s` is no time.
+        TestbenchError: a string is not one, or `skipped_s` is not a time.
 
-    A run with two interactions. The cross product `rides` has the coordinates rider, floor and R1: the bins of the
+    A run with two interactions. The cross product `rides` has the coordinates rider, floor and R1: the values of the
     first two are reported, in their order, and that of R1 is its verdict (see `CrossProduct`).
 
     >>> outcome = Outcome(
@@ -175,9 +176,9 @@ class Outcome:
     def __post_init__(self) -> None:
         for name in ("ended", "fidelity"):
             if not isinstance(getattr(self, name), str):
-                raise TestbenchError(f"Outcome: {name} is {getattr(self, name)!r}; expected a text")
+                raise TestbenchError(f"Outcome: {name} is {getattr(self, name)!r}; expected a string")
         if isinstance(self.outcomes, str) or not all(isinstance(outcome, str) for outcome in self.outcomes):
-            raise TestbenchError(f"Outcome: outcomes is {self.outcomes!r}; expected a tuple of texts")
+            raise TestbenchError(f"Outcome: outcomes is {self.outcomes!r}; expected a tuple of strings")
         if not isinstance(self.skipped_s, int | float) or not 0 <= self.skipped_s < math.inf:
             raise TestbenchError(f"Outcome: skipped_s is {self.skipped_s!r}; expected a time in seconds")
 
@@ -190,29 +191,30 @@ class Testbench:
         name: shown in reports.
         model: the BDI model that tests are generated from.
         beliefs: the belief space that steers the model.
-        concretization: the commands that people can enact, with the ranges of their parameters; where the model has
-            several actors, each says who does it: `nurse: press call`.
+        concretization: the commands that people can enact, with the ranges of their parameters; if the model has
+            several actors, each names its actor: `nurse: press call`.
         requirements: TOML file of requirement texts, or requirements built in Python (`pytest_hricdv.monitor.build`).
         messages: the classes of the messages on the bus, frozen dataclasses for preference; named tuples and classes of
-            attrs, msgspec and pydantic are as good. Fields that are bool, int, float, str, Literal or Enum
-            can be named in requirements. A member of an Enum is named by its value if this is a text, else by its name.
+            attrs, msgspec and pydantic work as well. Fields that are bool, int, float, str, Literal or Enum
+            can be named in requirements; a member of an Enum by its value if that is a string, else by its name.
         signals: physical signals that the world records: name -> bool, float or str, or `Signal(...)` with a unit, the
-            values of a text, or when it is measured.
+            possible values of a string, or when it is measured.
         fields: the units and values of fields of messages: `topic.field` -> `Field(...)`.
         code: importable names of the packages under test.
-        run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
+        run: builds world, human, sensors and controller for the given `Run`, runs them, and returns the outcome.
         cross: the cross products to cover, by name.
-        outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
-        oracle: the agent of the model that each run is compared with, and what corresponds to what; None where
-            there is none.
+        outcome_label: the name of a run's interactions in reports, such as "legs".
+        oracle: the agent of the model that each run is compared with, and how the two correspond; None if there is
+            none.
         suites: what the suites of generated tests need.
         state: where the code under test publishes its state.
         people: the agents that decide during a run, and bystanders.
         time: how the code under test waits, and how its runs may end.
+        timing: how slow the code may be, for runs with schedules.
         simulation: the fidelities and physics engines of the world, and how it is filmed.
-        disturbances: what can go wrong, by name: a test has a line `disturb NAME` where it does. No published method
+        disturbances: what can go wrong, by name; a test has a line `disturb NAME` where it does. No published method
             generates such lines.
-        ros2: the ROS 2 system that the code under test is, where it is one: `Ros2(topics={...}, ...)`. Its nodes see
+        ros2: the code under test as a ROS 2 system, `Ros2(topics={...}, ...)`; None if it is not one. Its nodes see
             "time" and "threading" in virtual time, whatever `time` says.
     """
 
@@ -242,8 +244,8 @@ class Testbench:
 
     @cached_property
     def commands(self) -> Concretization:
-        """The concretization, with the lines of the disturbances, and turns where there are several actors: what tests
-        may contain, whereas methods draw from `concretization`."""
+        """All commands that tests may contain: the concretization, from which methods draw, with disturbances, and
+        turns if there are several actors."""
         declared = self.concretization
         if self.model.actors:
             declared = declared.with_turns(self.model.actors)
@@ -259,12 +261,12 @@ class Testbench:
 
     @cached_property
     def units(self) -> Mapping[str, str]:
-        """Signal, or `topic.field` -> its unit, where it has one."""
+        """Signal, or `topic.field` -> its unit, if it has one."""
         return {name: declared.unit for name, declared in self._details.items() if declared.unit}
 
     @cached_property
     def values(self) -> Mapping[str, tuple[str, ...]]:
-        """Signal, or `topic.field` -> the texts that it can have, where they are declared."""
+        """Signal, or `topic.field` -> its possible values, if they are declared."""
         return {name: declared.values for name, declared in self._details.items() if declared.values}
 
     @cached_property
@@ -294,8 +296,8 @@ class Testbench:
         """The names that requirements may use: signals, topics, and those fields of messages that can be compared.
 
         Raises:
-            ValueError: a name that no requirement can contain, or that two messages, or the bus and ROS 2, have; values
-                of what is no text, or a unit of an unknown name.
+            ValueError: a name cannot be used in requirements, or is used for two messages, or both on the bus and in
+                ROS 2; values are declared for what is not a string, or a unit for an unknown name.
             Ros2Error: a topic, service or action of ROS 2 has a wrong name or type.
         """
         topics: dict[str, dict[str, Kind]] = {}
@@ -303,7 +305,7 @@ class Testbench:
         for message in self.messages:
             topic = topic_of(message)
             if topic in topics:
-                raise ValueError(f"two classes of messages are {topic!r} on the bus; rename one of them")
+                raise ValueError(f"two message classes have the topic {topic!r} on the bus; rename one of them")
             topics[topic] = {}
             for name, kind, texts in comparable_fields(message):
                 topics[topic][name] = kind
@@ -312,6 +314,6 @@ class Testbench:
         for part in offers("execution", "EXECUTION"):
             for name, fields in part.topics(self).items():
                 if name in topics:
-                    raise ValueError(f"{name!r} is a message of the bus, and a topic of ROS 2; rename one of them")
+                    raise ValueError(f"{name!r} is both a message of the bus and a topic of ROS 2; rename one of them")
                 topics[name] = fields
         return Vocabulary(dict(self.signal_types), topics, {**values, **self.values}, dict(self.units))

@@ -1,4 +1,4 @@
-"""Cross products: named coordinates with named bins; a hit is one bin of each coordinate.
+"""Cross products of named coordinates: a bin is a combination of one value of each, and a hit names a bin.
 
 Also their records in reports: what was declared, what is impossible, and what was hit.
 """
@@ -26,7 +26,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 @dataclass(frozen=True)
 class CheckedHits:
-    """The hits of a run in order, without those that cannot be; and what is wrong with them, a sentence each."""
+    """The hits of a run in order, except impossible ones; and what is wrong with them, a sentence each."""
 
     bins: tuple[Bin, ...]
     faults: tuple[str, ...]
@@ -36,21 +36,21 @@ class CheckedHits:
 class CrossProduct:
     """A declared cross product.
 
-    A coordinate that has the name of a requirement (with bins among Passed, Failed, NC) is filled in from the
+    A coordinate that has the name of a requirement (with values among Passed, Failed, NC) is filled in from the
     requirement's verdict on the run; the others are reported by the testbench's `run`.
 
     Args:
-        coordinates: name -> its bins, for instance {"gpl": ("000", ...), "outcome": ("released", ...)}.
-        impossible: combinations that cannot occur, each with the reason; "*" stands for any bin of a coordinate.
+        coordinates: name -> its values, for instance {"gpl": ("000", ...), "outcome": ("released", ...)}.
+        impossible: combinations that cannot occur, each with the reason; "*" stands for any value of a coordinate.
         illegal: combinations that must not occur, each with the reason: a test that hits one fails. "*" as above.
         planned: from the lines of an abstract test, the combinations of the first coordinates that it aims at.
-            What no beliefs make the model plan is then impossible, as far as the model is small enough to explore.
+            If the model is small enough to explore, what it plans with no belief set is impossible.
 
     Raises:
-        CoverageError: no or an empty coordinate, a bin twice, too many bins, or a combination that is not a bin.
+        CoverageError: no or an empty coordinate, a value twice, too many bins, or a combination that is not a bin.
 
-    A lift that carries a nurse or a child to one of two floors, where no child may go to the roof, and what came of
-    requirement R1 meanwhile:
+    A lift that carries a nurse or a child to one of two floors, where no child may go to the roof, and the verdict of
+    requirement R1:
 
     >>> rides = CrossProduct(
     ...     {"rider": ("nurse", "child"), "floor": ("ward", "roof"), "R1": ("Passed", "Failed", "NC")},
@@ -77,9 +77,11 @@ class CrossProduct:
             raise CoverageError("cross product: it has no coordinates")
         for name, bins in self.coordinates.items():
             if not bins:
-                raise CoverageError(f"cross product: coordinate {name!r} has no bins")
+                raise CoverageError(f"cross product: coordinate {name!r} has no values")
             if len(set(bins)) != len(bins) or ANY in bins:
-                raise CoverageError(f"cross product: coordinate {name!r} has a bin twice, or one named {ANY!r}: {bins}")
+                raise CoverageError(
+                    f"cross product: coordinate {name!r} has a value twice, or one named {ANY!r}: {bins}"
+                )
         if prod(map(len, self.coordinates.values())) > MAX_BINS:
             raise CoverageError(f"cross product of {', '.join(self.coordinates)}: more than {MAX_BINS} bins")
         for kind, patterns in (("impossible", self.impossible), ("illegal", self.illegal)):
@@ -104,7 +106,7 @@ class CrossProduct:
     def check(self, hits: Iterable[Bin], verdicts: Mapping[str, str]) -> CheckedHits:
         """The hits that a run reported, with the verdict at every coordinate that is named after a requirement.
 
-        A hit that is no bin, or that was declared impossible, is left out.
+        A hit that is not a bin, or that was declared impossible, is left out.
         """
         bins: list[Bin] = []
         faults: set[str] = set()
@@ -122,7 +124,7 @@ class CrossProduct:
         return CheckedHits(tuple(sorted(bins)), tuple(sorted(faults)))
 
     def _with_verdicts(self, hit: Bin, verdicts: Mapping[str, str]) -> Bin | None:
-        """The hit, completed; None if it is no bin."""
+        """The hit, completed; None if it is not a bin."""
         if len(hit) != sum(name not in verdicts for name in self.coordinates):
             return None
         rest = iter(hit)
@@ -148,14 +150,14 @@ class CrossProduct:
 
 
 class Coordinate(PlainRecord, frozen=True, kw_only=True):
-    """A coordinate of a cross product, with its bins."""
+    """A coordinate of a cross product, with its values."""
 
     name: str
     bins: Names
 
 
 class ImpossibleBin(PlainRecord, frozen=True, kw_only=True):
-    """A bin that cannot be hit: by declaration, or because the model cannot."""
+    """A bin that cannot be hit: by declaration, or because no run of the model plans it."""
 
     bin: Names
     reason: str
@@ -222,7 +224,8 @@ class CrossCoverage(PlainRecord, frozen=True, kw_only=True):
 
 
 class PlannedBin(PlainRecord, frozen=True, kw_only=True):
-    """Bins of the first coordinates that a run of the model aims at, and the smallest belief set that leads to it."""
+    """A combination of the first coordinates that a run of the model plans, and the smallest belief set that leads to
+    it."""
 
     bin: Names
     beliefs: Names

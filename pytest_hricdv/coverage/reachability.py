@@ -1,4 +1,4 @@
-"""Reachability: which points the model proves impossible, and which beliefs lead to points that are not covered yet."""
+"""Reachability: which bins the model proves impossible, and which beliefs lead to plans and bins."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CACHE_KEY = "hricdv/exploration-{}"
 
 @dataclass(frozen=True)
 class Reachability:
-    """The result of exploring the model: a report's `exploration` and `cross_products`."""
+    """What exploring the model shows: a report's `exploration` and `cross_products`."""
 
     exploration: ExplorationRecord = field(default_factory=ExplorationRecord)
     products: Mapping[str, ProductDeclaration] = field(default_factory=dict)
@@ -38,11 +38,11 @@ def explore(context: GenerationContext, products: Mapping[str, CrossProduct], ca
 
     Args:
         context: the model, its belief space, and the human's commands.
-        products: as declared by the testbench.
+        products: the cross products of the testbench.
         cache: `config.cache`, or None if the cache plugin is off.
 
     Raises:
-        CoverageError: a cross product's `planned` returned what is not a bin of its first coordinates.
+        CoverageError: a cross product's `planned` returned something other than values of its first coordinates.
     """
     try:
         exploration = explore_model(context, cache)
@@ -90,13 +90,13 @@ def explore_model(context: GenerationContext, cache: Any | None) -> Exploration:
 
 
 def sample_model(context: GenerationContext, reason: str, cache: Any | None) -> Exploration:
-    """Runs of a model that cannot be explored, of belief sets that are drawn; or from the cache.
+    """Runs of a model that cannot be explored, with random belief sets; or from the cache.
 
     Args:
-        reason: why it cannot be explored.
+        reason: why the model cannot be explored.
 
     Raises:
-        GenerateError: the model fails with each of them.
+        GenerateError: the model fails with each belief set.
     """
 
     def sample_now() -> Exploration:
@@ -156,12 +156,12 @@ def _check(name: str, product: CrossProduct, planned: Bin, size: int) -> None:
     kinds = [*islice(product.coordinates.items(), len(planned))]
     if len(planned) != size or not 0 < len(planned) <= len(product.coordinates):
         raise CoverageError(
-            f"cross product {name!r}: planned returned {planned}; expected a bin of each of the same coordinates"
+            f"cross product {name!r}: planned returned {planned}; expected a value of each of the same coordinates"
         )
     for part, (coordinate, bins) in zip(planned, kinds, strict=True):
         if part not in bins:
             raise CoverageError(
-                f"cross product {name!r}: planned returned {planned}, but {coordinate!r} has no bin {part!r}"
+                f"cross product {name!r}: planned returned {planned}, but {coordinate!r} has no value {part!r}"
             )
 
 

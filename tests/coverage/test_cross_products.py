@@ -37,9 +37,9 @@ def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
     ("arguments", "message"),
     [
         (({},), "has no coordinates"),
-        (({"empty": ()},), "'empty' has no bins"),
-        (({"twice": ("a", "a")},), "'twice' has a bin twice"),
-        (({"star": ("*",)},), "'star' has a bin twice, or one named"),
+        (({"empty": ()},), "'empty' has no values"),
+        (({"twice": ("a", "a")},), "'twice' has a value twice"),
+        (({"star": ("*",)},), "'star' has a value twice, or one named"),
         (({str(n): ("a", "b") for n in range(17)},), "more than 100000 bins"),
         ((KINDS, {("1", "lost"): "?"}), "declared impossible but is not a bin"),
         ((KINDS, {("1",): "?"}), "declared impossible but is not a bin"),

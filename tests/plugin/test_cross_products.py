@@ -86,11 +86,11 @@ def test_the_beliefs_that_are_suggested_close_the_gap(crossed: pytest.Pytester) 
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('"yes" if', '"often" if', "planned returned ('often', '10'), but 'greets' has no bin 'often'"),
+        ('"yes" if', '"often" if', "planned returned ('often', '10'), but 'greets' has no value 'often'"),
         (
             'levels[0] if levels else "none")]',
             '"0", "Passed", "more")]',
-            "expected a bin of each of the same",
+            "expected a value of each of the same",
         ),
     ],
 )

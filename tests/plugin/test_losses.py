@@ -108,7 +108,7 @@ def test_a_run_that_nobody_ended_fails_unless_the_testbench_allows_it(lamps: pyt
         ("conftest.py", '"lamp_level", level', '"lamplevel", level', "*signal 'lamplevel' is recorded but not*"),
         ("conftest.py", '"lamp_level", level', '"lamp_level", float("nan")', "*expected a finite number*"),
         ("conftest.py", "    return Outcome(", "    Outcome(", "*run returned None; expected a pytest_hricdv*Outcome*"),
-        ("conftest.py", 'outcomes=("released",)', "outcomes=(1,)", "*outcomes is (1,); expected a tuple of texts"),
+        ("conftest.py", 'outcomes=("released",)', "outcomes=(1,)", "*outcomes is (1,); expected a tuple of strings"),
         (
             "conftest.py",
             'outcomes=("released",)',

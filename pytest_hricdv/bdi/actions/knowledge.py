@@ -120,7 +120,7 @@ def _assertz(invocation: Invocation) -> Outcome:
 
 @internal_action("namespace", 1)
 def _namespace(invocation: Invocation) -> Iterator[object]:
-    """The name spaces of the agent's beliefs."""
+    """The namespaces of the agent's beliefs."""
     functors = [functor for _, functor, _ in invocation.agent.beliefs.buckets]
     spaces = dict.fromkeys(["default", *(functor.partition("::")[0] for functor in functors if "::" in functor)])
     for space in spaces:

@@ -265,7 +265,7 @@ def _wrong_number(call: Call, least: int, most: int) -> BdiError:
 
 # --- what to write instead of an action that does not exist
 
-_NAME_SPACES = "what is to be known of a name space is a belief in it, as ns::kind(local)"
+_NAMESPACES = "what is to be known of a namespace is a belief in it, as ns::kind(local)"
 
 _INSTEAD = {
     ".assert": "beliefs are added with +b",
@@ -282,8 +282,8 @@ _INSTEAD = {
     ".get_src_info": "failure plans receive the source location as annotations: -!g[code_src(File), code_line(Line)]",
     ".join": "it is part of .fork: write .fork(and, { ... }, { ... }), or !a |&| !b",
     ".list_files": "runs read no folders: list the choices as beliefs",
-    ".namespace_get_prop": _NAME_SPACES,
-    ".namespace_set_prop": _NAME_SPACES,
+    ".namespace_get_prop": _NAMESPACES,
+    ".namespace_set_prop": _NAMESPACES,
     ".println_error": "use .print",
     ".sleep": "use .wait(milliseconds)",
     ".stop": "use .stopMAS",

@@ -7,7 +7,7 @@ from dataclasses import replace
 from operator import itemgetter
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
+from pytest_hricdv.bdi.language.namespaces import DEFAULT, LOCAL, split
 from pytest_hricdv.bdi.language.syntax import (
     GOAL_STATE,
     SIGNS,
@@ -153,7 +153,7 @@ class PlanOptions(dict[Key, tuple[Option, ...]]):
 
 
 def _may_match(trigger: PlanTrigger, event: EventKey) -> bool:
-    """Whether a trigger without a key may match these events; a bare variable stands for those without a name space."""
+    """Whether a trigger without a key may match these events; a bare variable stands for those without a namespace."""
     literal, (_, functor, arity) = trigger.literal, event[1]
     space, name = split(functor)
     if not isinstance(literal, QualifiedLiteral):

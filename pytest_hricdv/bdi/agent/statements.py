@@ -217,7 +217,7 @@ def literal_of(agent: AgentState, term: GoalTerm | PlanTerm, bindings: Bindings)
     if isinstance(literal, Variable):
         raise EvaluationError(f"variable {literal} has no value here", "body_var_without_value")
     if isinstance(literal, QualifiedLiteral):
-        raise EvaluationError(f"name space {literal.space} has no value here", "body_var_without_value")
+        raise EvaluationError(f"namespace {literal.space} has no value here", "body_var_without_value")
     if not isinstance(literal, Structure):
         raise EvaluationError(f"{term} is not a literal but {literal}")
     return literal

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from pytest_hricdv._base import input_file
 from pytest_hricdv._base.grammar import lark_parser
 from pytest_hricdv._base.input_file import EncodingError, MalformedError
-from pytest_hricdv.bdi.language import name_spaces
+from pytest_hricdv.bdi.language import namespaces
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.syntax import Include, InitialGoal, Plan, PlanTrigger, Program, Rule
 from pytest_hricdv.bdi.language.terms import Structure, Term
@@ -113,10 +113,8 @@ class _ProgramReader:
         self._files = 0
         self._size = 0
 
-    def read(
-        self, path: Path, named_at: Location | None, naming_text: str, space: str = name_spaces.DEFAULT
-    ) -> Program:
-        """See `read_program`; ``space`` is the name space of what has none."""
+    def read(self, path: Path, named_at: Location | None, naming_text: str, space: str = namespaces.DEFAULT) -> Program:
+        """See `read_program`; ``space`` is the namespace of what has none."""
         try:
             source = read_source(path)
             self._check(path, source.text, named_at, naming_text)
@@ -133,7 +131,7 @@ class _ProgramReader:
                 raise
             raise BdiSyntaxError.at(_without_contents(error, path), named_at, naming_text) from None
 
-    def parse_file(self, path: Path, source: SourceText, space: str = name_spaces.DEFAULT) -> Program:
+    def parse_file(self, path: Path, source: SourceText, space: str = namespaces.DEFAULT) -> Program:
         """Parse the text of a file; an error in one that is not UTF-8 says so, too."""
         if not source.not_utf8:
             return self.parse(source.text, str(path), space)
@@ -143,7 +141,7 @@ class _ProgramReader:
             raise with_encoding(error, source) from None
         return replace(program, warnings=(f"{source.not_utf8}: read as Latin-1", *program.warnings))
 
-    def parse(self, text: str, file: str, space: str = name_spaces.DEFAULT) -> Program:
+    def parse(self, text: str, file: str, space: str = namespaces.DEFAULT) -> Program:
         """See `parse_program`."""
         beliefs: list[Structure | Rule] = []
         goals: list[Structure] = []
@@ -177,8 +175,8 @@ class _ProgramReader:
         items: list[Any] = _parse(text, file, "start")
         _, transformer = _grammar()
         warnings, last_number = transformer.warnings, transformer.last_number
-        if space != name_spaces.DEFAULT or transformer.has_spaces:
-            items = name_spaces.in_spaces(items, space, self._local_spaces)
+        if space != namespaces.DEFAULT or transformer.has_spaces:
+            items = namespaces.in_spaces(items, space, self._local_spaces)
         return items, warnings, last_number
 
     def _check(self, path: Path, text: str, named_at: Location | None, naming_text: str) -> None:
@@ -259,7 +257,7 @@ def _parse(text: str, file: str, start: str) -> Any:
     try:
         item = transformer.transform(lark.parse(text, start=start))
         if start != "start" and transformer.has_spaces:
-            (item,) = name_spaces.in_spaces([item], name_spaces.DEFAULT, count(1))
+            (item,) = namespaces.in_spaces([item], namespaces.DEFAULT, count(1))
         return item
     except VisitError as error:
         raise error.orig_exc from None

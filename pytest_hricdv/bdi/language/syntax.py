@@ -323,7 +323,7 @@ class InitialGoal:
 
 @dataclass(frozen=True, slots=True)
 class Include:
-    """``{ include("file.asl", space) }``; without a name space, what is included is in that of the including source."""
+    """``{ include("file.asl", space) }``; without a namespace, what is included is in that of the including source."""
 
     path: str
     location: Location

@@ -52,7 +52,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         self.warnings: list[str] = []
         """Warnings for the author of the source, with their places."""
         self.has_spaces = False
-        """Whether the source names name spaces."""
+        """Whether the source names namespaces."""
         self._functions: dict[tuple[str, int], str] = {}
         """Functions that a directive registers, and the predicates of their rules."""
         self._anonymous = 0
@@ -180,7 +180,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return QualifiedLiteral(qualifier, literal) if isinstance(qualifier, Variable) else literal
 
     def _space(self, token: str | None) -> Structure | Variable | None:
-        """The name space before a literal, as written: without a name, it is that of the source."""
+        """The namespace before a literal, as written: without a name, it is that of the source."""
         if token is None:
             return None
         self.has_spaces = True

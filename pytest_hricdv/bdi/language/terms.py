@@ -168,7 +168,7 @@ class Structure:
 
 
 def negate_text(functor: str) -> str:
-    """A functor with the sign of strong negation, which stands behind its name space: ``ns::~p``."""
+    """A functor with the sign of strong negation, which stands behind its namespace: ``ns::~p``."""
     space, separator, name = functor.partition("::")
     return f"{space}::~{name}" if separator and not functor.startswith("'") else f"~{functor}"
 
@@ -309,9 +309,9 @@ class AnnotatedVariable:
 
 @dataclass(frozen=True, slots=True)
 class QualifiedLiteral:
-    """A literal of a name space that is a variable, ``NS::p(X)``, or a variable for a literal of one, ``ns::G``.
+    """A literal of a namespace that is a variable, ``NS::p(X)``, or a variable for a literal of one, ``ns::G``.
 
-    Literals of a name space that is a name are structures with the functor ``ns::p``.
+    Literals of a namespace that is a name are structures with the functor ``ns::p``.
     """
 
     space: Variable | Structure

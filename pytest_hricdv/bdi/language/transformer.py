@@ -9,7 +9,7 @@ from lark.tree import Meta
 
 from pytest_hricdv.bdi.language import syntax
 from pytest_hricdv.bdi.language.errors import NO_LOCATION, EvaluationError, Location
-from pytest_hricdv.bdi.language.name_spaces import NameSpaceBlock
+from pytest_hricdv.bdi.language.namespaces import NamespaceBlock
 from pytest_hricdv.bdi.language.plan_patterns import PlanPattern, expand_pattern, plans_in
 from pytest_hricdv.bdi.language.syntax_tree import variables_of, with_constants_evaluated
 from pytest_hricdv.bdi.language.term_transformer import Children, TermTransformer
@@ -77,7 +77,7 @@ class AgentSpeakTransformer(TermTransformer):
 
     def _require_known_space(self, meta: Meta, literal: syntax.GoalTerm) -> Structure:
         if not isinstance(literal, Structure):
-            raise self._error(meta, f"expected a literal with a name as its name space, found {literal}")
+            raise self._error(meta, f"expected a literal with a name as its namespace, found {literal}")
         return literal
 
     def _evaluate(self, meta: Meta, literal: Structure) -> Structure:
@@ -90,17 +90,17 @@ class AgentSpeakTransformer(TermTransformer):
     def include(self, meta: Meta, items: Children) -> syntax.Include:
         return syntax.Include(unescape(items[0][1:-1]), self._at(meta), None if items[1] is None else str(items[1]))
 
-    def declaration(self, meta: Meta, items: Children) -> NameSpaceBlock:
-        return self._name_space(meta, Structure("namespace", tuple(items[0])), None)
+    def declaration(self, meta: Meta, items: Children) -> NamespaceBlock:
+        return self._namespace(meta, Structure("namespace", tuple(items[0])), None)
 
-    def _name_space(self, meta: Meta, directive: Structure, items: Children | None) -> NameSpaceBlock:
+    def _namespace(self, meta: Meta, directive: Structure, items: Children | None) -> NamespaceBlock:
         name, *kinds = directive.args
         scopes = [{"local": True, "global": False}.get(str(kind)) for kind in kinds]
         if not is_name(name) or len(scopes) > 1 or None in scopes:
             raise self._error(meta, f"expected namespace(name), or namespace(name, local), found {directive}")
         self.has_spaces = True
         scope = scopes[0] if scopes else None
-        return NameSpaceBlock(str(name), scope, None if items is None else tuple(items), self._at(meta))
+        return NamespaceBlock(str(name), scope, None if items is None else tuple(items), self._at(meta))
 
     def function(self, meta: Meta, items: Children) -> None:
         name = unescape(items[0][1:-1])
@@ -114,10 +114,10 @@ class AgentSpeakTransformer(TermTransformer):
             )
         self._functions[name, int(items[1])] = unescape(items[2][1:-1])
 
-    def pattern(self, meta: Meta, items: Children) -> PlanPattern | NameSpaceBlock:
+    def pattern(self, meta: Meta, items: Children) -> PlanPattern | NamespaceBlock:
         directive, *parts = items
         if directive.functor == "namespace" and directive.args:
-            return self._name_space(meta, directive, parts)
+            return self._namespace(meta, directive, parts)
         if not all(isinstance(part, (syntax.Plan, PlanPattern)) for part in parts):
             raise self._error(meta, f"expected plans only in {{ begin {directive} }}")
         try:

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import WORK
-from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
+from pytest_hricdv.bdi.language.namespaces import DEFAULT, LOCAL, split
 from pytest_hricdv.bdi.language.syntax import Formula, Or, Rule
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
@@ -117,7 +117,7 @@ def _by_any_belief(
     """As in Jason, a variable without a value asks for every belief, of one predicate after the other."""
     mark = len(trail)
     for key in list(agent.beliefs.buckets):
-        if split(key[1])[0] != DEFAULT:  # those of other name spaces are asked for with their name
+        if split(key[1])[0] != DEFAULT:  # those of other namespaces are asked for with their name
             continue
         for entry in agent.beliefs.candidates(key):
             if isinstance(entry, Rule):
@@ -133,7 +133,7 @@ def _by_any_belief(
 
 
 def _in_any_space(agent: Reasoner, goal: QualifiedLiteral, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:
-    """A literal whose name space is not known asks for those of all, that without a name first."""
+    """A literal whose namespace is not known asks for those of all, that without a name first."""
     mark = len(trail)
     for key in sorted(agent.beliefs.buckets, key=lambda key: "::" in key[1]):
         negated, functor, arity = key

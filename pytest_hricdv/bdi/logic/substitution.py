@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from pytest_hricdv.bdi.language.limits import WORK, spend
-from pytest_hricdv.bdi.language.name_spaces import in_space
+from pytest_hricdv.bdi.language.namespaces import in_space
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax_tree import condition_with_values, variables_of, with_values
 from pytest_hricdv.bdi.language.terms import (

@@ -8,7 +8,7 @@ from typing import Any
 from pytest_hricdv.bdi.language.collection import CollectionTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import WORK, spend, too_much_work
-from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, without_space
+from pytest_hricdv.bdi.language.namespaces import DEFAULT, LOCAL, without_space
 from pytest_hricdv.bdi.language.syntax import TRUE, And, Comparison, Formula, Not, Or, Plan
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
@@ -142,7 +142,7 @@ def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Binding
 
 
 def _unify_qualified(pattern: QualifiedLiteral, target: Term, bindings: Bindings, trail: Trail) -> bool:
-    """Make a literal of a name space equal to one whose name space is known; a local one is seen by its name only."""
+    """Make a literal of a namespace equal to one whose namespace is known; a local one is seen by its name only."""
     if not isinstance(target, Structure):
         return False
     space, literal = without_space(target)
@@ -215,7 +215,7 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
 
 
 def _univ(left: Term, right: Term, bindings: Bindings, trail: Trail, functions: Functions) -> bool:
-    """``p(a)[b] =.. [p,[a],[b]]``, to take a literal apart or to build one; with its name space first if it has one."""
+    """``p(a)[b] =.. [p,[a],[b]]``, to take a literal apart or to build one; with its namespace first if it has one."""
     if isinstance(left, PlanTerm) or _is_of_plan(right, bindings):
         return univ_of_plan(left, right, bindings, trail)
     has_space = isinstance(right, ListTerm) and len(right.items) == 4

@@ -1,4 +1,4 @@
-"""Multi-agent systems: read once, and run many times."""
+"""`MultiAgentSystem`, a Jason project that is read once and run many times; tests, lint and `python -m` start here."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from pytest_hricdv.bdi.run.system_run import SystemRun
 from pytest_hricdv.bdi.run.tracing import Trace, TracedAgent, TracedRun
 
 MAX_ROUNDS = 100_000
-"""Rounds after which a run is stopped by default: runs of the table end after 177 rounds on average, 368 at most; what
-neither ends nor repeats itself gets here in two seconds."""
+"""Rounds after which a run is stopped by default: runs of the table end after 177 rounds on average, 368 at most; a run
+that neither ends nor repeats itself gets here in two seconds."""
 _ACTIONS = StandardActions()
 
 
 @dataclass(frozen=True, slots=True)
 class AgentTemplate:
-    """An agent as every run begins with it.
+    """An agent in its initial state.
 
     Args:
         name: its name.
         program: its source.
         beliefs: its initial beliefs.
         library: its plans.
-        events: what it has to react to at first.
+        events: its initial events.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Result(NamedTuple):
         warnings: what the models' author should know, such as goals that failed unhandled.
         time_ms: virtual time at the end, in ms.
         trace: the trace, if it was requested.
-        endless: the plans that had not ended when the run was ended, with their places.
+        endless: the plans that had not ended when the run was ended, with their locations.
     """
 
     prints: list[str]
@@ -103,7 +103,7 @@ class MultiAgentSystem:
         of_sources = dict.fromkeys(text for program in programs for text in _warnings_of(program))
         self._warnings = (*project.warnings, *of_sources)
         self.templates = templates
-        """The agents as every run begins with them, in the order of their cycles."""
+        """The agents in their initial states, in the order of their cycles."""
         self.environment = environment
 
     @classmethod
@@ -115,7 +115,7 @@ class MultiAgentSystem:
             environment: what the agents perceive and act on; without one, every action succeeds.
 
         Raises:
-            BdiError: a file is missing or cannot be read as what it should be; the message says where.
+            BdiError: a file is missing or malformed; the message says where.
         """
         try:
             project = read_project(Path(path))
@@ -134,7 +134,7 @@ class MultiAgentSystem:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings about parts of the project without effect here, or that would end a run; each once, with place."""
+        """Warnings about parts of the project that have no effect here or would end a run; each once, with location."""
         return self._warnings
 
     @property
@@ -146,19 +146,19 @@ class MultiAgentSystem:
         """The labels that the author gave to an agent's plans, in source order.
 
         Raises:
-            KeyError: there is no such agent.
+            KeyError: the agent is unknown.
         """
         return tuple(plan.label for plan in self.plans(agent) if plan.has_label)
 
     def program(self, agent: str) -> Program:
-        """An agent's source as a syntax tree. Raises KeyError: there is no such agent."""
+        """An agent's source as a syntax tree. Raises KeyError for an unknown agent."""
         for template in self.templates:
             if template.name == agent:
                 return template.program
         raise KeyError(agent)
 
     def plans(self, agent: str) -> tuple[Plan, ...]:
-        """An agent's plans, in source order. Raises KeyError: there is no such agent."""
+        """An agent's plans, in source order. Raises KeyError for an unknown agent."""
         return self.program(agent).plans
 
     def run(
@@ -173,18 +173,18 @@ class MultiAgentSystem:
         """Run the system from its initial state.
 
         Args:
-            max_rounds: the number of rounds after which it is stopped.
-            seed: of the random numbers that the agents draw.
-            percepts: for the agents named, what they perceive at first, instead of what the environment
-                lists for them; it is set in the environment and stays there.
-            jitter: by how many rounds messages and changes of percepts may be late; unless it is 0, the
-                agents act in a random order in each round, too. All of it depends on the seed alone, so
-                that running with several seeds exposes the races of a model.
-            trace: whether to note what led to what, as the result's ``trace``.
+            max_rounds: number of rounds after which the run is stopped.
+            seed: seed of the random numbers that the agents draw.
+            percepts: agent -> what it perceives at first, instead of what the environment lists for it; the
+                environment keeps them for later runs.
+            jitter: maximum delay of messages and changes of percepts, in rounds; unless 0, the agents also act in
+                a random order in each round. Both depend on the seed alone, so that running with several seeds
+                exposes the races of a model.
+            trace: whether to record what led to what, as the result's ``trace``.
 
         Raises:
-            BdiError: an agent cannot continue: an action raised an exception, a rule recurses for ever.
-            ValueError: an argument is out of its range, or names an agent that there is not.
+            BdiError: an agent cannot continue, e.g. an action raised an exception or a rule recurses for ever.
+            ValueError: an argument is out of range, or an agent is unknown.
         """
         if max_rounds < 0:
             raise ValueError(f"max_rounds must not be negative, got {max_rounds}")
@@ -201,13 +201,13 @@ class MultiAgentSystem:
             run.close()
 
     def new_agent(self, run: SystemRun, name: str, source: str, place: Location) -> Agent:
-        """An agent for a run, with a source that lies beside the project file or the sources of its agents.
+        """An agent for a run, with a source that lies next to the project file or the sources of its agents.
 
         Args:
             run: the run.
-            name: its name.
+            name: the agent's name.
             source: its source file.
-            place: where it is asked for, for the error.
+            place: location of the action that creates it, for the error.
 
         Raises:
             BdiError: the source is missing, cannot be read, or uses an unknown internal action.
@@ -226,17 +226,17 @@ class MultiAgentSystem:
         return template.agent(run, TracedAgent if isinstance(run, TracedRun) else Agent)
 
     def show(self, percepts: Mapping[str, Iterable[str | Structure]] | None) -> None:
-        """Let agents perceive these literals in the environment, instead of what it lists for them.
+        """Let agents perceive these literals, instead of what the environment lists for them.
 
         Raises:
-            ValueError: there is no such agent.
-            BdiError: a text is not a literal without variables.
+            ValueError: an agent is unknown.
+            BdiError: a string is not a literal without variables.
         """
         for name, literals in (percepts or {}).items():
             self.environment.show(self.check_agent(name), literals)
 
     def check_agent(self, agent: str) -> str:
-        """The name of an agent. Raises ValueError: there is no such agent."""
+        """The name of an agent. Raises ValueError for an unknown one."""
         if agent not in self.agents:
             raise ValueError(f"no agent {agent!r} in {self.name}; there are {', '.join(self.agents)}")
         return agent

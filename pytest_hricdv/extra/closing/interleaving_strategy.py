@@ -1,10 +1,10 @@
-"""The strategy `interleaving`: tests of several actors, with turns that make certain actions meet in a certain order.
+"""The strategy `interleaving`: gives the actors of a test turns, so that two of their actions meet in a chosen order.
 
-Two actions of two actors meet if none of theirs begins between them. An open bin that names what two actors do, and
-perhaps who is first, is aimed at with tests in which these can meet. Where there is none, actions are made to meet in
-the order in which they have met least often: what only another interleaving reaches is reached by one that was not
-tried (as sequence covering arrays do: D. R. Kuhn, J. M. Higdon, J. F. Lawrence, R. N. Kacker, Y. Lei: Combinatorial
-Methods for Event Sequence Testing, ICST Workshops 2012).
+Two actions of two actors *meet* if the second is the next one of either actor to begin after the first. An open bin
+that names the actions of two actors, and perhaps who begins, is targeted with a test in which these can meet, or in
+which one can begin while the other one's actor waits to begin it. Without such a bin, the strategy takes the meeting
+that runs have had least often (as sequence covering arrays do: D. R. Kuhn, J. M. Higdon, J. F. Lawrence, R. N. Kacker,
+Y. Lei: Combinatorial Methods for Event Sequence Testing, ICST Workshops 2012).
 """
 
 from __future__ import annotations
@@ -27,33 +27,33 @@ from pytest_hricdv.generate.rng import pick, pick_weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 CANDIDATES = 24
-"""Tests among which one with the rarest encounter is taken: enough for the few tests of a model with two actors. Each
+"""Tests among which one with the rarest meeting is taken: enough for the few tests of a model with two actors. Each
 costs a run of the model."""
 
 MAX_TESTS = 512
-"""Tests, evenly spread over the pool, in which possible encounters are looked up: some seconds of runs of the model."""
+"""Tests, evenly spread over the pool, in which possible meetings are looked up: some seconds of runs of the model."""
 
 
-class Encounter(NamedTuple):
-    """Two lines of two actors: the first one begins, then the other, and no line of theirs in between."""
+class Meeting(NamedTuple):
+    """The lines of two actions that meet, in order."""
 
     first: str
     then: str
 
 
-class Place(NamedTuple):
-    """A meeting in a test: the numbers of both actions, from 1."""
+class MeetingPlace(NamedTuple):
+    """Where two actions meet in a test: their numbers, from 1."""
 
     first: int
     then: int
 
 
-class Order:
-    """The order of the actions of a test: its lanes, and their causes.
+class PartialOrder:
+    """The partial order of the actions of a test: each actor's lane, and the causes of actions in other lanes.
 
     Args:
-        lines: of the test.
-        after: see `pytest_hricdv.generate.actors`.
+        lines: the lines of the test.
+        after: action -> its causes, as in `pytest_hricdv.generate.actors`.
     """
 
     def __init__(self, lines: Sequence[str], after: After) -> None:
@@ -69,28 +69,28 @@ class Order:
             lane.append(number)
 
     @cached_property
-    def meetings(self) -> Mapping[Encounter, tuple[Place, ...]]:
-        """The lines that can meet, and where."""
-        places: dict[Encounter, list[Place]] = {}
+    def meetings(self) -> Mapping[Meeting, tuple[MeetingPlace, ...]]:
+        """The lines that can meet -> the actions of the test that do."""
+        places: dict[Meeting, list[MeetingPlace]] = {}
         for first_lane, then_lane in permutations(self._lanes.values(), 2):
             for place in self._places(first_lane, then_lane):
-                meeting = Encounter(self.lines[place.first - 1], self.lines[place.then - 1])
+                meeting = Meeting(self.lines[place.first - 1], self.lines[place.then - 1])
                 places.setdefault(meeting, []).append(place)
         return {meeting: tuple(where) for meeting, where in places.items()}
 
     @cached_property
-    def waits(self) -> Mapping[Encounter, tuple[Place, ...]]:
-        """The lines that can come while another actor waits for its own, each with the meeting that it takes: the
-        waiting actor also waits until the other actor's next action has begun."""
-        places: dict[Encounter, list[Place]] = {}
+    def waits(self) -> Mapping[Meeting, tuple[MeetingPlace, ...]]:
+        """Two lines, of which the first can begin while the second one's actor waits to begin it -> the meetings that
+        bring this about: the second line waits until the first actor's next action has begun."""
+        places: dict[Meeting, list[MeetingPlace]] = {}
         last_of = {number: last for lane in self._lanes.values() for last, number in pairwise(lane)}
         for place in (place for where in self.meetings.values() for place in where):
             if place.first in last_of:
                 meanwhile = self.lines[last_of[place.first] - 1]
-                places.setdefault(Encounter(meanwhile, self.lines[place.then - 1]), []).append(place)
+                places.setdefault(Meeting(meanwhile, self.lines[place.then - 1]), []).append(place)
         return {meeting: tuple(where) for meeting, where in places.items()}
 
-    def _places(self, first_lane: Sequence[int], then_lane: Sequence[int]) -> Iterator[Place]:
+    def _places(self, first_lane: Sequence[int], then_lane: Sequence[int]) -> Iterator[MeetingPlace]:
         """The places where an action of the first lane can begin, followed by one of the other lane."""
         next_of = dict(pairwise(first_lane))
         last_of = {number: last for last, number in pairwise(then_lane)}
@@ -100,14 +100,14 @@ class Order:
                 next_is_between = next_of.get(first, 0) in self._before[then]
                 last_is_between = first in self._before.get(last_of.get(then, 0), ())
                 if not (too_early or next_is_between or last_is_between):
-                    yield Place(first, then)
+                    yield MeetingPlace(first, then)
 
-    def with_meeting(self, place: Place, rng: Random) -> tuple[int, ...]:
-        """An order in which the two meet; everything else in any order that may be.
+    def with_meeting(self, place: MeetingPlace, rng: Random) -> tuple[int, ...]:
+        """A random total order in which two actions meet.
 
         Args:
-            place: one of `meetings`.
-            rng: only its `random()` is used.
+            place: the two actions, one of the values of `meetings`.
+            rng: the random stream; only its `random()` is used.
         """
         first, then = place
         before_both = {n for n in self._before[then] if n != first and first not in self._before[n]}
@@ -124,19 +124,19 @@ class Order:
         return tuple(order)
 
 
-def meetings_of(lines: Iterable[str]) -> Iterator[Encounter]:
-    """The lines that have met, of those that began, in this order."""
+def meetings_of(lines: Iterable[str]) -> Iterator[Meeting]:
+    """The meetings in a run, from the lines that began, in order."""
     begun = [line for line in lines if actor_of(line)]
     for pair in combinations(sorted(actors_of(begun)), 2):
         theirs = [line for line in begun if actor_of(line) in pair]
-        yield from (Encounter(*met) for met in pairwise(theirs) if actor_of(met[0]) != actor_of(met[1]))
+        yield from (Meeting(*met) for met in pairwise(theirs) if actor_of(met[0]) != actor_of(met[1]))
 
 
 class InterleavingStrategy:
-    """Adds turns to tests of several actors, so that their actions meet in an order that was not seen.
+    """Adds turns to tests of several actors, so that their actions meet as they have rarely or never met.
 
     Args:
-        pool: of abstract tests.
+        pool: the abstract tests.
         turn_wait: how long an actor waits for its turn at most, as the testbench declares it.
     """
 
@@ -145,8 +145,8 @@ class InterleavingStrategy:
     def __init__(self, pool: Pool, turn_wait: Sampler) -> None:
         self._pool = pool
         self._waits_s = [wait_s for wait_s in turn_wait.simple_values() if wait_s > 0.0]
-        self._orders: dict[int, Order] = {}
-        self._met: Counter[Encounter] = Counter()
+        self._orders: dict[int, PartialOrder] = {}
+        self._met: Counter[Meeting] = Counter()
         self._learned = 0
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
@@ -160,19 +160,19 @@ class InterleavingStrategy:
         proposals = [self._proposal(archive, met, rng) for _ in range(count)]
         return [proposal for proposal in proposals if proposal is not None]
 
-    def _proposal(self, archive: Archive, met: Counter[Encounter], rng: Random) -> Proposal | None:
+    def _proposal(self, archive: Archive, met: Counter[Meeting], rng: Random) -> Proposal | None:
         aim = self._aim(archive, rng)
         number, places = aim[:2] if aim else self._rarest(met, rng)
         if not places:
             return None
         order, lines = self._order(number).with_meeting(pick(rng, places), rng), self._pool.tests[number].lines
         met.update(meetings_of(lines[action - 1] for action in order))
-        # Without an aim, the time that they wait for their turns is drawn: a point may need a short wait.
+        # Without a target, concretization draws how long actors wait for their turns: a point may need a short wait.
         wait_s = pick(rng, self._waits_s) if aim else None
         return Proposal(self._draft(number, order, wait_s), self.name, (aim[2],) if aim else ())
 
-    def _aim(self, archive: Archive, rng: Random) -> tuple[int, Sequence[Place], Point] | None:
-        """A test, where actions meet in it, and the open bin that this is for; None if none is known for it."""
+    def _aim(self, archive: Archive, rng: Random) -> tuple[int, Sequence[MeetingPlace], Point] | None:
+        """A test, meetings in it, and the open bin that they target; None if no test is known for the drawn bin."""
         weights = {
             point: 1.0 / (1 + archive.tries[point])
             for point in archive.open
@@ -189,8 +189,8 @@ class InterleavingStrategy:
         order = self._order(number)
         return number, (order.waits if is_wait else order.meetings)[meeting], point
 
-    def _rarest(self, met: Counter[Encounter], rng: Random) -> tuple[int, Sequence[Place]]:
-        """A test, and where those of its lines meet, or of some other tests, that have met least often."""
+    def _rarest(self, met: Counter[Meeting], rng: Random) -> tuple[int, Sequence[MeetingPlace]]:
+        """One of some random tests, and where those of its lines meet that have met least often."""
         numbers = dict.fromkeys(self._pool.any(rng) for _ in range(CANDIDATES))
         choices = [(number, meeting) for number in numbers for meeting in self._order(number).meetings]
         if not choices:
@@ -206,22 +206,22 @@ class InterleavingStrategy:
             values[RUN] = {TURN_WAIT_S: wait_s}
         return replace(self._pool.draft(number), values=values)
 
-    def _order(self, number: int) -> Order:
+    def _order(self, number: int) -> PartialOrder:
         if number not in self._orders:
             test = self._pool.tests[number]
-            self._orders[number] = Order(test.lines, self._pool.draft(number).after)
+            self._orders[number] = PartialOrder(test.lines, self._pool.draft(number).after)
         return self._orders[number]
 
     @cached_property
     def _acts(self) -> frozenset[str]:
-        """The acts in tests of the pool, with and without their actors."""
+        """The acts in the pool's tests, with and without their actors."""
         lines = {line for test in self._pool.tests for line in test.lines if actor_of(line)}
         return frozenset(lines | {act_of(line) for line in lines})
 
     @cached_property
-    def _tests_of(self) -> Mapping[tuple[Encounter, bool], Sequence[int]]:
-        """The tests in which two lines can meet, or, with True, one can come while who does the other one waits."""
-        numbers: dict[tuple[Encounter, bool], list[int]] = {}
+    def _tests_of(self) -> Mapping[tuple[Meeting, bool], Sequence[int]]:
+        """(Meeting, False) -> the tests in which it can occur; with True, those in which it is one of `waits`."""
+        numbers: dict[tuple[Meeting, bool], list[int]] = {}
         for number in range(0, len(self._pool.tests), 1 + len(self._pool.tests) // MAX_TESTS):
             order = self._order(number)
             for meeting in order.meetings:
@@ -231,9 +231,9 @@ class InterleavingStrategy:
         return numbers
 
 
-def _names(parts: Sequence[str], meeting: Encounter, is_wait: bool) -> bool:
-    """Whether a bin names both actions of a meeting, and no other actor as the one who is first: that is said of
-    actions that meet, and of none that waits."""
+def _names(parts: Sequence[str], meeting: Meeting, is_wait: bool) -> bool:
+    """Whether a bin names both actions of a meeting and, if it says who begins, the first actor; a bin that says who
+    begins is about actions that meet, not about waits."""
     actors = [actor_of(line) for line in meeting]
     both = all(line in parts or act_of(line) in parts for line in meeting)
     first = [part for part in parts if part in actors]

@@ -1,7 +1,11 @@
-"""The strategy `model`: undisturbed tests of the pool that, as exploring the model has shown, lead to open targets.
+"""Strategies of the closing loop that take undisturbed tests from the pool; `ClosureGenerator` uses both.
 
-Bins are reached by tests that plan them, plans by beliefs that trigger them. Where bins are open of which it is unknown
-what plans them, tests are tried that were not run yet.
+`ModelStrategy` aims at open bins and open plans. The chance that a test hits a bin is learned from earlier runs
+(`experience`); which tests execute a plan is known from exploring the AgentSpeak model (`pool`). For open bins that no
+known interaction leads to, it tries tests that have not been run.
+
+`FallbackStrategy` fills a generation for which the other strategies propose too few tests: first with tests that have
+not been run (`untried`), then with those whose runs differ from each other (`repeated`).
 """
 
 from __future__ import annotations
@@ -15,15 +19,15 @@ from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.generate.rng import pick, shuffle
 
 MIN_CHANCE = 0.1
-"""Smallest chance with which a bin is aimed at: with less, disturbances are more certain to lead there."""
+"""Smallest learned chance at which a test aims at a bin: below it, a disturbance is the better bet."""
 
 
 class ModelStrategy:
-    """Selects undisturbed tests that probably hit open targets.
+    """Selects undisturbed tests that will probably hit open targets.
 
     Args:
-        pool: of abstract tests.
-        experience: of all runs so far.
+        pool: the abstract tests.
+        experience: what all runs so far have shown.
     """
 
     name = "model"
@@ -50,9 +54,9 @@ class ModelStrategy:
         return proposals
 
     def _options(self, interaction: PlannedInteraction, wanted: dict[Outcome, float]) -> list[Option]:
-        model = self._experience.models[interaction.product]
+        outcomes = self._experience.models[interaction.product]
         options = [
-            Option(model.chance(interaction.planned, UNDISTURBED, outcome) * openness, (outcome,), _no_interventions)
+            Option(outcomes.chance(interaction.planned, UNDISTURBED, outcome) * openness, (outcome,), _no_interventions)
             for outcome, openness in wanted.items()
         ]
         return sorted((option for option in options if option.gain >= MIN_CHANCE), key=lambda option: -option.gain)
@@ -76,10 +80,10 @@ REPEATED = "repeated"
 
 
 class FallbackStrategy:
-    """Tests that were not run yet; then again those whose runs differ.
+    """Tests that have not been run; then, again, those whose runs differ.
 
     Args:
-        pool: of abstract tests.
+        pool: the abstract tests.
     """
 
     name = UNTRIED
@@ -95,7 +99,7 @@ class FallbackStrategy:
         return proposals
 
     def _repeat_tests(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """Tests that were run, the least often run first; none that has done the same each time, bit by bit."""
+        """Tests that have been run, the least often run first, except those whose runs were all bit-identical."""
         records: dict[tuple[str, ...], list[str]] = {}
         for entry in archive.entries:
             if not entry.observation.error:
@@ -107,10 +111,10 @@ class FallbackStrategy:
 
 
 def fresh_tests(pool: Pool, archive: Archive, strategy: str, count: int, rng: Random) -> list[Proposal]:
-    """Tests of the pool that have not run yet; what they hit is unknown.
+    """Tests of the pool that have not been run; what they hit is unknown.
 
     Args:
-        strategy: that they are proposed for.
+        strategy: name of the strategy that proposes them.
     """
     tried = {entry.test.lines for entry in archive.entries}
     numbers = [number for number, test in enumerate(pool.tests) if test.lines not in tried]

@@ -1,8 +1,9 @@
-"""Conditions: the shortest formula that holds at some moments of runs and not at others.
+"""Learns the condition of a known violation: the shortest formula that holds at each violation, and only there.
 
-Formulas are conjunctions, or disjunctions, of up to three atoms: a text or bool now, a text or bool that ever was, a
-message that ever came, or came lately, a number on one side of a threshold. All atoms are judged by the monitors, in
-one pass over each run.
+`hricdv report triage` (`triage.py`) proposes it as the `when` of a `known_violations` entry. A formula is a conjunction
+or disjunction of up to three atoms: the present value of a string or bool signal, a value it once had, a message that
+came at any time, or lately, or a number on one side of a threshold. The monitors evaluate all atoms in one pass over
+each run.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ MAX_ATOMS = 3
 """Most atoms of a formula. Chosen: nobody would accept a longer one without reading the code."""
 
 LATELY_S = (1, 5)
-"""Messages are looked for so far back (s). Chosen: a reaction takes about a second; a motion a few."""
+"""How far back "lately" reaches (s). Chosen: a reaction takes about a second, a motion a few."""
 
 _MAX_TEXTS = 40
-"""Values of one text. Chosen: a text with more of them is no state."""
+"""Values of one signal. Chosen: a string with more values is not a state."""
 
 _LONGEST_TEXT = 60
 """Characters. Chosen: a longer one is prose, which reports may have cut."""
@@ -42,12 +43,13 @@ class RunMoment:
 
 @dataclass(frozen=True)
 class Examples:
-    """Moments that a condition has to distinguish.
+    """Moments that a condition has to tell apart.
 
     Args:
-        inside: it is to hold there.
-        outside: it is not to hold there.
-        elsewhere: it should rather not hold there; of formulas of one length, that one is taken which does least.
+        inside: moments at which it must hold.
+        outside: moments at which it must not hold.
+        elsewhere: moments at which it should not hold; of formulas of equal length, the one that holds at the fewest
+            of them is taken.
     """
 
     inside: tuple[RunMoment, ...]
@@ -62,11 +64,11 @@ class Examples:
 
 @dataclass(frozen=True)
 class LearnedCondition:
-    """A formula that distinguishes the examples, or comes nearest to it.
+    """A formula that separates the examples, or comes closest to it.
 
     Args:
         text: the formula.
-        wrong: the moments outside where it holds.
+        wrong: the moments of `outside` at which it holds.
     """
 
     text: str
@@ -86,13 +88,12 @@ def condition_for(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocab
     """The shortest condition that holds at all moments inside.
 
     Args:
-        examples: at least one inside.
+        examples: moments, at least one of them inside.
         logs: node id -> log.
-        vocabulary: names that it may use.
+        vocabulary: names that the condition may use.
 
     Returns:
-        One that holds at none outside, where there is one; else the one that holds at the fewest; None if no atom
-        holds at all inside.
+        The condition, which holds at as few moments outside as possible; None if none holds at all moments inside.
     """
     atoms = _atoms(examples, logs, vocabulary)
     best = min(_formulas(atoms, examples), default=None)
@@ -125,7 +126,7 @@ def truths(
 
 
 def _atoms(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabulary) -> list[_Atom]:
-    """Atoms, of those that hold at the same moments only the simplest."""
+    """The atoms; of several that hold at the same moments, only the simplest."""
     used = {moment.nodeid: logs[moment.nodeid] for moment in examples.all}
     texts = [*dict.fromkeys(_texts(used.values(), vocabulary)), *_thresholds(examples, used, vocabulary)]
     atoms: dict[int, _Atom] = {}
@@ -193,7 +194,7 @@ def _thresholds(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabul
 
 
 def _value(log: Log, name: str, time_s: float) -> float | None:
-    """The last value of a number at a time (s); None if it had none."""
+    """The last value of a numeric signal or field at a time (s); None if it has none yet."""
     topic, _, field = name.partition(".")
     if field:
         heard = [message for message in log.messages if message.topic == topic and message.time_s <= time_s]
@@ -204,7 +205,7 @@ def _value(log: Log, name: str, time_s: float) -> float | None:
 
 
 def _between(low: float, high: float) -> str:
-    """The shortest number between two."""
+    """A number with as few digits as possible between two others."""
     middle = (low + high) / 2
     for digits in range(1, 17):
         text = f"{middle:.{digits}g}"

@@ -1,7 +1,8 @@
-"""Records which lines of the code under test a failing run executed when, for the page of its test.
+"""Records when a run executed which lines of the code under test, for the page of a failing test.
 
-Tests run measured, not traced. One that fails is run once more where it ran, in a fork, traced line by line: runs are
-repeatable, so this is the same run, and others cost nothing.
+Tests run with coverage only. A test that fails is rerun in a fork of its process and traced line by line
+(`LineTracer`): runs are repeatable, so this is the same run, and tests that pass cost nothing. `neighbour_runner`
+traces the nearest passing run of a cause, which the page shows next to the failing one.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.coverage.code_map import CodeMap
 
 TRACED_EACH = 5
-"""Failures of each requirement that are traced in a process, as many as are filmed: further ones show little more."""
+"""Failures of each requirement that a process traces, as many as are filmed: more of them show little that is new."""
 
 MAX_BURSTS = 4000
 """Number of bursts kept of a run. Chosen: a run of the table has some 800; as text, 4,000 are some 40 kB."""
@@ -53,11 +54,11 @@ class _Burst:
 
 
 def collect_executed_lines(steps: Iterable[TraceStep], violation_s: float | None) -> ExecutedLines:
-    """The executed lines to keep of a run.
+    """The executed lines of a run that are kept.
 
     Args:
-        steps: in the order in which they were executed.
-        violation_s: the first violation, if there was one.
+        steps: executed lines, in order.
+        violation_s: time of the first violation (s); None without one.
     """
     bursts = [*_bursts(steps)]
     kept = _around(bursts, violation_s)
@@ -84,7 +85,7 @@ def _bursts(steps: Iterable[TraceStep]) -> Iterator[_Burst]:
 
 
 def _around(bursts: Sequence[_Burst], violation_s: float | None) -> Sequence[_Burst]:
-    """The bursts to keep: those up to some time after the violation, or else the last ones."""
+    """The bursts to keep: those until shortly after the violation, or else the last ones."""
     if len(bursts) <= MAX_BURSTS:
         return bursts
     end = len(bursts)
@@ -102,11 +103,11 @@ def _text(lines: Sequence[tuple[str, int]], files: dict[str, int]) -> str:
 
 
 class LineTracer:
-    """Traces failures of one process.
+    """Traces the failures of one process.
 
     Args:
-        settings: of the session's runs.
-        code: under test.
+        settings: the settings of the session's runs.
+        code: the code under test.
     """
 
     def __init__(self, settings: RunSettings, code: CodeMap) -> None:
@@ -115,7 +116,7 @@ class LineTracer:
         self._traced: Counter[str] = Counter()
 
     def trace(self, result: CaseResult) -> ExecutedLines:
-        """Run what gave this result once more, traced."""
+        """Rerun the test of this result, traced."""
         failed = result.failed or ("",)
         if all(self._traced[name] >= TRACED_EACH for name in failed):
             return ExecutedLines(
@@ -126,7 +127,7 @@ class LineTracer:
         return self._in_fork(result) if hasattr(os, "fork") else self._here(result)
 
     def count(self, failed: Iterable[str]) -> None:
-        """A failure of these requirements was traced."""
+        """Count a traced failure of these requirements."""
         self._traced.update(failed)
 
     def _in_fork(self, result: CaseResult) -> ExecutedLines:
@@ -157,15 +158,15 @@ def first_violation_s(result: CaseResult) -> float | None:
 
 
 Showing = Callable[[ConcreteTest], Neighbour | None]
-"""Runs a test to be shown; None if the run did not end."""
+"""Runs a test for the page; None if the run did not end."""
 
 
 def neighbour_runner(rerunner: TestRerunner, code: CodeMap) -> Showing:
-    """Runs tests traced, in a fork where there is one, and keeps what the page shows.
+    """A function that runs a test traced, in a fork where the system has one, and returns what the page shows.
 
     Args:
         rerunner: runs tests.
-        code: under test.
+        code: the code under test.
     """
     return lambda test: in_fork(rerunner, lambda: _neighbour(rerunner, code, name_test(test, "neighbour")), Neighbour)
 

@@ -21,18 +21,19 @@ DIAGNOSIS_ENDS: tuple[DiagnosisEnd, ...] = ("done", "runs", "interrupted")
 
 
 class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
-    """A statement of the code under test.
+    """A suspicious statement of the code under test.
 
     Args:
-        file: as the report names it.
+        file: its file, as the report names it.
         line: its first line.
-        function: it is in.
-        likely: whether it rests on evidence: an experiment with this statement, or, where none has shown another one, a
-            comparison of failing and passing runs with a high enough score. Only such a statement is shown as the
-            location of the cause.
-        experiment: how a failing test passed, as `passes with this decision reversed`; empty if no run has shown it.
-        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see `location`).
-        text: the line.
+        function: the function that contains it.
+        likely: whether evidence supports it: an experiment with this statement or, if no experiment has shown another
+            one, a high enough score in the comparison of failing and passing runs. Only likely statements are shown as
+            the location of the cause.
+        experiment: how a failing test passed, such as `passes with this decision reversed`; empty if no run showed it.
+        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see
+            `locations`).
+        text: the source line.
     """
 
     file: str
@@ -45,7 +46,7 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
 
 
 class ShownEvent(PlainRecord, frozen=True, kw_only=True):
-    """An event of a run: when (s), and what happened."""
+    """An event of a run: its time (s), and what happened."""
 
     time_s: NotNegative
     text: str
@@ -54,16 +55,16 @@ class ShownEvent(PlainRecord, frozen=True, kw_only=True):
 class ExecutedLines(PlainRecord, frozen=True, kw_only=True):
     """The lines of the code under test that a run executed, with times.
 
-    A burst is what one node of the code executes without simulated time passing. Most bursts come again and again, so
-    each is written once.
+    A burst is what one node of the code executes without simulated time passing. Most bursts recur, so each is stored
+    once.
 
     Args:
-        files: of the code, by whose numbers from 0 bursts name them.
-        bursts: lines in the order in which they were executed, as `0:12 13 17 1:5`: a file is named where it changes.
-        nodes: of each node of the code, `time burst time burst ...` (s, number of the burst from 0).
-        from_s: when what was kept begins (s); 0 if it is all.
-        until_s: when it ends; None if it is all.
-        note: what is wrong with it, or why there is none; empty for nothing.
+        files: files of the code; bursts name them by their index.
+        bursts: executed lines in order, such as `0:12 13 17 1:5`; the file is named where it changes.
+        nodes: for each node of the code, `time burst time burst ...` (s, index of the burst).
+        from_s: time of the first burst that was kept (s); 0 if all were.
+        until_s: time of the last one (s); None if all were kept.
+        note: why lines are missing or unreliable; empty if they are not.
     """
 
     files: Names = ()
@@ -75,13 +76,13 @@ class ExecutedLines(PlainRecord, frozen=True, kw_only=True):
 
 
 class Neighbour(PlainRecord, frozen=True, kw_only=True):
-    """The run of the nearest passing neighbour, to be shown next to the failing run.
+    """The nearest passing run of a cause, shown next to the failing run.
 
     Args:
-        timeline: of it.
+        timeline: its timeline.
         abstract: its actions, a line each.
-        begun: when actions began (s), and which, by their numbers from 0, in the order of time.
-        lines: of the code that it executed.
+        begun: time (s) and number, from 0, of each action that began, in order.
+        lines: the lines of the code that it executed; None if it was not traced.
     """
 
     timeline: Timeline
@@ -91,19 +92,19 @@ class Neighbour(PlainRecord, frozen=True, kw_only=True):
 
 
 class Decision(PlainRecord, frozen=True, kw_only=True):
-    """The minimal pair of a cause: a failing test, and its nearest neighbour that passes.
+    """The minimal pair of a cause: a failing test and the nearest passing variation of it.
 
     Args:
-        words: what the neighbour has otherwise, as they follow "passes"; where no neighbour passes, why that is.
-        kind: in what it differs: `disturbance`, `order`, `value`, `command` or `action`; empty if none passes.
-        test: id of the test that fails.
-        runs: how many runs it took.
-        failing: some events of the failing run, from before both part.
-        passing: the same of the neighbour.
-        differs_at: which of these events is the first that differs, from 0; None if none does.
-        concrete: the actions of the neighbour, with their parameters.
-        neighbour: its run; None if it was not run once more to be shown.
-        untriggered: it passes only because the requirement is never triggered then, which explains nothing.
+        words: how the variation differs, as words that follow "passes"; if none passes, why.
+        kind: what differs: `schedule`, `disturbance`, `order`, `value`, `command` or `action`; empty if none passes.
+        test: id of the failing test.
+        runs: number of runs of the search.
+        failing: some events of the failing run, from shortly before the two runs diverge.
+        passing: the same for the passing run.
+        differs_at: index of the first event that differs; None if none does.
+        concrete: the actions of the passing test, with their parameters.
+        neighbour: the passing run; None if it was not rerun for the page.
+        untriggered: whether it passes only because the requirement is never triggered, which explains nothing.
     """
 
     words: str
@@ -121,7 +122,7 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
 class Probability(PlainRecord, frozen=True, kw_only=True):
     """The share of a campaign's runs that fail for a cause, with its 95 % confidence interval (per cent).
 
-    Wilson's interval (1927), over runs: it estimates how often the cause strikes in these tests, whose seeds alone are
+    Wilson's interval (1927) over runs estimates how often the cause strikes in these tests; only their seeds are
     random.
     """
 
@@ -135,23 +136,23 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     """A cause of failures.
 
     Args:
-        id: from the change, the state and the requirement that fails first: the same in each session.
-        requirements: that fail for it, those of most tests first.
-        tests: ids of the tests, the shortest first.
+        id: made from the change, the state and the requirement that fails first: the same in each session.
+        requirements: the requirements that fail for this cause, those of most tests first.
+        tests: ids of the tests that fail for this cause, the shortest first.
         change: the disturbance without which they pass; empty if there is none.
-        state: of the code under test when the first of the requirements failed.
-        minimal: lines of the shortest of these tests, or what was left of it.
-        minimal_of: id of this test; None in reports of older versions: the first of `tests`.
-        is_shrunk: what the test does not need was taken away.
-        replay: of this test.
-        locations: the most suspicious statements first; empty if no code was measured.
-        stood: where each node of the code was at the violation, `file:line in function`; of a traced run only.
-        schedule: under which this test fails; None for the usual one.
-        deciding_change: what makes the difference between failing and passing, in words; empty if nobody tried.
+        state: state of the code under test when the first of the requirements failed.
+        minimal: lines of the shortest of these tests, shrunk if possible.
+        minimal_of: id of that test; None in reports of older versions, where it is the first of `tests`.
+        is_shrunk: whether lines that the test does not need were removed.
+        replay: replay file of that test.
+        locations: the suspicious statements, the most suspicious first; empty if no code was measured.
+        stood: where each node of the code was at the violation, `file:line in function`; empty if not traced.
+        schedule: the schedule under which that test fails; None for the usual one.
+        deciding_change: what makes the difference between failing and passing, in words; empty without a search.
         minimal_pair: the result of the search for a minimal pair; None without a search.
-        confirmed: number of tests that, as an experiment has shown, fail for it.
-        is_known: all of its violations are known ones.
-        probability: in a campaign all runs of which are in the report; else None.
+        confirmed: number of tests that, as an experiment has shown, fail for this cause.
+        is_known: whether all of its violations are known.
+        probability: its share of a campaign's runs, if the report contains all of them; else None.
     """
 
     id: str
@@ -174,7 +175,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
 
     @property
     def likely_locations(self) -> tuple[SuspiciousPlace, ...]:
-        """The locations that are shown."""
+        """The locations that reports show."""
         return tuple(location for location in self.locations if location.likely)
 
 
@@ -182,12 +183,12 @@ class Experiment(PlainRecord, frozen=True, kw_only=True):
     """An experiment: what a run has shown about a failure.
 
     Args:
-        nodeid: of the test.
-        requirement: that it violated.
-        change: the disturbance that was left out; empty if something else was done otherwise.
-        is_confirmed: it passes without; otherwise it fails all the same.
-        other: another requirement. Confirmed, one reversed decision lets both pass; else it was still violated
-            when this one passed, and does not follow from it.
+        nodeid: node id of the test.
+        requirement: the requirement that it violated.
+        change: the disturbance that was left out; empty if something else was changed.
+        is_confirmed: whether the test passes without it.
+        other: another requirement. If confirmed, reversing one decision lets both pass; else it was still violated when
+            this one passed, and does not follow from it.
     """
 
     nodeid: str
@@ -204,12 +205,12 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
     """The evidence that the causes rest on.
 
     Args:
-        runs: of experiments.
+        runs: number of runs used by experiments.
         budget: number of runs allowed.
-        end_reason: why they ended.
-        experiments: what they have shown.
-        signals: of the testbench, with their types: in these conditions are learned.
-        messages: of the testbench: topic -> field -> type.
+        end_reason: why the experiments ended.
+        experiments: what the experiments have shown.
+        signals: signals of the testbench, with their types: the conditions of known violations are learned from these.
+        messages: messages of the testbench: topic -> field -> type.
     """
 
     runs: Count
@@ -225,13 +226,13 @@ def _rename(causes: tuple[Cause, ...], names: FileNames) -> tuple[Cause, ...]:
 
 
 CAUSES: Section[tuple[Cause, ...]] = Section("causes", tuple[Cause, ...], (), rename=_rename)
-"""The causes, new ones first, then those of most tests."""
+"""The causes: new ones first, then by number of tests."""
 
 DIAGNOSIS: Section[Diagnosis | None] = Section("diagnosis", Diagnosis | None, None)
 """The diagnosis of a session with failing tests."""
 
 LINES: TestSection[ExecutedLines | None] = TestSection("executed_lines", ExecutedLines | None, None)
-"""The lines that a failed test executed, where failures are diagnosed."""
+"""The lines that a failed test executed, if failures are diagnosed."""
 
 SECTIONS = (CAUSES, DIAGNOSIS)
 TEST_SECTIONS = (LINES,)

@@ -268,13 +268,13 @@ class CodeModel:
         modules: names of the top-level modules and packages under test.
         messages: published and received messages.
         machines: state machines; one whose state the code publishes comes first.
-        virtual: "time", "threading", "asyncio": for `VirtualTime.apis`.
-        time_outs: how long it waits at most (s).
+        virtual: those of "time", "threading" and "asyncio" that it uses, for `VirtualTime.apis`.
+        time_outs: timeouts of its waits (s), with their locations.
         entry: the function or class to call; None if there is none.
         questions: what the code does not tell.
         problems: what keeps the code from running unchanged.
         ros: nodes of ROS 2, with their topics, services and actions.
-        inner: objects that the code makes itself and that stand-ins replace.
+        inner: objects that the code creates itself and stand-ins replace (`code.created_objects`).
         has_waivers: whether comments waive lines as unreachable.
     """
 

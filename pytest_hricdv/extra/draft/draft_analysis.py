@@ -14,9 +14,9 @@ from typing import TypeVar
 from pytest_hricdv.extra.draft.analysis import analyse_sources, questions
 from pytest_hricdv.extra.draft.code.attributes import AttributeStates
 from pytest_hricdv.extra.draft.code.classes import FORMS, methods_of
+from pytest_hricdv.extra.draft.code.created_objects import CreatedObjects
 from pytest_hricdv.extra.draft.code.entry import EntryFinder, read_calls
 from pytest_hricdv.extra.draft.code.flow import Flow, parameters_of
-from pytest_hricdv.extra.draft.code.inner import InnerObjects
 from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.messages import TAKES
 from pytest_hricdv.extra.draft.code.ports import PortReader
@@ -80,7 +80,7 @@ class CodeReader:
         self._used = read_calls(self._sources)
         self._flow = Flow(self._sources)
         self._stimuli = StimulusReader(self._sources, self._flow)
-        self._inner = InnerObjects(self._sources, self._flow)
+        self._inner = CreatedObjects(self._sources, self._flow)
         self._states = AttributeStates(self._sources, self._flow)
         self._entries = EntryFinder(self._sources, self._flow, self._used)
         self._chosen: Entry | None = None  # what was observed is of this one
@@ -126,7 +126,7 @@ class CodeReader:
         return chosen
 
     def _with_entry(self, model: CodeModel, seen: Observations | None, faulty: frozenset[str]) -> CodeModel:
-        """The model with what gets to its entry and comes from it."""
+        """The model with the inputs and outputs of its entry."""
         assert model.entry is not None
         entry = replace(model.entry, ports=self._without_buses(model, model.entry.ports))
         inner = self._without_buses(model, self._inner.ports(entry, faulty))

@@ -1,4 +1,4 @@
-"""Nodes of ROS 2 and how they are started: plain data, each item with its location."""
+"""ROS 2 nodes, their endpoints and parameters, with the locations in the source; and how a draft starts a node."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ EndpointKind = Literal["publisher", "subscription", "service", "client", "action
 
 @dataclass(frozen=True, order=True)
 class CodeLine:
-    """A line of the code: its file, relative to the folder that the package is in, and the line from 1.
+    """A line of the code: its file, relative to the folder that contains the package, and the line from 1.
 
-    Line 0 is none: what was observed has only words for where, instead of a file.
+    Line 0: the location is not in the source, and `file` describes where the item was observed.
     """
 
     file: str
@@ -25,15 +25,15 @@ class CodeLine:
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A topic, service or action that a node publishes, subscribes, serves or uses.
+    """A topic, service or action that a node publishes, subscribes to, serves or uses.
 
     Args:
-        kind: seen from the node.
-        name: as ROS expands it, `/cell/scan`; empty if the source does not say it.
-        type: such as `std_msgs/msg/Bool`; empty if the source does not say it.
-        node: name of the node; empty if it is not known.
-        callback: what is called, as the source writes it.
-        location: of the call.
+        kind: its kind, as seen from the node.
+        name: its name as ROS expands it, `/cell/scan`; empty if the source does not say it.
+        type: its type, such as `std_msgs/msg/Bool`; empty if the source does not say it.
+        node: name of the node; empty if unknown.
+        callback: the callback, as written in the source.
+        location: location of the call.
     """
 
     kind: EndpointKind
@@ -50,7 +50,7 @@ class Endpoint:
 
     @property
     def is_outgoing(self) -> bool:
-        """Whether the node begins: it publishes, or asks others."""
+        """Whether the node initiates: it publishes, or calls a service or an action."""
         return self.kind in ("publisher", "client", "action client")
 
 
@@ -69,9 +69,9 @@ class RosNodes:
     """The nodes of a package and their endpoints.
 
     Args:
-        nodes: name of each node, with its location; the name is empty if the source does not say it.
+        nodes: name and location of each node; the name is empty if the source does not say it.
         endpoints: topics, services and actions, in the order of the source.
-        parameters: that nodes declare, with the source text of their defaults.
+        parameters: the parameters that nodes declare.
     """
 
     nodes: tuple[tuple[str, CodeLine], ...] = ()
@@ -79,7 +79,7 @@ class RosNodes:
     parameters: tuple[RosParameter, ...] = ()
 
     def of(self, *kinds: EndpointKind) -> tuple[Endpoint, ...]:
-        """The endpoints of these kinds, each name and type once."""
+        """The endpoints of these kinds, each combination of name and type once."""
         first: dict[tuple[str, str, str, CodeLine | None], Endpoint] = {}
         for endpoint in self.endpoints:
             if endpoint.kind in kinds:
@@ -93,10 +93,10 @@ class RosStart:
     """How a draft starts a node.
 
     Args:
-        asked: as it was asked for, "PACKAGE EXECUTABLE" or a path.
-        entry: "package.module:function", or a class of nodes.
+        asked: what the user named: "PACKAGE EXECUTABLE", or a path.
+        entry: its entry point, "package.module:function", or a class of nodes.
         declared: topics, services and actions that requirements can name.
-        interfaces: folders of packages of messages that are not installed.
+        interfaces: folders of message packages that are not installed.
     """
 
     asked: str

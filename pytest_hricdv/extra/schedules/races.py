@@ -1,4 +1,4 @@
-"""Races: minimal schedules under which a test fails, and the kind of each failure."""
+"""Minimizes the schedule under which a test fails, and classifies the race: wrong order, or only too late."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.schedule import ScheduleDecision
 
 JUST_S = 1e-6
-"""A delay that is shorter by this (s) than a hold does not change the order. As fine as virtual time is."""
+"""A delay that is this much (s) shorter than a hold does not change the order: the resolution of virtual time."""
 
 HALVINGS = 12
-"""Of a delay, until it is known to a five-thousandth of itself."""
+"""Bisections of a delay, which find it to 1/4096 of its length."""
 
 RaceKind = Literal["wrong-order", "late"]
 
@@ -27,12 +27,12 @@ class ScheduleRace:
     """A schedule under which a test fails.
 
     Args:
-        test: with the fewest decisions.
+        test: the test with a minimal schedule.
         ran: its run.
-        kind: `wrong-order` if it fails because of the order of two threads or tasks, `late` if a delay does it that
+        kind: `wrong-order` if it fails because of the order of two threads or tasks, `late` if a delay suffices that
             changes no order.
-        least_s: the least delay that does it (s), where it is late.
-        runs: that it took to find out.
+        least_s: the shortest delay with which it fails (s); for `wrong-order`, the sum of the holds or delays.
+        runs: number of runs that this took.
     """
 
     test: ConcreteTest
@@ -44,12 +44,12 @@ class ScheduleRace:
 
 @dataclass
 class RaceExamination:
-    """Takes decisions away while the test fails, and tells order from delay.
+    """Removes decisions while the test still fails, and tells a wrong order from a delay.
 
     Args:
         run: runs tests.
         fails: whether a run fails in the same way.
-        is_moved: a parameter of the test was moved, so that it may fail without any decision.
+        is_moved: whether a parameter of the test was changed, so that it may fail without any decision.
     """
 
     run: RunTest
@@ -59,7 +59,7 @@ class RaceExamination:
     last: ScheduleRun | None = None
 
     def examine(self, test: ConcreteTest, ran: ScheduleRun) -> ScheduleRace:
-        """What is left of a schedule under which a test fails."""
+        """The minimal schedule under which a test fails, and its kind."""
         test, ran = self._least(test, ran)
         late = self._late(test, ran) if test.schedule else None
         kind: RaceKind = "wrong-order"
@@ -76,7 +76,7 @@ class RaceExamination:
         return self.last if self.last is not None and self.fails(self.last) else None
 
     def _least(self, test: ConcreteTest, ran: ScheduleRun) -> tuple[ConcreteTest, ScheduleRun]:
-        """Without decisions that it does not need: those that come last are tried first."""
+        """The test without unneeded decisions; the last ones are tried first."""
         place = len(test.schedule) - 1
         while place >= 0 and (len(test.schedule) > 1 or self.is_moved):
             fewer = replace(test, schedule=(*test.schedule[:place], *test.schedule[place + 1 :]))
@@ -86,11 +86,11 @@ class RaceExamination:
         return test, ran
 
     def _late(self, test: ConcreteTest, ran: ScheduleRun) -> tuple[ConcreteTest, ScheduleRun] | None:
-        """The same delays without the other order, if the test fails then, too: each a little shorter than the hold."""
+        """The test with delays just too short to change the order, and its run, if it still fails; else None."""
         if any(decision.kind == "order" for decision in test.schedule) or all(
             held.for_s <= JUST_S for held in ran.held
         ):
-            return None  # a delay of no time is nothing but an order
+            return None  # without a delay there is only an order
         delays = tuple(_delay(decision, ran.held) for decision in test.schedule)
         delayed = replace(test, schedule=delays)
         again = self._tries(delayed)
@@ -99,9 +99,9 @@ class RaceExamination:
     def _shortest(
         self, test: ConcreteTest, ran: ScheduleRun
     ) -> tuple[ConcreteTest, ScheduleRun, float, ScheduleRun | None]:
-        """With the shortest delays that still make it fail, all in one proportion; and the run that just passes.
+        """The shortest delays, all scaled alike, with which the test still fails; and the run that just passes.
 
-        That is None where it fails without any delay, once each node has let others run.
+        The latter is None if the test fails even with delays of 0 s, at which each node lets the others run once.
         """
         whole, just_passes = test.schedule, None
         passes, fails = 0.0, 1.0
@@ -119,7 +119,7 @@ class RaceExamination:
 
 
 def _name_nodes(test: ConcreteTest, ran: ScheduleRun) -> ConcreteTest:
-    """The test whose decisions say which node they held up, for readers."""
+    """The test, with the names of the nodes that its decisions held up, for readers."""
     nodes = {(held.kind, held.place): held.node for held in ran.held}
     schedule = (replace(entry, node=nodes.get((entry.kind, entry.place), "")) for entry in test.schedule)
     return replace(test, schedule=tuple(schedule))
@@ -130,10 +130,9 @@ def _scale(test: ConcreteTest, schedule: Sequence[ScheduleDecision], share: floa
 
 
 def is_other_order(before: ScheduleRun, ran: ScheduleRun) -> bool:
-    """Whether two threads have changed places where two runs part: each executes there later what it did before.
+    """Whether two threads or messages are swapped where two runs diverge: each executes later what it did before.
 
-    A delay that only misses a deadline leaves the order as it is, or lets a thread take another branch. One that lets
-    two tasks of a loop change places is the least that does. Two messages may have changed places as well.
+    A delay that only misses a deadline keeps the order, or lets a thread take another branch.
     """
     usual, other = ([(topic, 0) for topic in run.arrivals] for run in (before, ran))
     return _have_swapped(usual, other) or _have_swapped(unpack_steps(before.steps), unpack_steps(ran.steps))
@@ -151,7 +150,7 @@ def _next(steps: Sequence[tuple[object, int]], wanted: object) -> int | None:
 
 
 def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDecision:
-    """The same delay, which ends just before the other node runs."""
+    """The decision as a delay that ends just before the other node runs."""
     if decision.kind == "delivery":
         return decision
     for_s = next((entry.for_s for entry in held if entry.place == decision.place), decision.delay_s)
@@ -159,7 +158,7 @@ def _delay(decision: ScheduleDecision, held: Sequence[HeldNode]) -> ScheduleDeci
 
 
 def words(candidate: ScheduleCandidate, race: ScheduleRace) -> str:
-    """`arm is held up before arm.py:32 for 0.013 s while watch executes guard.py:14, guard.py:15`."""
+    """`arm waits before arm.py:32 for 0.013 s while watch executes guard.py:14, guard.py:15`."""
     parts = [*_moves(candidate.test, race.test)]
     for held in race.ran.held:
         if held.kind == "delivery":

@@ -1,4 +1,4 @@
-"""Forms of Jason's language that public models use: labels without names, name spaces, directives, quoted names."""
+"""Forms of Jason's language that public models use: labels without names, namespaces, directives, quoted names."""
 
 from __future__ import annotations
 

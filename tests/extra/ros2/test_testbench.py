@@ -50,8 +50,8 @@ def test_it_has_the_names_of_the_graph(testbench: Testbench) -> None:
     ("changes", "message"),
     [
         ({"ros2": "/scan"}, "here: ros2 is '/scan'; expected Ros2(...) or None"),
-        ({"messages": (Scan, Scan)}, "here: two classes of messages are 'scan' on the bus; rename one of them"),
-        ({"messages": (Scan,)}, "here: 'scan' is a message of the bus, and a topic of ROS 2; rename one of them"),
+        ({"messages": (Scan, Scan)}, "here: two message classes have the topic 'scan' on the bus; rename one of them"),
+        ({"messages": (Scan,)}, "here: 'scan' is both a message of the bus and a topic of ROS 2; rename one of them"),
         (
             {"ros2": Ros2(topics={"/scan": "cell_msgs/msg/Scn"})},
             "here: ros2: cell_msgs has no msg 'Scn'; nearest: Scan",

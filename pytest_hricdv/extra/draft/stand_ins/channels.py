@@ -1,4 +1,9 @@
-"""Stand-ins of queues and buses, on the bus of the test."""
+"""Stand-ins for the queues and buses of the code under test, connected to the bus of the test.
+
+`BusPort`, `InboxPort` and `OutboxPort` are what the conftest.py of a draft declares (from `pytest_hricdv.draft`); in
+each run, `make` creates the stand-in that the code gets: a `CodeBus`, an `Inbox` or an `Outbox`, or its form for
+asyncio.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +18,7 @@ from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.neutral import REST_OF_RUN_S, Lenient
 
 LOOKS_EACH_S = 0.02
-"""Period at which a queue with several topics is looked into."""
+"""Period at which a queue with several topics is polled (s)."""
 
 Convert = Callable[[Any], Any]
 """Converts a message of the test to the object that the code gets."""
@@ -24,8 +29,8 @@ def _same(message: Any) -> Any:
 
 
 class Inbox(Lenient):
-    """A queue that the code takes from: what a person says goes into it. What the code itself puts here is discarded:
-    a person would not know of it."""
+    """A queue that the code takes from: it contains what a person says. What the code itself puts into it is discarded,
+    since a person would not know of it."""
 
     def __init__(self, border: RunBorder, kinds: Mapping[type[Any], Convert]) -> None:
         self._border = border
@@ -73,11 +78,11 @@ class Inbox(Lenient):
         return self._next.pop(0) if self._look() else None
 
     def empty(self) -> bool:
-        """Whether there is none."""
+        """Whether it contains no message."""
         return not self._look()
 
     def qsize(self) -> int:
-        """At most 1: whether there is any."""
+        """1 if it contains a message, else 0."""
         return int(self._look())
 
 
@@ -99,7 +104,7 @@ class AsyncInbox(Lenient):
                 self._loop.call_soon_threadsafe(self._queue.put_nowait, convert(message))
 
     async def get(self, *_: Any, **__: Any) -> Any:
-        """The oldest message; waits for one where there is none, whatever else the code passes."""
+        """The oldest message; waits for one if necessary, whatever timeout the code passes."""
         self._border.on_crossing()
         return await self._queue.get()
 
@@ -112,11 +117,11 @@ class AsyncInbox(Lenient):
         return None if self._queue.empty() else self._queue.get_nowait()
 
     def empty(self) -> bool:
-        """Whether there is none."""
+        """Whether it contains no message."""
         return self._queue.empty()
 
     def qsize(self) -> int:
-        """How many there are."""
+        """The number of messages in it."""
         return self._queue.qsize()
 
     def __aiter__(self) -> AsyncInbox:
@@ -127,20 +132,20 @@ class AsyncInbox(Lenient):
 
 
 class Outbox(Lenient):
-    """A queue, or a function, that the code hands messages to: the robot says them."""
+    """A queue, or a function, that the code hands messages to: the robot publishes them."""
 
     def __init__(self, border: RunBorder, name: str) -> None:
         self._border, self._name = border, name
 
     def __call__(self, *contents: Any, **_: Any) -> None:
-        """Say the message among the arguments."""
+        """Publish the message among the arguments."""
         self._border.note_call(self._name, "put", contents, {})
         self._border.say(self._name, "put", contents)
 
     put_nowait = put = __call__
 
     def empty(self) -> bool:
-        """True: every message is taken at once."""
+        """True: every message is taken immediately."""
         return True
 
 
@@ -148,12 +153,12 @@ class AsyncOutbox(Outbox):
     """An `Outbox` for coroutines."""
 
     async def put(self, *contents: Any) -> None:  # type: ignore[override]
-        """Say it; it never waits."""
+        """Publish the message; never waits."""
         self(*contents)
 
 
 class CodeBus:
-    """A bus of classes: it calls back, or has an inbox for each subscription."""
+    """A bus whose topics are classes; a subscription is an inbox, or calls a function with each message."""
 
     def __init__(self, border: RunBorder, name: str) -> None:
         self._border, self._name = border, name
@@ -165,7 +170,7 @@ class CodeBus:
         self._border.say(self._name, "publish", every)
 
     def subscribe(self, *arguments: Any, **named: Any) -> Any:
-        """An inbox for messages of these classes; a function among the arguments is called for each."""
+        """An inbox for messages of these classes; a function among the arguments is called with each message."""
         every = (*arguments, *named.values())
         listed = [part for value in every for part in (value if isinstance(value, list | tuple) else [value])]
         kinds = {kind: _same for kind in listed if isinstance(kind, type) and kind in self._border.kinds}
@@ -198,10 +203,10 @@ async def _call_async(inbox: AsyncInbox, callback: Callable[[Any], Any]) -> None
 
 @dataclass(frozen=True)
 class BusPort:
-    """A port that is a bus: objects with `publish` and `subscribe`, whose topics are classes."""
+    """A bus: an object with `publish` and `subscribe`, whose topics are classes."""
 
     def make(self, border: RunBorder, name: str) -> Any:
-        """The stand-in of a run."""
+        """The stand-in for one run."""
         return CodeBus(border, name)
 
 
@@ -210,8 +215,8 @@ class InboxPort:
     """A queue that the code takes from.
 
     Args:
-        kinds: classes of messages that come through it.
-        converted: likewise, with what the code gets of each: `InboxPort({Order: lambda m: {"item": m.item}})`.
+        kinds: the classes of the messages in it; in a dict, each with a function that converts a message to what the
+            code takes: `InboxPort({Order: lambda m: {"item": m.item}})`.
     """
 
     kinds: tuple[tuple[type[Any], Convert], ...]
@@ -221,7 +226,7 @@ class InboxPort:
         object.__setattr__(self, "kinds", tuple(pairs))
 
     def make(self, border: RunBorder, name: str) -> Any:
-        """The stand-in of a run."""
+        """The stand-in for one run."""
         kinds = dict(self.kinds)
         return AsyncInbox(border, kinds) if border.is_async else Inbox(border, kinds)
 
@@ -231,5 +236,5 @@ class OutboxPort:
     """A queue that the code puts into, or a function that it calls with each message."""
 
     def make(self, border: RunBorder, name: str) -> Any:
-        """The stand-in of a run."""
+        """The stand-in for one run."""
         return AsyncOutbox(border, name) if border.is_async else Outbox(border, name)

@@ -1,8 +1,9 @@
-"""Resolves the name spaces of the literals in a source, as in Jason 3.
+"""Namespaces of literals, as in Jason 3: resolved once in each source (`in_spaces`), taken apart and added during runs.
 
-A literal of the name space ``ns`` becomes a structure with the functor ``ns::p``; one of the default name space has no
-prefix. Literals without a prefix in the source belong to the name space of their file or block, except for terms inside
-of literals, lists and comparisons.
+A literal of the namespace ``ns`` is a structure with the functor ``ns::p``; one of the default namespace has no prefix.
+Literals without a prefix in the source belong to the namespace of their file or block, except for terms inside
+literals, lists and comparisons. At run time, unification, substitution and the plan library use `split`,
+`without_space` and `in_space`.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from pytest_hricdv.bdi.language.terms import (
 
 
 @dataclass(frozen=True, slots=True)
-class NameSpaceBlock:
+class NamespaceBlock:
     """``{ begin namespace(name, local) } ... { end }``; or ``{ namespace(name, local) }``, which only declares it."""
 
     name: str
@@ -46,27 +47,27 @@ class NameSpaceBlock:
 
 
 DEFAULT = "default"
-"""The default name space."""
+"""The default namespace."""
 THIS = "this_ns"
-"""How a source refers to its own name space."""
+"""How a source refers to its own namespace."""
 LOCAL = "#"
-"""Prefix of the names of local name spaces, which no source can write."""
+"""Prefix of the names of local namespaces; no source can contain it."""
 _KEYWORDS = frozenset(
     {("true", 0), ("false", 0), ("source", 1), ("atomic", 0), ("breakpoint", 0), ("all_unifs", 0), ("self", 0)}
     | {("percept", 0), ("tell", 0), ("default", 0), ("this_ns", 0), ("kqml_received", 4), ("state", 1)}
 )
-"""Predicates that are always in the default name space."""
+"""Predicates that are always in the default namespace."""
 
 
 @lru_cache(maxsize=4096)  # more than the predicates of a model
 def split(functor: str) -> tuple[str, str]:
-    """Split a functor into its name space and its name there."""
+    """Split a functor into its namespace and its name there."""
     space, separator, name = functor.partition("::")
     return (space, name) if separator and not functor.startswith("'") else (DEFAULT, functor)
 
 
 def without_space(literal: Structure) -> tuple[Structure, Structure]:
-    """The name space of a literal, and the literal as it is called there."""
+    """The namespace of a literal, and the literal without its prefix."""
     space, name = split(literal.functor)
     if space == DEFAULT:
         return Structure(DEFAULT), literal
@@ -74,22 +75,22 @@ def without_space(literal: Structure) -> tuple[Structure, Structure]:
 
 
 def in_space(space: Term, literal: Term, written: QualifiedLiteral) -> Term:
-    """Put a literal into a name space; other terms, and literals that have one, are returned unchanged.
+    """Put a literal into a namespace; other terms, and literals that have one, are returned unchanged.
 
     Args:
-        space: a name, or a variable while it has no value.
-        literal: what is qualified.
-        written: as the source has it, for the error.
+        space: the namespace: a name, or a variable without a value.
+        literal: the literal.
+        written: the literal as written in the source, for the error.
 
     Raises:
-        EvaluationError: the name space is no name.
+        EvaluationError: the namespace is not a name.
     """
     if not isinstance(literal, (Structure, Variable, AnnotatedVariable)):
         return literal
     if isinstance(space, Variable):
         return QualifiedLiteral(space, literal)
     if not isinstance(space, Structure) or not is_name(space):
-        raise EvaluationError(f"{space} is not the name of a name space, in {written}")
+        raise EvaluationError(f"{space} is not the name of a namespace, in {written}")
     if not isinstance(literal, Structure):
         return QualifiedLiteral(space, literal)
     if space.functor == DEFAULT or split(literal.functor)[0] != DEFAULT:
@@ -99,23 +100,23 @@ def in_space(space: Term, literal: Term, written: QualifiedLiteral) -> Term:
 
 
 def in_spaces(items: list[Any], space: str, numbers: Iterator[int]) -> list[Any]:
-    """Resolve the name spaces of the parts of a source.
+    """Resolve the namespaces of the parts of a source.
 
     Args:
-        items: as they are written.
-        space: that of the file.
-        numbers: for the names of local name spaces.
+        items: the parts as written.
+        space: the namespace of the file.
+        numbers: numbers for the names of local namespaces.
     """
     return list(_in_blocks(items, _Scope(space, {}), numbers))
 
 
 @dataclass(frozen=True, slots=True)
 class _Scope:
-    """The name space of a block of a file.
+    """The namespace of a block of a file.
 
     Args:
         space: its name.
-        names: the local name spaces that the file has declared so far, by the name it calls them.
+        names: name in the file -> local namespace, of those declared so far.
     """
 
     space: str
@@ -136,7 +137,7 @@ class _Scope:
 
 def _in_blocks(items: list[Any], scope: _Scope, numbers: Iterator[int]) -> Iterator[Any]:
     for item in items:
-        if isinstance(item, NameSpaceBlock):
+        if isinstance(item, NamespaceBlock):
             if item.local and item.name not in scope.names:
                 scope.names[item.name] = f"{LOCAL}{next(numbers)}{item.name}"
             elif item.local is False:
@@ -153,7 +154,7 @@ def _in_blocks(items: list[Any], scope: _Scope, numbers: Iterator[int]) -> Itera
 
 
 def resolve(part: Any, scope: _Scope, qualify: bool) -> Any:
-    """Resolve the name spaces in a part of a source; ``qualify``: whether its literal is in that of the block."""
+    """Resolve the namespaces in a part of a source; ``qualify``: whether its literal is in the block's namespace."""
     if isinstance(part, tuple):
         return tuple(resolve(item, scope, qualify) for item in part)
     if isinstance(part, Structure):

@@ -1,4 +1,8 @@
-"""Objects that the code makes itself, and that a stand-in has to replace: of libraries, and the network."""
+"""Finds, in the source, what the code creates itself and a stand-in has to replace; `CodeReader` calls it.
+
+That is: objects and modules of libraries that are missing or fail, sockets and servers, and other programs. What the
+code gets from outside is in `ports`.
+"""
 
 from __future__ import annotations
 
@@ -15,28 +19,28 @@ from pytest_hricdv.extra.draft.code_model import SCRIPT, Entry, Port
 
 SOCKETS = ("socket.socket", "socket.create_connection", "socket.create_server", "asyncio.start_server",
            "asyncio.open_connection")  # fmt: skip
-"""Calls that make a connection to the outside."""
+"""Calls that open a connection to the outside."""
 
 PROGRAMS = ("subprocess.run", "subprocess.call", "subprocess.check_call", "subprocess.check_output", "subprocess.Popen",
             "subprocess.getoutput", "subprocess.getstatusoutput", "os.system", "os.popen", "urllib.request.urlopen",
             "urllib.request.urlretrieve", "http.client.HTTPConnection", "http.client.HTTPSConnection", "requests.get",
             "requests.post", "requests.put", "requests.patch", "requests.delete", "requests.head", "requests.request",
             "requests.Session")  # fmt: skip
-"""Calls that start another program, or ask a server."""
+"""Calls that start another program, or request from a server."""
 
 
-class InnerObjects:
-    """Finds the objects that the code creates itself."""
+class CreatedObjects:
+    """Finds what the code creates itself, as ports."""
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow
 
     def ports(self, entry: Entry, faulty: frozenset[str]) -> Iterator[Port]:
-        """Each with a name of its own, and made from something of its own.
+        """The ports that stand-ins replace; no two have the same name or the same `made_from`.
 
         Args:
-            entry: of the code.
-            faulty: names of libraries that are missing, or fail; of classes of the code that fail, with a dot before.
+            entry: the entry of the code.
+            faulty: names of libraries that are missing or fail, and, after a dot, of the code's classes that fail.
         """
         done: set[str] = set()
         scope = self._sources.class_named(entry.module, entry.name)
@@ -78,7 +82,7 @@ class InnerObjects:
                                       location=functions[0].location)  # fmt: skip
 
     def _sockets(self, entry: Entry, own: Scope | None) -> Iterator[Port]:
-        """Connections that the entry makes, under whatever name, or the classes whose objects it makes."""
+        """Connections that the entry, or a class whose objects it creates, opens under whatever name."""
         ports = PortReader(self._sources, self._flow)
         owners = [own.node] if own is not None else []
         for (owner, _), assigned in self._flow.attributes.items() if own is not None else ():
@@ -101,19 +105,19 @@ class InnerObjects:
             yield replace(ports.variable(module, name or "connection", node), role="connection", made_from=made_from)
 
     def _is_server(self, module: Module, node: ast.Call) -> bool:
-        """Whether a function of a library gets one of the code that serves a connection: `serve(handler, port)`."""
+        """Whether a library's function is passed one of the code that serves a connection: `serve(handler, port)`."""
         top, _, name = resolve_import(module, node.func).partition(".")
         is_imported = name_with_dots(node.func).partition(".")[0] in module.imports
         return bool(name) and is_imported and top not in sys.stdlib_module_names and bool(self._connection_name(node))
 
     def _connection_name(self, node: ast.Call) -> str:
-        """The parameter by which a function among the arguments gets a connection; empty if there is none."""
+        """Name of the parameter by which a function among the arguments gets a connection; empty if there is none."""
         functions = (function for part in node.args for function in self._flow.methods.get(last_name(part), ())
                      if function.owner is None or name_with_dots(part).startswith("self."))  # fmt: skip
         return next((name for function in functions for name in [connection_of(self._flow, function)] if name), "")
 
     def _programs(self) -> Iterator[Port]:
-        """Functions that start or ask other programs, once for each module that calls them."""
+        """Functions that start other programs or request from servers, once for each module that calls them."""
         for module, _, node in self._flow.nodes:
             dotted = resolve_import(module, node.func) if isinstance(node, ast.Call) else ""
             if dotted in PROGRAMS and isinstance(node, ast.Call):

@@ -1,4 +1,4 @@
-"""Name spaces: sources included in one, local ones, variables for them; most lines are those that Jason 3.3 prints."""
+"""Namespaces: sources included in one, local ones, variables for them; most lines are those that Jason 3.3 prints."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _prints(tmp_path: Path, **sources: str) -> list[str]:
     return [line.removeprefix("[a] ") for line in system_of(tmp_path, a=sources["a"]).run().prints]
 
 
-def test_source_included_in_a_name_space_has_its_own_beliefs_goals_and_plans(tmp_path: Path) -> None:
+def test_source_included_in_a_namespace_has_its_own_beliefs_goals_and_plans(tmp_path: Path) -> None:
     agent = """
     { include("mod.asl", hall) }
     { include("mod.asl", comm) }
@@ -76,9 +76,9 @@ def test_source_included_in_a_name_space_has_its_own_beliefs_goals_and_plans(tmp
 @pytest.mark.parametrize(
     ("source", "prints"),
     [
-        # A variable as the name space of an event is bound to that of the event.
+        # A variable as the namespace of an event is bound to that of the event.
         ("!go. +!go <- +x::p(1); +p(2). +N::p(X) <- .print(N, X).", ["x1", "default2"]),
-        # A bare variable stands for what is in the default name space.
+        # A bare variable stands for what is in the default namespace.
         ("!go. +!go <- !x::g. +!G <- .print(any). -!go <- .print(failed).", ["failed"]),
         ("!go. +!go <- !x::g. +!x::G <- .print(G).", ["g[source(self)]"]),
         ("!go. +!go <- !x::g(1). +!N::G <- .print(N, G).", ["xg(1)[source(self)]"]),
@@ -97,11 +97,11 @@ def test_source_included_in_a_name_space_has_its_own_beliefs_goals_and_plans(tmp
         ("{ begin namespace(x) } p(1). +!g <- ?default::p(A); .print(A). { end } p(2). !x::g.", ["2"]),
     ],
 )
-def test_name_spaces_of_literals(tmp_path: Path, source: str, prints: list[str]) -> None:
+def test_namespaces_of_literals(tmp_path: Path, source: str, prints: list[str]) -> None:
     assert _prints(tmp_path, a=source) == prints
 
 
-def test_local_name_space_is_known_in_its_own_source_only(tmp_path: Path) -> None:
+def test_local_namespace_is_known_in_its_own_source_only(tmp_path: Path) -> None:
     module = (
         "{ namespace(priv, local) } priv::p(1). q(2). +!g <- ?priv::p(X); .print(X); !priv::h. +!priv::h <- .print(h)."
     )
@@ -117,14 +117,14 @@ def test_local_name_space_is_known_in_its_own_source_only(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("N::p(1).", "a.asl:1:1: expected a literal with a name as its name space, found N::p"),
+        ("N::p(1).", "a.asl:1:1: expected a literal with a name as its namespace, found N::p"),
         ("{ namespace(x, privat) }", r"a.asl:1:1: expected namespace\(name\), or namespace\(name, local\), found"),
         ("{ begin dg(g) } p. { end }", r"a.asl:1:1: expected plans only in { begin dg\(g\) }"),
         ('!go. +!go <- N = "x"; +N::p(1).', None),
         ("!go. +!go <- +N::p(1).", None),
     ],
 )
-def test_mistakes_with_name_spaces_say_where_they_are(tmp_path: Path, text: str, message: str | None) -> None:
+def test_mistakes_with_namespaces_say_where_they_are(tmp_path: Path, text: str, message: str | None) -> None:
     if message is None:
         (warning,) = system_of(tmp_path, a=text).run().warnings
         assert "name" in warning
