@@ -80,7 +80,7 @@ def _in_packages() -> Iterator[tuple[str, str, str, str]]:
     ran = sum("suites" in row for row in results.values())
     yield (
         f"in {ran} public packages, unmodified",
-        _WILD.format(f"{causes} faults, {len(real)} violated requirements"),
+        _WILD.format(f"{causes} bugs, {len(real)} violated requirements"),
         f"{wrong} false alarms; {sum(verdict.startswith('by design') for verdict in verdicts)} by design",
         "testbenches of 100 lines and verdicts are ours; nothing was reported",
     )

@@ -1,4 +1,4 @@
-"""Imports code under test with a seeded fault, in a process of its own."""
+"""Imports code under test with a seeded bug, in a process of its own."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def text_as_loaded(path: Path) -> str:
 
 @dataclass(frozen=True)
 class SeededFault:
-    """A fault that can be put into the code under test.
+    """A bug that can be seeded in the code under test.
 
     Args:
-        name: of the fault.
+        name: its name.
         path: of the changed file.
-        text: of this file with the fault.
+        text: the text of this file with the bug.
     """
 
     name: str

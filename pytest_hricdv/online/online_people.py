@@ -5,8 +5,8 @@ nothing, the person waits: for a message of another one, for something of the ru
 `.wait`. What a person waits for is not in the test that the run becomes. So the test has, of what another one did, that
 the action comes after it, and of all else how long the person paused.
 
-For the run and its test to be the same bit by bit, a person that waited continues a moment later than it could, each at
-a moment of its own: then it does not matter who noticed at which instant that there is something to do.
+For the run and its test to be the same bit for bit, a person that waited continues a moment later than it could, each
+at a moment of its own: then it does not matter who noticed at which instant that there is something to do.
 """
 
 from __future__ import annotations

@@ -183,7 +183,7 @@ def instructions(
 def describe_replay(replayed: ReplayComparison) -> tuple[str, str]:
     """How the run of a replayed test compares with the recorded one, and a hint at the cause, which may be empty."""
     if replayed.same:
-        return "the same run, to the bit", ""
+        return "the same run, bit for bit", ""
     changes = f": {', '.join(replayed.changed)}" if replayed.changed else "; cause unknown: --hri-audit looks for it"
     hint = f"it may be Python's hash seed, which was {replayed.hash_seed}" if replayed.hash_seed else ""
     return f"differs from the recording{changes}", hint

@@ -29,7 +29,7 @@ class Timeline(PlainRecord, frozen=True, kw_only=True):
         messages: time (s), sender, topic and the fields as JSON, separated by tabs.
         signals: name -> "time value time value ...", each value from its time (s) on.
         triggers: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
-        checksums: signal -> CRC-32 (hexadecimal) of all its changes, bit by bit, before they were thinned.
+        checksums: signal -> CRC-32 (hexadecimal) of all its changes, bit for bit, before they were thinned.
         texts: signals that are texts: name -> (time, text), each from its time (s) on.
     """
 
@@ -45,7 +45,7 @@ class Behaviour(PlainRecord, frozen=True, kw_only=True):
     """The behaviour of one run.
 
     Args:
-        record_sha256: of the whole record, bit by bit; None if no run came to an end.
+        record_sha256: of the whole record, bit for bit; None if no run came to an end.
         parameters: checksum of the concrete test, so of what the run was given.
         end_reason: why the run ended, in the testbench's words.
         end_s: when (s of simulated time).

@@ -73,7 +73,7 @@ class Record:
     """The events of a run. `signals` maps a name to its changes (times in s, values); `texts` those that are strings.
 
     `messages` has the disturbances, too, in the order of time (see `RecordedMessage.is_disturbance`).
-    `sha256` is over all messages and signals, bit by bit: equal hashes mean equal runs.
+    `sha256` is over all messages and signals, bit for bit: equal hashes mean equal runs.
     """
 
     messages: tuple[RecordedMessage, ...]

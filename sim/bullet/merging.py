@@ -1,7 +1,7 @@
 """Robot descriptions without fixed joints, by merging the links that these join.
 
 PyBullet can do this while it loads (URDF_MERGE_FIXED_LINKS), but leaks the memory of every merged link: 80 kB for each
-world. So it does it once, to compute the inertia of the merged links; after that the same bodies, to the bit, are
+world. So it does it once, to compute the inertia of the merged links; after that the same bodies, bit for bit, are
 loaded without it.
 """
 

@@ -57,7 +57,7 @@ def _best(base: CodeBase, rows: Mapping[str, Any]) -> str:
 
     name = max(rows, key=rank)
     row = rows[name]
-    of_faults = f"{_noticed(row)} of {len(faults.sealed(base.name))} faults"
+    of_faults = f"{_noticed(row)} of {len(faults.sealed(base.name))} bugs"
     violations = plural(len(_right(base, row)), "violation")
     return f"{TITLES[name]}: {of_faults}, {violations}, {_share(row['branches'])} of branches"
 

@@ -41,7 +41,7 @@ def test_a_fault_of_two_people_is_found_shrunk_explained_and_replayed(project: p
             "*s  child: step_in",
             "*--> R1 is violated*",
             "*shrunk from * actions to 2*",
-            "*it takes * and *: without what one of them does, it does not fail so",
+            "*needs * and *: without the actions of any one of them, it does not fail this way",
             "*s child: step_in*; * s R1 is violated",
         ]
     )
@@ -60,7 +60,7 @@ def test_a_fault_of_two_people_is_found_shrunk_explained_and_replayed(project: p
         "nurse: send_on",
     ]
     again = project.runpytest_inprocess("-vv", f"--hri-replay={shrunk['replay']}")
-    again.stdout.fnmatch_lines(["*the same run, to the bit*"])
+    again.stdout.fnmatch_lines(["*the same run, bit for bit*"])
 
 
 def test_any_number_of_workers_gives_the_same(project: pytest.Pytester) -> None:

@@ -1,4 +1,4 @@
-"""The table with a person who decides during the run: what was recorded runs again to the bit."""
+"""The table with a person who decides during the run: what was recorded runs again bit for bit."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(disturbed: pytest.
     assert test["shrunk"]["R2"]["abstract"] == ["set_lamp level = 100"]
     assert "disturb brownout\n" in (disturbed.path / "out" / "mine.txt").read_text(encoding="utf-8")
     again = disturbed.runpytest_inprocess(f"--hri-replay={test['replay']}")
-    again.stdout.fnmatch_lines([f"replay of {test['id']}: the same run, to the bit"])
+    again.stdout.fnmatch_lines([f"replay of {test['id']}: the same run, bit for bit"])
 
 
 BAD = [

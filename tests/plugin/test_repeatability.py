@@ -109,4 +109,4 @@ def test_a_replay_under_another_hash_seed_says_so(lamps: pytest.Pytester, monkey
     assert "Or it is Python's hash seed, 1, now 2 (PYTHONHASHSEED=1 repeats it)" in other
     assert "differs from the recording; cause unknown: --hri-audit looks for it" in other
     assert "it may be Python's hash seed, which was 1, now 2" in other
-    assert "the same run, to the bit" in in_fresh_process(lamps, monkeypatch, "1", *replay)
+    assert "the same run, bit for bit" in in_fresh_process(lamps, monkeypatch, "1", *replay)

@@ -200,5 +200,5 @@ SUGGESTIONS = {
     "seed": 0,
     "wall_s": 12.5,
     "end_reason": "done",
-    "notes": ["2 of 10 faults not tried: time ran out"],
+    "notes": ["2 of 10 seeded bugs not tried: time ran out"],
 }

@@ -121,12 +121,12 @@ def test_the_nearest_passing_run_is_beside_it_and_what_differs_is_marked(watched
     ]
     page = watched.open_test(report, tmp_path, _address(test))
     beside = page.locator("#test .other").inner_text()
-    assert "The nearest run that passes: without the action 2" in beside
+    assert "The nearest passing run: passes without the action 2" in beside
     assert "here state Done (3.00 s), there state Give up (3.00 s)" in beside
     assert page.locator("#test .values .differs th").all_inner_texts() == ["state", "R3"]
     page.get_by_role("button", name="at 3.00 s").click()
     assert _cursor(page) == 3.0
     watched.show(_address(other))
-    page.get_by_text("What decides was looked for in").get_by_role("link").click()
+    page.get_by_text("The deciding change was searched for in").get_by_role("link").click()
     page.wait_for_function("id => document.querySelector('#test h2').textContent.includes(id)", arg=test["id"])
     watched.assert_quiet()

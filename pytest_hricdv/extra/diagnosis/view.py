@@ -197,7 +197,7 @@ VIEW = DiagnosisView()
 
 
 def _neighbour(report: Report, cause: Cause, test: TestResult) -> dict[str, Any] | None:
-    """The run that passes, of the test that it is a neighbour of; of another test of the cause, where to find it."""
+    """The nearest passing run, on the page of its test; on those of other tests of the cause, where to find it."""
     decision = cause.minimal_pair
     if decision is None or decision.neighbour is None:
         return None

@@ -239,9 +239,7 @@ class Settlement:
         if not new:
             return False
         names = _list(new)
-        self._ask(
-            f"{names}: {one_line(trial.error)}: a fault of the code, or nothing that anybody does?", new[0], trial
-        )
+        self._ask(f"{names}: {one_line(trial.error)}: a bug in the code, or nothing that anybody does?", new[0], trial)
         self.draft = replace(self.draft, left_out=(*self.draft.left_out, *new))
         return True
 

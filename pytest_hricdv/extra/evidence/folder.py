@@ -143,7 +143,7 @@ def _hashes(path: Path) -> Mapping[str, str]:
 
 
 def _run_again(report: Report, project: Path, count: int) -> Iterator[str]:
-    """Rerun a sample of tests: the code and each record have to be the same, bit by bit."""
+    """Rerun a sample of tests: the code and each record have to be the same, bit for bit."""
     able = [test for test in report.tests if test.record_sha256 is not None]
     chosen = [able[place * len(able) // min(count, len(able))] for place in range(min(count, len(able)))]
     if not chosen:

@@ -1,4 +1,4 @@
-"""Seeded faults: mutants of the code under test, to find out how many of them the tests notice.
+"""Mutation testing: mutants of the code under test, to find out how many of them the tests kill.
 
 source             a file of the code under test as a syntax tree: which places may be changed
 names              what its names stand for: constants of one kind, opposite commands, times and speeds

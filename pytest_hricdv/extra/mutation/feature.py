@@ -25,7 +25,7 @@ KIND = "mutants"
 
 
 class MutationFeature(Feature[MutationOptions]):
-    """Seeds faults in the code under test, one at a time, and runs tests to see which faults they detect."""
+    """Seeds bugs in the code under test, one at a time, and runs tests to see which mutants they kill."""
 
     name = "mutation"
     kinds = (KIND,)
@@ -33,13 +33,13 @@ class MutationFeature(Feature[MutationOptions]):
     options = (
         Flag(
             "mutate",
-            "after all tests, put faults into the code under test, one at a time, and run the tests that execute their "
-            "statements, to see which faults the tests notice",
+            "after all tests, seed bugs in the code under test, one at a time, and run the tests that execute their "
+            "statements, to see which of these mutants the tests kill",
         ),
-        Value("mutate-tests", "N", "try a fault on at most N tests of each suite, or on all (default 10)"),
-        Value("mutate-faults", "N", "try only N of the faults, drawn with the seed (default: all)"),
-        Value("mutate-seconds", "S", "start no new fault after S seconds (default: no limit)"),
-        Flag("mutate-matrix", "try a fault on further tests after one has noticed it: which tests notice which faults"),
+        Value("mutate-tests", "N", "try a mutant on at most N tests of each suite, or on all (default 10)"),
+        Value("mutate-faults", "N", "try only N of the mutants, drawn with the seed (default: all)"),
+        Value("mutate-seconds", "S", "start no new mutant after S seconds (default: no limit)"),
+        Flag("mutate-matrix", "try a mutant on more tests after one has killed it: which tests kill which mutants"),
     )
 
     def read(self, reader: OptionReader) -> MutationOptions:
@@ -55,9 +55,9 @@ class MutationFeature(Feature[MutationOptions]):
             matrix=reader.flag("mutate_matrix"),
         )
         if options.asked and reader.flag("no_cov"):
-            raise usage_error("--hri-mutate and --hri-no-cov: which tests to try a fault on is known from coverage")
+            raise usage_error("--hri-mutate and --hri-no-cov: which tests to try a mutant on is known from coverage")
         if options.asked and reader.command_line_value("shard") is not None:
-            raise usage_error("--hri-mutate and --hri-shard: give one of them; faults are tried on whole suites")
+            raise usage_error("--hri-mutate and --hri-shard: give one of them; mutants are tried on whole suites")
         lines = reader.config.getoption("hri_fail_under") or ()
         needed = [line for line in lines if line.partition("=")[0].strip() == KIND]
         if needed and not options.asked:
@@ -118,18 +118,18 @@ FEATURE = MutationFeature()
 def seed_faults(
     context: RunContext, results: Sequence[TestResult], chosen: Mapping[str, HriCase], count: int, max_tests: int
 ) -> tuple[dict[SeededFault, list[tuple[ConcreteTest, str]]], int]:
-    """Seed faults for another feature; needs mutmut.
+    """Seed bugs for another feature; needs mutmut.
 
     Args:
         context: of the session.
         results: of tests whose coverage was measured.
         chosen: node id -> test.
-        count: number of faults, drawn with the seed of the session.
-        max_tests: most tests of a fault.
+        count: number of mutants, drawn with the seed of the session.
+        max_tests: maximum number of tests for each.
 
     Returns:
-        Fault -> the tests that execute it, each with the hash of its record without the fault; and the number of
-        faults that no test executes.
+        Mutant -> the tests that execute it, each with the hash of its record in the original code; and the number of
+        mutants that no test executes.
     """
     from pytest_hricdv.execution.faulty_import import SeededFault
     from pytest_hricdv.extra.mutation.mutants import all_mutants, sample

@@ -25,7 +25,7 @@ from pytest_hricdv.generate.rng import digest, make_rng, shuffle
 
 @dataclass(frozen=True)
 class Mutant:
-    """The code under test with one fault.
+    """The code under test with one seeded bug.
 
     Args:
         id: from the content: the same after changes elsewhere in the code.

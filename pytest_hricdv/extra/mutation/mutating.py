@@ -1,4 +1,4 @@
-"""Runs mutation testing after the last test: seeds faults, and collects which of them the tests notice."""
+"""Runs mutation testing after the last test: makes mutants, and collects which of them the tests kill."""
 
 from __future__ import annotations
 
@@ -239,12 +239,12 @@ class _Trials:
 
 def _difference(before: TestResult, now: Behaviour) -> str:
     change = change_of(behaviour_of(before), now)
-    # The comparison speaks of a baseline: here it is the same test without the fault.
-    return f"{before.id}: {change.text.replace('in the baseline', 'without the fault')}" if change else ""
+    # The comparison speaks of a baseline: here it is the same test of the original code.
+    return f"{before.id}: {change.text.replace('in the baseline', 'in the original code')}" if change else ""
 
 
 def _takes_part(result: TestResult) -> bool:
-    """A test that fails without a fault cannot notice one; of an unmeasured one it is unknown what it executes."""
+    """Whether a test can kill mutants: it passes in the original code, and it is known what it executes."""
     return result.outcome in AS_DECLARED and result.code is not None
 
 
@@ -318,7 +318,7 @@ def _distance(places: Iterable[str], mutant: Mutant) -> float:
 
 
 def _order_tests(tests: Sequence[TrialCandidate]) -> list[str]:
-    """First the test that does least beside, so that a fault that any test notices costs one short run; then those that
+    """First the test that does least else, so that a mutant that any test kills costs one short run; then those that
     together cover all that these tests cover, the most per second first, because a test like the one before notices
     what that one noticed; then the rest, the shortest first.
     """

@@ -41,7 +41,7 @@ _ADDRESS = re.compile(r"\b0x[0-9a-f]+")
 
 @dataclass(frozen=True)
 class TrialTest:
-    """A test to run with mutants, and what it does without a fault: the hash of its record, its end, its outcomes."""
+    """A test to run with mutants, and its run in the original code: the hash of its record, its end, its outcomes."""
 
     suite: str
     concrete: ConcreteTest

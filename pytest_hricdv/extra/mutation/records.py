@@ -1,4 +1,4 @@
-"""Records of seeded faults: the trials of each mutant of the code under test, and the scores."""
+"""Records of mutation testing: the trials of each mutant of the code under test, and the scores."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class MutantRun(PlainRecord, frozen=True, kw_only=True):
         test: its id.
         suite: of the test.
         assertions: the failed ones: requirements without known violations, and the oracles of this module. changed: the
-            record differs from that without the fault. note: problems besides requirements.
+            record differs from that in the original code. note: problems besides requirements.
     """
 
     test: str
@@ -123,7 +123,7 @@ class MutationResult(PlainRecord, frozen=True, kw_only=True):
         seed: that the order of trials was drawn with.
         tests_per_mutant: most tests of a suite on which a mutant was tried; None: all that execute it.
         matrix: a mutant was tried on further tests after one failed.
-        excluded_tests: tests that fail, or were not measured, without any fault.
+        excluded_tests: tests that fail, or were not measured, in the original code.
         processes: in which the runs were made.
         wall_s: how long it took.
         end_reason: why it ended.

@@ -2,7 +2,7 @@
 
 An operator is a function of a node, its file and the names of the code; it yields pairs of a node and its replacement.
 The operators of a mutation library change single expressions; these change whole statements, and what robot code is
-about. None makes a fault that a type checker finds.
+about. None makes a bug that a type checker finds.
 """
 
 from __future__ import annotations

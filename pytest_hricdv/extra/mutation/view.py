@@ -74,7 +74,7 @@ class MutationView(View):
         """The score."""
         result = MUTATION.of(report)
         if result is not None:
-            yield f"Faults: {headline(result)}"
+            yield headline(result).capitalize()
 
     def properties(self, report: Report) -> Iterator[tuple[str, object]]:
         """The score."""
@@ -93,12 +93,12 @@ def headline(result: MutationResult) -> str:
 
 
 def meaning(result: MutationResult) -> str:
-    """`The tests noticed 302 of 372 faults (81.2 %).`."""
+    """`The tests killed 302 of 372 mutants (81.2 %).`."""
     score = result.total
     if score.percent is None:
-        return "No fault was tried."
-    tried = plural(score.mutants - score.not_run, "fault")
-    return f"The tests noticed {score.killed} of {tried} ({percent(score.percent)})."
+        return "No mutant was tried."
+    tried = plural(score.mutants - score.not_run, "mutant")
+    return f"The tests killed {score.killed} of {tried} ({percent(score.percent)})."
 
 
 def score_text(score: MutationScore) -> str:
@@ -118,7 +118,7 @@ def notes(result: MutationResult) -> Iterator[str]:
         yield f"{partly} that were not killed were tried on {plural(most, 'test')} of a suite, and more execute them"
     if result.excluded_tests:
         excluded = plural(len(result.excluded_tests), "test")
-        yield f"{excluded} took no part, failing or unmeasured without a fault: {list_names(result.excluded_tests)}"
+        yield f"{excluded} left out: failing, or unmeasured, in the original code: {list_names(result.excluded_tests)}"
     if result.end_reason != "done":
         why = {"seconds": "time ran out", "lost": "their process was lost"}.get(result.end_reason, "it was interrupted")
         yield f"{plural(result.total.not_run, 'mutant')} not tried: {why}"

@@ -246,7 +246,7 @@ KNOWN_ANSWERS: tuple[tuple[str, Callable[[Workshop], None]], ...] = (
     ("an error in the code fails, with its name", _raises),
     ("a requirement that is never triggered is not checked, not passed", _never_triggers),
     ("a statement that no test covers is named with its line", _covers),
-    ("a session repeats to the bit, with other hashes and on two workers", _repeats),
+    ("a session repeats bit for bit, with other hashes and on two workers", _repeats),
     ("code that does not repeat is detected", _is_flaky),
     ("a killed session lists the tests without a result", _is_killed),
     ("a bound that holds, with its margin", MonitorCase("always(runs -> distance > 1.0)", _DISTANCE, "Passed", 0.25)),

@@ -98,7 +98,7 @@ def _takes(shrunk: ShrunkTest) -> str:
     actors = actors_of(shrunk.abstract)
     if len(actors) < 2 or shrunk.end_reason != "done":
         return ""
-    return f"it takes {enumerate_names(actors)}: without what one of them does, it does not fail so"
+    return f"needs {enumerate_names(actors)}: without the actions of any one of them, it does not fail this way"
 
 
 def _search_lines(requirement: str, searched: SearchResult, options: Sequence[str], unit: str) -> Iterator[Line]:

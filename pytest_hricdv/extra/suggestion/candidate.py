@@ -51,7 +51,7 @@ class RequirementCandidate:
 
     @property
     def worth(self) -> tuple[bool, bool, float]:
-        """Its usefulness to people, whatever faults violate it: a robot's reactions to messages come first."""
+        """Its usefulness to people, whatever bugs violate it: a robot's reactions to messages come first."""
         return not self.of_state, self.antecedent.startswith("on("), self.surprise
 
 

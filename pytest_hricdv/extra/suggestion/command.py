@@ -4,7 +4,7 @@
     hricdv suggest --most=20 --faults=50
 
 It runs the suite, records its runs and those of tests with other parameters, and mines what all of them satisfied. This
-is ranked by the seeded faults that violate it and that no requirement notices (this needs the extra `mutation`;
+is ranked by the seeded bugs that violate it and that no requirement notices (this needs the extra `mutation`;
 without it, or with --faults=0, by how much it excludes). Each suggestion is four lines to paste into the file of
 requirements: read the title, ask whether the robot *has to* do what it did, and only then add
 
@@ -36,10 +36,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="NAME|PATH[,...]",
         help="as --hri-suite of pytest (default: what the project's ini file says)",
     )
-    add("--seed", type=int, default=0, metavar="N", help="of suite, further tests and faults (default 0)")
+    add("--seed", type=int, default=0, metavar="N", help="seed of suite, further tests and bugs (default 0)")
     add("--tests", type=_number, metavar="N", help="tests of each suite (default: that of the method)")
     add("--most", type=_number, default=default.most, metavar="N", help=f"suggestions (default {default.most})")
-    add("--faults", type=_number, default=default.faults, metavar="N", help=f"seeded faults (default {default.faults})")
+    add("--faults", type=_number, default=default.faults, metavar="N", help=f"seeded bugs (default {default.faults})")
     add(
         "--further",
         type=_number,
@@ -47,7 +47,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="N",
         help=f"further tests, with other parameters (default {default.further})",
     )
-    add("--seconds", type=_number, metavar="S", help="start no new fault after S seconds (default: no limit)")
+    add("--seconds", type=_number, metavar="S", help="start no new bug after S seconds (default: no limit)")
     add("--anew", action="store_true", help="ignore existing requirements, to compare suggestions with them")
     add("pytest", nargs="*", metavar="ARGUMENT", help="further arguments of pytest, after --, as -- -n 2")
 

@@ -97,7 +97,7 @@ def grounds(result: SuggestionResult) -> Iterator[str]:
         by = "exceptions" if result.ignores_existing else "requirements and exceptions"
         added = sum(suggestion.added for suggestion in result.suggestions)
         yield (
-            f"{plural(result.faults, 'seeded fault')} changed a run: {result.noticed} noticed by {by}, {added} more by "
+            f"{plural(result.faults, 'seeded bug')} changed a run: {result.noticed} noticed by {by}, {added} more by "
             "these suggestions"
         )
 
@@ -121,7 +121,7 @@ def evidence(suggestion: Suggestion) -> str:
         parts.append(suggestion.observed)
     if suggestion.faults:
         only = f", {suggestion.new} of them noticed by no requirement" if suggestion.new else ""
-        parts.append(f"notices {plural(suggestion.faults, 'seeded fault')}{only}")
+        parts.append(f"notices {plural(suggestion.faults, 'seeded bug')}{only}")
     return "; ".join(parts)
 
 
@@ -132,22 +132,22 @@ class SuggestionFeature(Feature[SuggestionOptions]):
     options = (
         Flag(
             "suggest",
-            "after all tests, suggest requirements that all of their runs satisfied, those first that notice the most "
-            "seeded faults which no requirement notices",
+            "after all tests, suggest requirements that all of their runs satisfied; first those that detect the most "
+            "seeded bugs that no existing requirement detects",
             shown=False,  # `hricdv suggest` has it
         ),
         Value("suggest-most", "N", f"suggest at most N requirements (default {SuggestionOptions.most})"),
         Value(
             "suggest-faults",
             "N",
-            f"rank suggestions by N seeded faults, drawn with the seed; 0: none (default {SuggestionOptions.faults})",
+            f"rank suggestions by N seeded bugs, drawn with the seed; 0: none (default {SuggestionOptions.faults})",
         ),
         Value(
             "suggest-further",
             "N",
-            f"learn of N further tests, with other parameters (default {SuggestionOptions.further})",
+            f"check suggestions in N more tests, with other parameters (default {SuggestionOptions.further})",
         ),
-        Value("suggest-seconds", "S", "start no new fault after S seconds (default: no limit)"),
+        Value("suggest-seconds", "S", "start no new bug after S seconds (default: no limit)"),
         Flag("suggest-anew", "ignore existing requirements, to compare suggestions with them"),
     )
 

@@ -1,4 +1,4 @@
-"""Mining: the candidates that all runs satisfy, ranked by the seeded faults that violate them."""
+"""Mining: the candidates that all runs satisfy, ranked by the seeded bugs that violate them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_CANDIDATES = 320
 """Candidates that are judged, the most useful first: one takes 3 ms for a run of the case study."""
 
 STATE_WEIGHT = 0.4
-"""Weight of faults that a candidate about the code's own state notices: people ask for what a robot does. Of the case
+"""Weight of bugs that a candidate about the code's own state notices: people ask for what a robot does. Of the case
 study's first twenty suggestions, five were about states without it."""
 
 
@@ -54,7 +54,7 @@ class CandidateScore:
         candidate: the candidate.
         requirement: its formula as data.
         tally: of the runs that it was mined from.
-        faults: the seeded faults that violate it, as bits.
+        faults: the seeded bugs that violate it, as bits.
         new: those of them that nothing else notices, as bits.
     """
 
@@ -71,7 +71,7 @@ class CandidatePool:
 
     Args:
         scores: of candidates that all runs satisfy.
-        noticed: seeded faults that requirements or exceptions notice, as bits.
+        noticed: the seeded bugs that requirements or exceptions notice, as bits.
         candidates: how many there were at first.
     """
 
@@ -100,11 +100,11 @@ def list_open_tests(shown: Sequence[CandidateScore], runs: Sequence[StoredRun]) 
 
 
 def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collection[str]) -> CandidatePool:
-    """The candidates that all runs satisfy, with the seeded faults that violate them.
+    """The candidates that all runs satisfy, with the seeded bugs that violate them.
 
     Args:
-        runs: without a fault.
-        faults: of each seeded fault, the runs that it changes.
+        runs: runs of the original code.
+        faults: for each seeded bug, the runs that it changes.
         requirements: ids of the requirements that there are.
     """
     names = {*requirements}
@@ -119,7 +119,7 @@ def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collec
     held = [one for one in parsed if (tally := tallies.get(one.id)) and tally.decisive and not tally.failed]
     violated: dict[str, set[int]] = {one.id: set() for one in held}
     for number, changed in enumerate(faults):
-        # One run is enough for a fault that is detected anyway.
+        # One run is enough for a bug that is detected anyway.
         for run in changed[:1] if noticed >> number & 1 else changed:
             for verdict in judge.judge(held, run.log()) if run.has_record else ():
                 if verdict.verdict == "Failed":
@@ -187,13 +187,13 @@ class _Judge:
 def rank(scores: Iterable[CandidateScore], noticed: int = 0) -> list[CandidateScore]:
     """Rank candidates in the order in which they are shown, without redundant ones.
 
-    A seeded fault represents others: a candidate that detects five of a kind will detect a sixth. So a detected fault
-    counts half for each requirement or candidate above that detects it. Where no fault was tried, the most useful come
+    A seeded bug represents others: a candidate that detects five of a kind will detect a sixth. So a detected bug
+    counts half for each requirement or candidate above that detects it. Where no bug was tried, the most useful come
     first.
 
     Args:
         scores: of candidates.
-        noticed: faults that requirements notice, as bits.
+        noticed: the bugs that requirements notice, as bits.
     """
     left = sorted(scores, key=lambda score: _usefulness(score.candidate))
     if any(score.faults for score in left):

@@ -1,4 +1,4 @@
-"""The options of suggestions: how many requirements, from how many faults and further tests."""
+"""The options of suggestions: how many requirements, from how many seeded bugs and further tests."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ class SuggestionOptions:
     Args:
         asked: whether they are.
         most: at most this many are shown.
-        faults: number of seeded faults that rank them, drawn with the seed.
+        faults: number of seeded bugs that rank them, drawn with the seed.
         further: number of tests with other parameters that they hold in, too.
-        seconds: no fault is begun later; None: no limit.
+        seconds: no bug is started later; None: no limit.
         anew: as if there were no requirements.
     """
 

@@ -1,6 +1,6 @@
 """The process that records runs: reads a job, and forks a process for each version of the code, which runs tests.
 
-Only the fork imports the code under test, with or without a fault in it. Each run is stored in a file of its own, which
+Only the fork imports the code under test, with or without a seeded bug. Each run is stored in a file of its own, which
 later sessions look for first: so an interrupted session resumes.
 """
 
@@ -38,12 +38,12 @@ SILENCE = 30
 """A version that is silent for this many times the processor time of a run is ended, as a mutant is."""
 
 MAX_CHANGED = 2
-"""Runs of a fault with another record than without it."""
+"""Runs of a seeded bug whose record differs from that of the original code."""
 
 
 @dataclass(frozen=True)
 class RecordingRequest:
-    """A test, the file that its run is stored in, and the hash of its record without a fault; empty if not known."""
+    """A test, the file that its run is stored in, and the hash of its record in the original code; empty if unknown."""
 
     test: ConcreteTest
     file: str
@@ -52,10 +52,10 @@ class RecordingRequest:
 
 @dataclass(frozen=True)
 class Version:
-    """The code under test, as it is or with a fault, and the runs to be made of it, in order.
+    """The code under test, as it is or with a seeded bug, and the runs to make with it, in order.
 
     Args:
-        name: of the fault; empty for the code as it is.
+        name: name of the bug; empty for the code as it is.
         path: of the changed file; empty for the code as it is.
         text: of the changed file.
         runs: to be made.
@@ -124,7 +124,7 @@ def _words(problem: str) -> str:
 
 
 def runs_to_repeat(folder: Path, version: Version) -> Iterator[RecordingRequest]:
-    """The runs of a version that are still to be made: of a fault, until enough of them differ or one fails."""
+    """The runs of a version that are left to make: of a bug, until enough of them differ or one fails."""
     changed = 0
     for planned in version.runs:
         if version.name and changed >= MAX_CHANGED:
@@ -154,7 +154,7 @@ class _Recorder:
             silence(2)
         limit_processor_time(self._job.run_s)
         run_configured(self._job.arguments, self._run_all)
-        raise SystemExit(1)  # pytest could not be configured, so the testbench cannot be built with this fault
+        raise SystemExit(1)  # pytest could not be configured, so the testbench cannot be built with this bug
 
     def _run_all(self, context: RunContext) -> None:
         folder = Path(self._job.folder)

@@ -1,4 +1,4 @@
-"""The runs that suggestions are based on: of the session's and of additional tests, also with seeded faults."""
+"""The runs that suggestions are based on: of the session's and of additional tests, also with seeded bugs."""
 
 from __future__ import annotations
 
@@ -98,14 +98,14 @@ class Recordings:
     def of_faults(
         self, faults: Mapping[SeededFault, Sequence[tuple[ConcreteTest, str]]], seconds: float | None
     ) -> dict[SeededFault, list[StoredRun]]:
-        """The runs of faults, each on its tests up to the first that decides, in their order.
+        """The runs with seeded bugs, each with its tests, in order, up to the first that decides.
 
         Args:
-            faults: fault -> tests to try it on, each with the hash of its record without the fault.
+            faults: seeded bug -> tests to try it on, each with the hash of its record in the original code.
             seconds: none is begun later; None: no limit.
 
         Returns:
-            Fault -> its runs that differ from those without it; faults that were not tried are not in it.
+            Seeded bug -> its runs that differ from those in the original code; bugs that were not tried are not in it.
 
         Raises:
             RecordingError: they cannot be made.
@@ -118,7 +118,7 @@ class Recordings:
             for fault, tests in faults.items()
             if tests
         }
-        self._record([*versions.values()], "seeded faults", seconds)
+        self._record([*versions.values()], "seeded bugs", seconds)
         return {
             fault: [run for run, planned in self._read(version) if run.sha256 != planned.record_sha256]
             for fault, version in versions.items()

@@ -18,11 +18,11 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
         title: in one sentence.
         formula: of the language of requirements.
         form: response, precedence, bound or absence.
-        triggers: how often it applied, in all runs without a fault.
+        triggers: how often it applied, in all runs of the original code.
         decisive: in how many of these runs it was passed; in the others it was not checked.
         margin: the least one, in the unit of its comparison; None where nothing is compared.
         observed: the extreme that its bound was made of; empty for none.
-        faults: how many of the seeded faults it notices.
+        faults: number of seeded bugs that it notices.
         new: how many of these no requirement notices.
         added: how many of those no suggestion above it notices, either.
     """
@@ -46,15 +46,15 @@ class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         suggestions: those that were not redundant, in the order of what they bring; at most as many as were asked for.
         more: how many further ones there were.
-        runs: of the session's tests, without a fault, that they were learnt of.
+        runs: number of runs of the session's tests, in the original code, that they were learned from.
         validation_runs: the same, of tests with other parameters.
         candidates: that these runs satisfied.
         refuted: candidates that failed where a run continued until they were decided.
-        faults: that were tried and changed a record.
-        noticed: faults that requirements notice, or that end a run by an exception.
-        unreached: faults whose statement no test executes.
+        faults: number of seeded bugs that changed a record.
+        noticed: those of them that requirements notice, or that end a run by an exception.
+        unreached: number of seeded bugs whose statement no test executes.
         ignores_existing: whether they were made as if there were no requirements.
-        seed: that tests and faults were drawn with.
+        seed: the seed with which tests and bugs were drawn.
         wall_s: how long it took.
         end_reason: why it ended.
         notes: what is to be known, a sentence each.

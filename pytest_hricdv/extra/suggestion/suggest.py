@@ -39,11 +39,11 @@ MAX_ROUNDS = 5
 """Most rounds in which suggestions that fail when a run continues are replaced by the next ones."""
 
 TESTS_OF_FAULT = 4
-"""Tests that a fault is tried on: the first reaches its statement with the least else, the others reach the most."""
+"""Tests that a bug is tried on: the first reaches its statement with the least else, the others reach the most."""
 
 
 Trials = tuple[Mapping[SeededFault, Sequence[tuple[ConcreteTest, str]]], int]
-"""Faults with the tests to try them on, each with the hash of its record; and how many faults no test reaches."""
+"""Bugs with the tests to try them on, each with the hash of its record; and how many bugs no test reaches."""
 
 
 def suggest(session: FeatureSession, report: Report, settings: SuggestionOptions) -> Report:
@@ -137,7 +137,7 @@ class Suggester:
         return [requirement.id for requirement in requirements]
 
     def _runs_of_faults(self, recordings: Recordings) -> tuple[dict[SeededFault, list[StoredRun]], int, SuggestionEnd]:
-        """Fault -> its runs that differ, of those that change any; how many no test reaches; why it ended."""
+        """Seeded bug -> its runs that differ, if any do; number of bugs that no test reaches; why the search ended."""
         session, settings = self.session, self.settings
         measured = [test for test in self.tests if test.code is not None]
         seed = self._seed(measured) if settings.faults else None
@@ -147,11 +147,11 @@ class Suggester:
         runs = recordings.of_faults(trials, settings.seconds)
         left = len(trials) - len(runs)
         if left:
-            self._notes.append(f"{left} of {plural(len(trials), 'fault')} not tried: time ran out")
+            self._notes.append(f"{left} of {plural(len(trials), 'seeded bug')} not tried: time ran out")
         return {fault: changed for fault, changed in runs.items() if changed}, unreached, "seconds" if left else "done"
 
     def _seed(self, measured: Sequence[TestResult]) -> Callable[..., Trials] | None:
-        """What seeds faults; None, with a note, where nothing does."""
+        """The function that seeds bugs; None, with a note, if there is none."""
         makers = offers("feature", "seed_faults")
         if makers and importlib.util.find_spec("mutmut") is not None and measured:
             return cast("Callable[..., Trials]", makers[0])
@@ -160,7 +160,7 @@ class Suggester:
             reason = "the feature mutation is not installed"
         elif importlib.util.find_spec("mutmut") is None:
             reason = "they need mutmut: pip install pytest-hricdv[mutation]"
-        self._notes.append(f"not ranked by seeded faults: {reason}")
+        self._notes.append(f"not ranked by seeded bugs: {reason}")
         return None
 
     def _continue_runs(

@@ -233,7 +233,7 @@ def test_the_command_at_which_tests_raise_is_left_out_and_asked_for(
     settled, _ = settle(draft)
     assert settled.left_out == (first,)
     assert not settled.isolates  # it was tried, and was not it
-    assert settled.code.questions[0].text.startswith(f"`{first}`: ValueError: no: a fault of the code")
+    assert settled.code.questions[0].text.startswith(f"`{first}`: ValueError: no: a bug in the code")
 
 
 def test_what_cannot_be_run_at_all_is_taken_out_step_by_step(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -204,7 +204,7 @@ def test_what_cannot_be_imported_never_ends_or_crashes_is_noticed(
     [
         (
             ["--hri-mutate", "--hri-no-cov"],
-            "--hri-mutate and --hri-no-cov: which tests to try a fault on is known from",
+            "--hri-mutate and --hri-no-cov: which tests to try a mutant on is known from",
         ),
         (["--hri-mutate", "--hri-shard=1/2"], "--hri-mutate and --hri-shard: give one of them"),
         (["--hri-fail-under=mutants=80"], "--hri-fail-under=mutants=80: add --hri-mutate, or there are no mutants"),

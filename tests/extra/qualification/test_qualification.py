@@ -55,7 +55,7 @@ BREAK = {
         "import sys\nsys.settrace = lambda *a: None\nimport coverage\ncoverage.Coverage.start = lambda self: None\n",
     ),
     "runs depend on chance": (
-        "a session repeats to the bit, with other hashes and on two workers",
+        "a session repeats bit for bit, with other hashes and on two workers",
         "import os, time\nSHIFT = os.urandom(4)\nimport pytest_hricdv.generate.rng as R\nold = R.make_rng\n"
         "R.make_rng = lambda *a: old(*a, SHIFT.hex())\n",
     ),

@@ -134,7 +134,7 @@ def test_a_race_is_found_repeated_and_explained(pytester: pytest.Pytester) -> No
         f"--hri-replay={race['replay']}", "--hri-report=again", "-p", "no:cacheprovider"
     )
     again.assert_outcomes(failed=1)
-    again.stdout.fnmatch_lines(["*the same run, to the bit*"])
+    again.stdout.fnmatch_lines(["*the same run, bit for bit*"])
     again.stdout.no_fnmatch_line("*one thread order was tested*")  # it was another one
     (decision,) = race["schedule"]["decisions"]
     assert {**decision, "kind": "", "occurrence": 0, "delay_s": 0.0} == {
@@ -290,7 +290,7 @@ def verdict_with(pytester: pytest.Pytester, replay: str, delay_s: float) -> str:
     decision["delay_s"] = delay_s if is_edited else decision["delay_s"]
     file.write_text(json.dumps(test), encoding="utf-8")
     again = pytester.runpytest_subprocess(f"--hri-replay={replay}", "--hri-report=again", "-p", "no:cacheprovider")
-    again.stdout.fnmatch_lines(["*the test was edited*" if is_edited else "*the same run, to the bit*"])
+    again.stdout.fnmatch_lines(["*the test was edited*" if is_edited else "*the same run, bit for bit*"])
     (run,) = written(pytester.path, "again")["tests"]
     verdict = str(run["requirements"]["R1"]["verdict"])
     assert run["outcome"] == {"Passed": "passed", "Failed": "failed"}[verdict]

@@ -42,7 +42,7 @@ def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(tight: p
     )
     again = tight.runpytest_inprocess("-v", *shlex.split(command)[1:])
     again.assert_outcomes(failed=1)
-    again.stdout.fnmatch_lines(["R3 Failed: *", f"replay of {found['id']}: the same run, to the bit"])
+    again.stdout.fnmatch_lines(["R3 Failed: *", f"replay of {found['id']}: the same run, bit for bit"])
 
 
 @pytest.mark.slow

@@ -45,7 +45,7 @@ def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replaye
     )
     again = long.runpytest_inprocess(*shlex.split(command)[1:])
     again.assert_outcomes(failed=1)
-    again.stdout.fnmatch_lines([f"replay of {shrunk['id']}: the same run, to the bit"])
+    again.stdout.fnmatch_lines([f"replay of {shrunk['id']}: the same run, bit for bit"])
     (replayed,) = report(long.path)["tests"]
     assert replayed["concrete"] == {
         "actions": [{"command": "set_lamp level = 100", "parameters": {"pause_s": 0.75}}],

@@ -29,8 +29,8 @@ def test_the_terminal_has_what_they_rest_on_and_then_the_lines() -> None:
     assert [line.text for line in VIEW.lines(REPORT, 100)] == [
         "suggestions: 1 requirement, of 10 runs, in 12.5 s",
         "  9 candidates held in all runs; 2 not when runs continued, 5 redundant, 1 not shown",
-        "  8 seeded faults changed a run: 3 noticed by requirements and exceptions, 2 more by these suggestions",
-        "  2 of 10 faults not tried: time ran out",
+        "  8 seeded bugs changed a run: 3 noticed by requirements and exceptions, 2 more by these suggestions",
+        "  2 of 10 seeded bugs not tried: time ran out",
     ]
     assert [line.text for line in VIEW.findings(REPORT)][2] == "[S1]"
 
