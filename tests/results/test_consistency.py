@@ -98,7 +98,7 @@ def test_a_journal_of_deep_json_is_refused(tmp_path: Path, deep: str, kind: str)
         ),
         (
             lambda data: data["cross_products"]["turn"]["coordinates"][0].update(bins=["1", "1"]),
-            "coordinate 'leg' has a bin twice, or one named '*': ('1', '1') - at `$.cross_products.turn`",
+            "coordinate 'leg' has a value twice, or one named '*': ('1', '1') - at `$.cross_products.turn`",
         ),
         (
             lambda data: data["cross_products"]["turn"].update(coordinates=[]),

@@ -118,7 +118,7 @@ def notes(result: MutationResult) -> Iterator[str]:
         yield f"{partly} that were not killed were tried on {plural(most, 'test')} of a suite, and more execute them"
     if result.excluded_tests:
         excluded = plural(len(result.excluded_tests), "test")
-        yield f"{excluded} left out: failing, or unmeasured, in the original code: {list_names(result.excluded_tests)}"
+        yield f"{excluded} left out: failing or unmeasured without a bug: {list_names(result.excluded_tests)}"
     if result.end_reason != "done":
         why = {"seconds": "time ran out", "lost": "their process was lost"}.get(result.end_reason, "it was interrupted")
         yield f"{plural(result.total.not_run, 'mutant')} not tried: {why}"
