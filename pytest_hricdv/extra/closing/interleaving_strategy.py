@@ -2,7 +2,7 @@
 
 Two actions of two actors *meet* if the second is the next one of either actor to begin after the first. An open bin
 that names the actions of two actors, and perhaps who begins, is targeted with a test in which these can meet, or in
-which one can begin while the other one's actor waits to begin it. Without such a bin, the strategy takes the meeting
+which one can begin while the other one's actor waits to begin it. Without such a bin, the strategy takes the encounter
 that runs have had least often (as sequence covering arrays do: D. R. Kuhn, J. M. Higdon, J. F. Lawrence, R. N. Kacker,
 Y. Lei: Combinatorial Methods for Event Sequence Testing, ICST Workshops 2012).
 """
@@ -27,21 +27,21 @@ from pytest_hricdv.generate.rng import pick, pick_weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 CANDIDATES = 24
-"""Tests among which one with the rarest meeting is taken: enough for the few tests of a model with two actors. Each
+"""Tests among which one with the rarest encounter is taken: enough for the few tests of a model with two actors. Each
 costs a run of the model."""
 
 MAX_TESTS = 512
-"""Tests, evenly spread over the pool, in which possible meetings are looked up: some seconds of runs of the model."""
+"""Tests, evenly spread over the pool, in which possible encounters are looked up: some seconds of runs of the model."""
 
 
-class Meeting(NamedTuple):
+class Encounter(NamedTuple):
     """The lines of two actions that meet, in order."""
 
     first: str
     then: str
 
 
-class MeetingPlace(NamedTuple):
+class EncounterPlace(NamedTuple):
     """Where two actions meet in a test: their numbers, from 1."""
 
     first: int
@@ -69,28 +69,28 @@ class PartialOrder:
             lane.append(number)
 
     @cached_property
-    def meetings(self) -> Mapping[Meeting, tuple[MeetingPlace, ...]]:
+    def encounters(self) -> Mapping[Encounter, tuple[EncounterPlace, ...]]:
         """The lines that can meet -> the actions of the test that do."""
-        places: dict[Meeting, list[MeetingPlace]] = {}
+        places: dict[Encounter, list[EncounterPlace]] = {}
         for first_lane, then_lane in permutations(self._lanes.values(), 2):
             for place in self._places(first_lane, then_lane):
-                meeting = Meeting(self.lines[place.first - 1], self.lines[place.then - 1])
-                places.setdefault(meeting, []).append(place)
-        return {meeting: tuple(where) for meeting, where in places.items()}
+                encounter = Encounter(self.lines[place.first - 1], self.lines[place.then - 1])
+                places.setdefault(encounter, []).append(place)
+        return {encounter: tuple(where) for encounter, where in places.items()}
 
     @cached_property
-    def waits(self) -> Mapping[Meeting, tuple[MeetingPlace, ...]]:
-        """Two lines, of which the first can begin while the second one's actor waits to begin it -> the meetings that
+    def waits(self) -> Mapping[Encounter, tuple[EncounterPlace, ...]]:
+        """Two lines, of which the first can begin while the second one's actor waits to begin it -> the encounters that
         bring this about: the second line waits until the first actor's next action has begun."""
-        places: dict[Meeting, list[MeetingPlace]] = {}
+        places: dict[Encounter, list[EncounterPlace]] = {}
         last_of = {number: last for lane in self._lanes.values() for last, number in pairwise(lane)}
-        for place in (place for where in self.meetings.values() for place in where):
+        for place in (place for where in self.encounters.values() for place in where):
             if place.first in last_of:
                 meanwhile = self.lines[last_of[place.first] - 1]
-                places.setdefault(Meeting(meanwhile, self.lines[place.then - 1]), []).append(place)
-        return {meeting: tuple(where) for meeting, where in places.items()}
+                places.setdefault(Encounter(meanwhile, self.lines[place.then - 1]), []).append(place)
+        return {encounter: tuple(where) for encounter, where in places.items()}
 
-    def _places(self, first_lane: Sequence[int], then_lane: Sequence[int]) -> Iterator[MeetingPlace]:
+    def _places(self, first_lane: Sequence[int], then_lane: Sequence[int]) -> Iterator[EncounterPlace]:
         """The places where an action of the first lane can begin, followed by one of the other lane."""
         next_of = dict(pairwise(first_lane))
         last_of = {number: last for last, number in pairwise(then_lane)}
@@ -100,13 +100,13 @@ class PartialOrder:
                 next_is_between = next_of.get(first, 0) in self._before[then]
                 last_is_between = first in self._before.get(last_of.get(then, 0), ())
                 if not (too_early or next_is_between or last_is_between):
-                    yield MeetingPlace(first, then)
+                    yield EncounterPlace(first, then)
 
-    def with_meeting(self, place: MeetingPlace, rng: Random) -> tuple[int, ...]:
+    def with_encounter(self, place: EncounterPlace, rng: Random) -> tuple[int, ...]:
         """A random total order in which two actions meet.
 
         Args:
-            place: the two actions, one of the values of `meetings`.
+            place: the two actions, one of the values of `encounters`.
             rng: the random stream; only its `random()` is used.
         """
         first, then = place
@@ -124,12 +124,12 @@ class PartialOrder:
         return tuple(order)
 
 
-def meetings_of(lines: Iterable[str]) -> Iterator[Meeting]:
-    """The meetings in a run, from the lines that began, in order."""
+def encounters_of(lines: Iterable[str]) -> Iterator[Encounter]:
+    """The encounters in a run, from the lines that began, in order."""
     begun = [line for line in lines if actor_of(line)]
     for pair in combinations(sorted(actors_of(begun)), 2):
         theirs = [line for line in begun if actor_of(line) in pair]
-        yield from (Meeting(*met) for met in pairwise(theirs) if actor_of(met[0]) != actor_of(met[1]))
+        yield from (Encounter(*met) for met in pairwise(theirs) if actor_of(met[0]) != actor_of(met[1]))
 
 
 class InterleavingStrategy:
@@ -146,7 +146,7 @@ class InterleavingStrategy:
         self._pool = pool
         self._waits_s = [wait_s for wait_s in turn_wait.simple_values() if wait_s > 0.0]
         self._orders: dict[int, PartialOrder] = {}
-        self._met: Counter[Meeting] = Counter()
+        self._met: Counter[Encounter] = Counter()
         self._learned = 0
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
@@ -154,25 +154,25 @@ class InterleavingStrategy:
         if not (self._pool.tests and self._waits_s and archive.open):
             return []
         for entry in archive.entries[self._learned :]:
-            self._met.update(meetings_of(entry.test.lines[number] for number in entry.observation.begun))
+            self._met.update(encounters_of(entry.test.lines[number] for number in entry.observation.begun))
         self._learned = len(archive.entries)
         met = self._met.copy()
         proposals = [self._proposal(archive, met, rng) for _ in range(count)]
         return [proposal for proposal in proposals if proposal is not None]
 
-    def _proposal(self, archive: Archive, met: Counter[Meeting], rng: Random) -> Proposal | None:
+    def _proposal(self, archive: Archive, met: Counter[Encounter], rng: Random) -> Proposal | None:
         aim = self._aim(archive, rng)
         number, places = aim[:2] if aim else self._rarest(met, rng)
         if not places:
             return None
-        order, lines = self._order(number).with_meeting(pick(rng, places), rng), self._pool.tests[number].lines
-        met.update(meetings_of(lines[action - 1] for action in order))
+        order, lines = self._order(number).with_encounter(pick(rng, places), rng), self._pool.tests[number].lines
+        met.update(encounters_of(lines[action - 1] for action in order))
         # Without a target, concretization draws how long actors wait for their turns: a point may need a short wait.
         wait_s = pick(rng, self._waits_s) if aim else None
         return Proposal(self._draft(number, order, wait_s), self.name, (aim[2],) if aim else ())
 
-    def _aim(self, archive: Archive, rng: Random) -> tuple[int, Sequence[MeetingPlace], Point] | None:
-        """A test, meetings in it, and the open bin that they target; None if no test is known for the drawn bin."""
+    def _aim(self, archive: Archive, rng: Random) -> tuple[int, Sequence[EncounterPlace], Point] | None:
+        """A test, encounters in it, and the open bin that they target; None if no test is known for the drawn bin."""
         weights = {
             point: 1.0 / (1 + archive.tries[point])
             for point in archive.open
@@ -184,20 +184,20 @@ class InterleavingStrategy:
         wanted = [key for key in self._tests_of if _names(point[2:], *key)]
         if not wanted:
             return None
-        meeting, is_wait = pick(rng, wanted)
-        number = pick(rng, self._tests_of[meeting, is_wait])
+        encounter, is_wait = pick(rng, wanted)
+        number = pick(rng, self._tests_of[encounter, is_wait])
         order = self._order(number)
-        return number, (order.waits if is_wait else order.meetings)[meeting], point
+        return number, (order.waits if is_wait else order.encounters)[encounter], point
 
-    def _rarest(self, met: Counter[Meeting], rng: Random) -> tuple[int, Sequence[MeetingPlace]]:
+    def _rarest(self, met: Counter[Encounter], rng: Random) -> tuple[int, Sequence[EncounterPlace]]:
         """One of some random tests, and where those of its lines meet that have met least often."""
         numbers = dict.fromkeys(self._pool.any(rng) for _ in range(CANDIDATES))
-        choices = [(number, meeting) for number in numbers for meeting in self._order(number).meetings]
+        choices = [(number, encounter) for number in numbers for encounter in self._order(number).encounters]
         if not choices:
             return 0, ()
-        fewest = min(met[meeting] for _, meeting in choices)
-        number, meeting = pick(rng, [choice for choice in choices if met[choice[1]] == fewest])
-        return number, self._order(number).meetings[meeting]
+        fewest = min(met[encounter] for _, encounter in choices)
+        number, encounter = pick(rng, [choice for choice in choices if met[choice[1]] == fewest])
+        return number, self._order(number).encounters[encounter]
 
     def _draft(self, number: int, order: Sequence[int], wait_s: float | None) -> AbstractDraft:
         last = max(len(order) - 1, 1)
@@ -219,22 +219,22 @@ class InterleavingStrategy:
         return frozenset(lines | {act_of(line) for line in lines})
 
     @cached_property
-    def _tests_of(self) -> Mapping[tuple[Meeting, bool], Sequence[int]]:
-        """(Meeting, False) -> the tests in which it can occur; with True, those in which it is one of `waits`."""
-        numbers: dict[tuple[Meeting, bool], list[int]] = {}
+    def _tests_of(self) -> Mapping[tuple[Encounter, bool], Sequence[int]]:
+        """(Encounter, False) -> the tests in which it can occur; with True, those in which it is one of `waits`."""
+        numbers: dict[tuple[Encounter, bool], list[int]] = {}
         for number in range(0, len(self._pool.tests), 1 + len(self._pool.tests) // MAX_TESTS):
             order = self._order(number)
-            for meeting in order.meetings:
-                numbers.setdefault((meeting, False), []).append(number)
-            for meeting in order.waits:
-                numbers.setdefault((meeting, True), []).append(number)
+            for encounter in order.encounters:
+                numbers.setdefault((encounter, False), []).append(number)
+            for encounter in order.waits:
+                numbers.setdefault((encounter, True), []).append(number)
         return numbers
 
 
-def _names(parts: Sequence[str], meeting: Meeting, is_wait: bool) -> bool:
-    """Whether a bin names both actions of a meeting and, if it says who begins, the first actor; a bin that says who
+def _names(parts: Sequence[str], encounter: Encounter, is_wait: bool) -> bool:
+    """Whether a bin names both actions of a encounter and, if it says who begins, the first actor; a bin that says who
     begins is about actions that meet, not about waits."""
-    actors = [actor_of(line) for line in meeting]
-    both = all(line in parts or act_of(line) in parts for line in meeting)
+    actors = [actor_of(line) for line in encounter]
+    both = all(line in parts or act_of(line) in parts for line in encounter)
     first = [part for part in parts if part in actors]
     return both and (not first or (not is_wait and (len(first) > 1 or first[0] == actors[0])))

@@ -7,7 +7,12 @@ from random import Random
 
 import pytest
 
-from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy, Meeting, PartialOrder, meetings_of
+from pytest_hricdv.extra.closing.interleaving_strategy import (
+    Encounter,
+    InterleavingStrategy,
+    PartialOrder,
+    encounters_of,
+)
 from pytest_hricdv.extra.closing.observation import RunObservation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.strategy import Archive
@@ -35,29 +40,29 @@ def extensions(after: After) -> list[tuple[int, ...]]:
     ]
 
 
-def met(order: tuple[int, ...]) -> set[Meeting]:
-    return set(meetings_of(LINES[number - 1] for number in order))
+def met(order: tuple[int, ...]) -> set[Encounter]:
+    return set(encounters_of(LINES[number - 1] for number in order))
 
 
 @pytest.mark.parametrize("after", ORDERS)
 @pytest.mark.parametrize("seed", range(4))
 def test_turns_make_them_meet(after: After, seed: int) -> None:
     order = PartialOrder(LINES, after)
-    for meeting, places in order.meetings.items():
+    for encounter, places in order.encounters.items():
         for place in places:
-            chosen = order.with_meeting(place, Random(seed))
+            chosen = order.with_encounter(place, Random(seed))
             assert chosen in extensions(after)
-            assert meeting in met(chosen)
+            assert encounter in met(chosen)
             turns = [chosen.index(number) / 4 for number in range(1, 6)]
             assert interleave(LINES, turns, after) == chosen
 
 
 def test_who_is_to_wait_does_until_the_next_action_of_the_other_one_has_begun() -> None:
     order = PartialOrder(LINES, {})
-    (place,) = order.waits[Meeting("b: two", "a: one")]
+    (place,) = order.waits[Encounter("b: two", "a: one")]
     assert (LINES[place.first - 1], LINES[place.then - 1]) == ("b: five", "a: one")
-    assert Meeting("a: one", "c: four") in order.waits
-    assert not any(meeting.first == "b: five" for meeting in order.waits), "there is no next one"
+    assert Encounter("a: one", "c: four") in order.waits
+    assert not any(encounter.first == "b: five" for encounter in order.waits), "there is no next one"
 
 
 UP_TO_TEN = TurnWait(0.0, 10.0, "s")
@@ -67,7 +72,7 @@ def strategy(turn_wait: TurnWait | Constant = UP_TO_TEN) -> InterleavingStrategy
     return InterleavingStrategy(Pool(POOL, SPACE, {}), turn_wait)
 
 
-def wished(proposed: InterleavingStrategy, archive: Archive, count: int) -> list[tuple[Meeting, ...]]:
+def wished(proposed: InterleavingStrategy, archive: Archive, count: int) -> list[tuple[Encounter, ...]]:
     """What the proposals make meet."""
     found = []
     for proposal in proposed.propose(archive, count, Random(1)):
@@ -75,19 +80,21 @@ def wished(proposed: InterleavingStrategy, archive: Archive, count: int) -> list
         lines = proposal.draft.lines
         turns = [values[number][TURN] for number in range(1, len(lines) + 1)]
         assert values.get(RUN) in ([{TURN_WAIT_S: 5.0}, {TURN_WAIT_S: 10.0}] if proposal.targets else [None])
-        found.append(tuple(meetings_of(lines[number - 1] for number in interleave(lines, turns, proposal.draft.after))))
+        found.append(
+            tuple(encounters_of(lines[number - 1] for number in interleave(lines, turns, proposal.draft.after)))
+        )
     return found
 
 
 @pytest.mark.parametrize(
-    ("bin_", "meeting"),
+    ("bin_", "encounter"),
     [
-        (("one", "two", "b"), Meeting("b: two", "a: one")),
-        (("one", "two", "a"), Meeting("a: one", "b: two")),
-        (("c: four", "b: five"), Meeting("c: four", "b: five")),
+        (("one", "two", "b"), Encounter("b: two", "a: one")),
+        (("one", "two", "a"), Encounter("a: one", "b: two")),
+        (("c: four", "b: five"), Encounter("c: four", "b: five")),
     ],
 )
-def test_an_open_bin_that_names_what_actors_do_is_aimed_at(bin_: tuple[str, ...], meeting: Meeting) -> None:
+def test_an_open_bin_that_names_what_actors_do_is_aimed_at(bin_: tuple[str, ...], encounter: Encounter) -> None:
     point = ("bin", "orders", *bin_)
     archive = Archive([point])
     proposed = strategy()
@@ -101,20 +108,20 @@ def test_an_open_bin_that_names_what_actors_do_is_aimed_at(bin_: tuple[str, ...]
     assert len(aimed) > 3
     assert {proposal.targets for proposal, _ in aimed} == {(point,)}
     if len(bin_) == 3:
-        assert all(meeting in made for _, made in aimed)
+        assert all(encounter in made for _, made in aimed)
     else:  # who is first is not said
-        both = {meeting, Meeting(meeting.then, meeting.first)}
+        both = {encounter, Encounter(encounter.then, encounter.first)}
         assert all(any(either in made for _, made in aimed) for either in both)
 
 
 def test_runs_count_by_what_began_and_not_by_what_was_wished() -> None:
     archive = Archive([("statement", "cart.py", "1")])
     test = AbstractTest("t", "closure", "t", (), ("a: one", "b: two"), seed=1)
-    rare = Meeting("b: two", "a: one")
+    rare = Encounter("b: two", "a: one")
     for _ in range(30):  # both meet, always in this order
         archive.add(RunObservation(test.to_data(), begun=(0, 1)))
-    everything = set(PartialOrder(LINES, {}).meetings)
-    for met_often in everything - {rare, Meeting("a: one", "b: two")}:
+    everything = set(PartialOrder(LINES, {}).encounters)
+    for met_often in everything - {rare, Encounter("a: one", "b: two")}:
         lines = (met_often.first, met_often.then)
         for _ in range(30):
             archive.add(RunObservation(AbstractTest("t", "closure", "t", (), lines, seed=1).to_data(), begun=(0, 1)))
