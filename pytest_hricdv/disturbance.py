@@ -68,7 +68,7 @@ class MessageDisturbance(ABC):
         """Faults of its declaration, a sentence each. `topics`: of the testbench's messages."""
         if self.topic not in topics:
             listed = ", ".join(sorted(topics)) or "none"
-            yield f"topic {self.topic!r} is none of the messages{nearest(self.topic, topics)}; there are: {listed}"
+            yield f"topic {self.topic!r} is not a message{nearest(self.topic, topics)}; there are: {listed}"
         for name, sampler in self.parameters.items():
             if not isinstance(sampler, Sampler) or any(corner < 0 for corner in sampler.corners()):
                 yield f"{name} is {sampler!r}; expected a Uniform or Constant of at least 0 s"

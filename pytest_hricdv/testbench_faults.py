@@ -184,9 +184,9 @@ def _state_faults(testbench: Testbench) -> Iterator[str]:
             f"{message}.{field}" for message, kinds in topics.items() for field in kinds if kinds[field] is str
         )
         listed = ", ".join(texts) or "none"
-        yield f"state: name is {testbench.state.name!r}, which is not a text field of a message; there are: {listed}"
+        yield f"state: name is {testbench.state.name!r}, which is not a string field of a message; there are: {listed}"
     if testbench.state.transitions and not testbench.state.name:
-        yield "state: transitions are given, but no name: expected a text field, such as StateField('state.name')"
+        yield "state: transitions are given, but no name: expected a string field, such as StateField('state.name')"
     states = testbench.values.get(testbench.state.name, ())
     for pair in testbench.state.transitions:
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(name, str) for name in pair)):

@@ -90,7 +90,7 @@ class AgentNames:
         """The literal of an act that can fail. Raises CouplingError if it is no external action."""
         literal = None if act.startswith("@") else _parse(owner, act)
         if literal is None or literal.key not in self._actions:
-            raise CouplingError(f"{owner}: only an external action can fail; {act} is none of {self._agent}")
+            raise CouplingError(f"{owner}: only an external action can fail; {act} is not one of {self._agent}")
         return literal
 
     def _require(self, owner: str, literal: Structure, kind: str, predicates: set[Key]) -> None:

@@ -74,7 +74,7 @@ class CrossProduct:
 
     def __post_init__(self) -> None:
         if not self.coordinates:
-            raise CoverageError("cross product: it has no coordinates")
+            raise CoverageError("cross product: expected at least one coordinate")
         for name, bins in self.coordinates.items():
             if not bins:
                 raise CoverageError(f"cross product: coordinate {name!r} has no values")

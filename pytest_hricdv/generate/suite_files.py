@@ -161,7 +161,7 @@ def _refuse_misspelt(comment: str, where: str) -> None:
         return
     for key in get_close_matches(like[1].lower(), _KEYS, n=1, cutoff=0.75):
         raise GenerateError(
-            f"{where}: {quote(comment)} is no field of a test; nearest: '# {_FORMS.get(key, key)}: ...'; a comment "
+            f"{where}: {quote(comment)} is not a field of a test; nearest: '# {_FORMS.get(key, key)}: ...'; a comment "
             "has no such word before a colon"
         )
 

@@ -66,7 +66,7 @@ class TruthValue:
 
     def __eq__(self, other: object) -> NoReturn:
         raise TypeError(
-            "== compares Python objects; write equal(a, b) or unequal(a, b) for numbers and texts, p or ~p for bools"
+            "== compares Python objects; write equal(a, b) or unequal(a, b) for numbers and strings, p or ~p for bools"
         )
 
     __hash__ = None  # type: ignore[assignment]  # without comparison, it cannot be a dict key
@@ -164,7 +164,7 @@ class TextValue:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        return f"<text {self.text}>"
+        return f"<string {self.text}>"
 
 
 class NameValue(TruthValue, NumberValue):
@@ -213,9 +213,9 @@ def as_text(text: object) -> TextTerm:
     if isinstance(text, NameValue | TextValue):
         return text.text
     if not isinstance(text, str):
-        raise TypeError(f"expected a text or a name, got {text!r}; texts are compared with texts")
+        raise TypeError(f"expected a string or a name, got {text!r}; strings are compared with strings")
     if "\n" in text or ('"' in text and "'" in text):
-        raise ValueError(f"{text!r}: a text is one line with at most one kind of quotation marks")
+        raise ValueError(f"{text!r}: a string is one line with at most one kind of quotation marks")
     return Text(text)
 
 

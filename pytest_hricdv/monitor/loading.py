@@ -151,7 +151,7 @@ def _define(path: str, document: str, table: object, vocabulary: Vocabulary) -> 
     sources = {}
     for name, text in table.items():
         if isinstance(text, bool) or not isinstance(text, str | int | float):
-            raise RequirementError(f"{path}: definition {name}: expected a text or a number, got {quote(text)}")
+            raise RequirementError(f"{path}: definition {name}: expected a string or a number, got {quote(text)}")
         sources[name] = FormulaSource(str(text), path=path, document=document, definition=name)
     if not sources:
         return vocabulary
@@ -229,7 +229,7 @@ def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> N
     elif key == "accepted_on":
         _check_date(where, value)
     elif not isinstance(value, str) or (not value.strip() and key not in ("formula", "pattern")):
-        raise RequirementError(f"{where}: {quote(key)} has to be a text, got {quote(value)}")
+        raise RequirementError(f"{where}: {quote(key)} has to be a string, got {quote(value)}")
 
 
 def _check_date(where: str, value: object) -> None:

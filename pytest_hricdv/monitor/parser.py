@@ -161,7 +161,7 @@ class FormulaParser(NumberParser):
         left, relation, right, *qualifier_nodes = tree.children
         of_texts = self._compares_texts(left, right)
         if of_texts and str(relation) not in ("==", "!="):
-            raise self._error(relation, "texts are compared with == or !=")
+            raise self._error(relation, "strings are compared with == or !=")
         qualifiers = self._qualifiers(qualifier_nodes)
         if unknown := qualifiers.keys() - {"for", "hysteresis"}:
             raise UnknownOperatorError("qualifier", min(unknown))

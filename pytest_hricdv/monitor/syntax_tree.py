@@ -48,8 +48,8 @@ _COMMON_MISTAKES = {
     "eventually": "`eventually[a:b](...)` is allowed only at the top of the response",
     "until": "`until` is allowed only at the top of the response: `always(f) until g`",
     "->": "one `->` is allowed, between antecedent and response; elsewhere write `!a | b`",
-    '"': "a text ends with the quotation mark that it begins with, on the same line",
-    "'": "a text ends with the quotation mark that it begins with, on the same line",
+    '"': "a string ends with the quotation mark that it begins with, on the same line",
+    "'": "a string ends with the quotation mark that it begins with, on the same line",
     "[": "`[hysteresis h]` and `[for d]` follow a comparison, `[a:b]` once, historically, count, eventually or always",
 }
 _TERMINAL_NAMES = {
@@ -59,13 +59,13 @@ _TERMINAL_NAMES = {
     "RELATION": "a comparison",
     "SIGN": "+ or -",
     "FACTOR": "* or /",
-    "TEXT": "a text",
+    "TEXT": "a string",
     "$END": "the end of the formula",
 }
 _WHAT_IS_EXPECTED: dict[Start, str] = {
     "formula": "always(antecedent -> response)",
     "pattern": "the name of a pattern with its arguments, for instance response(on(topic), signal < 0.25, within_s=3)",
-    "definition": "a condition, a number or a text, for instance arm_speed > 0.001",
+    "definition": "a condition, a number or a string, for instance arm_speed > 0.001",
     "condition": "a condition about the present and the past, for instance once[0:2](on(topic)) & signal < 0.25",
 }
 

@@ -18,7 +18,7 @@ from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 Node: TypeAlias = "Tree[Token] | Token"
 
-_NOUNS: dict[Kind, str] = {bool: "a condition", float: "a number", str: "a text"}
+_NOUNS: dict[Kind, str] = {bool: "a condition", float: "a number", str: "a string"}
 _EXAMPLES: dict[Kind, str] = {float: "`... < 0.25`", str: '`... == "..."`'}
 
 
@@ -113,9 +113,9 @@ class TermParser(ABC):
         elif is_name and kind is bool:
             advice = f"use it as a condition by itself: `{tree.children[0]!s}` or `!{tree.children[0]!s}`"
         elif kind is bool:
-            advice = "comparisons take numbers or texts; put parentheses around a comparison inside a formula"
+            advice = "comparisons take numbers or strings; put parentheses around a comparison inside a formula"
         else:
-            advice = "a number is compared with a number, a text with a text"
+            advice = "a number is compared with a number, a string with a string"
         raise self._error(tree, problem, advice)
 
     # --- texts
@@ -131,7 +131,7 @@ class TermParser(ABC):
             if self._is_unknown(node) and not self._is_unknown(other) and self._kind(other) is str:
                 name = str(_inside(node).children[0])
                 raise self._error(
-                    node, f"unknown name {quote(name)}", f'a text is written in quotation marks: "{name}"'
+                    node, f"unknown name {quote(name)}", f'a string is written in quotation marks: "{name}"'
                 )
         return str in (self._kind(left), self._kind(right))
 

@@ -129,7 +129,7 @@ class Vocabulary:
             ]
             raise ValueError(f"values of {name!r}: not a signal or topic.field of type str{nearest(name, texts)}")
         if isinstance(values, str) or not values or not all(isinstance(value, str) for value in values):
-            raise ValueError(f"values of {name!r}: expected its texts, at least one, got {values!r}")
+            raise ValueError(f"values of {name!r}: expected at least one string, got {values!r}")
 
 
 def _check_declaration(declaration: str, name: str, kind: Kind, keywords: Collection[str] = KEYWORDS) -> None:

@@ -160,8 +160,8 @@ def _causes(before: SuiteBaseline, report: Report, suite: SuiteResult) -> Iterat
     other_seed = hash_seed_difference(before.hash_seed, hash_seed(report))
     if other_seed:
         yield (
-            f"Python's hash seed differs from the one before ({other_seed}): code that goes through a set does so in "
-            f"another order; set PYTHONHASHSEED={before.hash_seed if before.hash_seed.isdigit() else '0'} for both"
+            f"Python's hash seed differs from the one before ({other_seed}), so code iterates over sets in another "
+            f"order; set PYTHONHASHSEED={before.hash_seed if before.hash_seed.isdigit() else '0'} for both"
         )
     if before.code_sha256 == report.code_under_test.sha256:
         yield (

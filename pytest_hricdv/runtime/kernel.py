@@ -302,8 +302,8 @@ class Kernel:
             return
         self.trespass(
             f"{place_of(sys._getframe(1))}: {deed} at {self.now_s:.3f} s from thread "
-            f"{threading.current_thread().name}, which is none of the run: let a node do it, or a thread of the code "
-            'under test, with time=VirtualTime(apis=("threading",))'
+            f"{threading.current_thread().name}, which is not part of the run: let a node do it, or a thread of the "
+            'code under test, with time=VirtualTime(apis=("threading",))'
         )
 
     def trespass(self, problem: str) -> NoReturn:

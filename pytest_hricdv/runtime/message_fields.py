@@ -46,7 +46,7 @@ def is_message(value: object) -> bool:
     return fields_of(type(value)) is not None
 
 
-EXPECTED = "a number, a bool, a text, a message, or a list, tuple, set or dict of these"
+EXPECTED = "a number, a bool, a string, a message, or a list, tuple, set or dict of these"
 
 
 def record_fields(message: object, names: Iterable[str], above: str = "") -> dict[str, Value]:

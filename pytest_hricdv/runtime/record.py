@@ -123,7 +123,7 @@ class Recorder:
         """
         plain_value = plain(value)
         if plain_value is None:
-            raise TypeError(f"signal {name} is {value!r} at {time_s:.6f} s: expected a number, a bool or a text")
+            raise TypeError(f"signal {name} is {value!r} at {time_s:.6f} s: expected a number, a bool or a string")
         value = plain_value
         if self._last.get(name) == value and name in self._last:  # most updates: the series stay short
             return

@@ -36,7 +36,7 @@ TESTS = (
         "ask for hri_case.",
     ),
     Value("seed", "N", "seed of generation and concretization (default 0)"),
-    Value("tests", "N", "number of abstract tests per suite (default: that of the method)"),
+    Value("tests", "N", "number of abstract tests per suite (default: the method's own)"),
     Value("concretizations", "K", "concrete tests per abstract test (default 1)"),
     Value(
         "sampling",
@@ -291,7 +291,7 @@ def _text(value: object) -> str:
     if isinstance(value, str | int | float):
         return str(value)
     kind = "a table" if isinstance(value, dict) else "a list in a list" if isinstance(value, list) else "that"
-    raise ValueError(f"expected a text, a number or a list of these; {kind} has no place here: {value!r}")
+    raise ValueError(f"expected a string, a number or a list of these; {kind} has no place here: {value!r}")
 
 
 def _flag(value: object) -> bool:

@@ -213,7 +213,9 @@ def _other_hash_seed(difference: str) -> str:
     if not difference:
         return ""
     remedy = f" (PYTHONHASHSEED={difference.split(',')[0]} repeats it)" if difference[0].isdigit() else ""
-    return f"\nOr it is Python's hash seed, {difference}{remedy}: it decides in which order code goes through a set."
+    return (
+        f"\nOr it is Python's hash seed, {difference}{remedy}, which determines in which order code iterates over sets."
+    )
 
 
 class Failures:

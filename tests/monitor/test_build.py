@@ -179,7 +179,7 @@ def test_a_text_that_differs_from_its_formula_is_refused() -> None:
         (lambda: requirement("R1", "", always(p)), r"R1: expected always\(antecedent >> response\)"),  # type: ignore[arg-type]
         (lambda: always(p >> q, 1, 2), "a window belongs to a response"),  # type: ignore[call-overload]
         (lambda: always(p, 1), "a window has two ends"),  # type: ignore[call-overload]
-        (lambda: equal("i", 1), "expected a text or a name, got 1"),
+        (lambda: equal("i", 1), "expected a string or a name, got 1"),
         (lambda: s == "i", r"write equal\(a, b\)"),
         (lambda: x < "1", "a number: expected a number, got '1'"),  # type: ignore[operator]
         (lambda: x < True, "a number: expected a number, got True"),
@@ -206,7 +206,7 @@ def test_a_type_error_is_raised_where_it_is_made(mistake: Callable[[], object], 
         (lambda: x < -math.inf, "a number"),
         (lambda: signal("m.ok"), "'m.ok' is not a valid name"),
         (lambda: field("m"), "'' is not a valid name"),
-        (lambda: equal(s, "i\nj"), "a text is one line"),
+        (lambda: equal(s, "i\nj"), "a string is one line"),
         (lambda: equal(s, "'\""), "at most one kind of quotation marks"),
         (lambda: on("a b"), "'a b' is not a valid name"),
     ],

@@ -182,7 +182,7 @@ def test_an_error_in_a_file_names_line_and_column_of_the_pattern(tmp_path: Path)
     ("keys", "says"),
     [
         ('pattern = "hand_guiding(p, q)"\nformula = "always(p -> q)"', "both 'formula' and 'pattern'"),
-        ("pattern = 3", "'pattern' has to be a text, got 3"),
+        ("pattern = 3", "'pattern' has to be a string, got 3"),
         ('patern = "hand_guiding(p, q)"', "unknown key 'patern'; nearest: pattern"),
         ('pattern = ""', "the pattern is empty"),
     ],

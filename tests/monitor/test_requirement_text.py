@@ -69,14 +69,14 @@ from tests.monitor.vocabulary import R1, R3, R4, REQUIREMENTS_FILE, SMALL, TABLE
         ("always(last(m.lvel) < 3 -> q)", "last(m.lvel)", "unknown name 'm.lvel'; nearest: m.level"),
         ("always(last(w) == 'l' -> q)", "'l'", "last(w.name) is never 'l'"),
         ("always(s -> q)", "s", "expected a condition, but s is a str"),
-        ("always(s < 'i' -> q)", "<", "texts are compared with == or !="),
-        ("always(s == 1 -> q)", "1", "expected a text, but this is a number"),
-        ("always('i' == (x) -> q)", "x", "expected a text, but x is a float"),
-        ("always(p == s -> q)", "p", "expected a text, but p is a bool"),
+        ("always(s < 'i' -> q)", "<", "strings are compared with == or !="),
+        ("always(s == 1 -> q)", "1", "expected a string, but this is a number"),
+        ("always('i' == (x) -> q)", "x", "expected a string, but x is a float"),
+        ("always(p == s -> q)", "p", "expected a string, but p is a bool"),
         ("always(x + s < 1 -> q)", "s", "expected a number, but s is a str"),
         ("always(s == 'i' [hysteresis 1] -> q)", "==", "a bound with two sides"),
-        ("always(s == i -> q)", "i", 'a text is written in quotation marks: "i"'),
-        ("always(s == 'i -> q)", "'", "a text ends with the quotation mark"),
+        ("always(s == i -> q)", "i", 'a string is written in quotation marks: "i"'),
+        ("always(s == 'i -> q)", "'", "a string ends with the quotation mark"),
         ("always(w.name == 'jj' -> q)", "'jj'", "w.name is never 'jj'; nearest: j"),
         ("always('l' != w -> q)", "'l'", "w.name is never 'l'; known: i, j, k"),
         ("always(m == 1 -> q)", "m", "m is a topic: `on(m)`"),
@@ -127,9 +127,9 @@ def test_a_formula_written_with_escapes_is_located_by_its_own_columns(tmp_path: 
         ('[R1]\ntitle = "x"', "requirement R1: no 'formula'"),
         ('[R1]\nformula = "always(p -> q)"', "requirement R1: no 'title'"),
         ('[R1]\ntitel = "x"', "unknown key 'titel'; nearest: title"),
-        ("[R1]\ntitle = 3", "'title' has to be a text, got 3"),
+        ("[R1]\ntitle = 3", "'title' has to be a string, got 3"),
         ('[R1]\ntitle = "x"\nformula = ""', "the formula is empty"),
-        ("[R1]\ngroup = 3", "'group' has to be a text, got 3"),
+        ("[R1]\ngroup = 3", "'group' has to be a string, got 3"),
         ('[R1]\nshows = "x"', "requirement R1: 'shows' has to be a list of signals, got 'x'"),
         ('[R1]\nshows = ["xx"]', "shows 'xx', which is not a numeric signal; nearest: x"),
         ('[R1]\nshows = ["p"]', "shows 'p', which is not a numeric signal"),
@@ -199,7 +199,7 @@ def test_a_condition_that_is_wrong_is_refused(text: str, says: str) -> None:
 def test_values_of_what_is_no_text_are_refused() -> None:
     with pytest.raises(ValueError, match=r"values of 'w\.nam': not a signal or .*; nearest: w\.name"):
         Vocabulary(messages={"w": {"name": str}}, values={"w.nam": ("i",)})
-    with pytest.raises(ValueError, match=r"values of 'w\.name': expected its texts, at least one, got 'i'"):
+    with pytest.raises(ValueError, match=r"values of 'w\.name': expected at least one string, got 'i'"):
         Vocabulary(messages={"w": {"name": str}}, values={"w.name": "i"})
 
 

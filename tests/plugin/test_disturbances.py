@@ -138,7 +138,7 @@ def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(disturbed: pytest.
 
 
 BAD = [
-    ('"lost_wish": Drop("wish")', '"lost_wish": Drop("wih")', "disturbance 'lost_wish': topic 'wih' is none of the "),
+    ('"lost_wish": Drop("wish")', '"lost_wish": Drop("wih")', "disturbance 'lost_wish': topic 'wih' is not a message"),
     ('"lost_wish": Drop("wish")', '"lost wish": Drop("wish")', "disturbance 'lost wish': expected a name of one word"),
     ('"lost_wish": Drop("wish")', '"lost_wish": "wish"', "'wish'; expected a Disturbance, Delay, Drop or Duplicate"),
     ("Uniform(1.5, 2.0", "Uniform(-1.5, 2.0", "expected a Uniform or Constant of at least 0 s"),

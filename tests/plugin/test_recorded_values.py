@@ -28,8 +28,8 @@ def test_a_bool_of_numpy_is_a_bool(lamps: pytest.Pytester) -> None:
 @pytest.mark.parametrize(
     ("value", "said"),
     [
-        ("None", "signal lamp_level is None at 0.000000 s: expected a number, a bool or a text"),
-        ("[level]", "signal lamp_level is [0.0] at 0.000000 s: expected a number, a bool or a text"),
+        ("None", "signal lamp_level is None at 0.000000 s: expected a number, a bool or a string"),
+        ("[level]", "signal lamp_level is [0.0] at 0.000000 s: expected a number, a bool or a string"),
         ("str(level)", "signal lamp_level is '0.0' at 0.000000 s: the testbench declares it as float"),
         ("level > 0", "signal lamp_level is False at 0.000000 s: the testbench declares it as float"),
     ],

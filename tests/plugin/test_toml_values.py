@@ -73,8 +73,14 @@ def test_the_command_line_wins(lamps: pytest.Pytester) -> None:
         ("hri_seed = [1, 2]", "hri_seed = 1,2: expected a whole number"),
         ("hri_tests = 0", "hri_tests = 0: expected at least 1"),
         ("hri_tests = 1979-05-27", "hri_tests = 1979-05-27: expected a whole number"),
-        ("hri_seed = {a = 1}", "pytest.toml: hri_seed: expected a text, a number or a list of these; a table has no *"),
-        ("hri_suite = [['rl']]", "pytest.toml: hri_suite: expected a text, a number or a list of these; a list in a *"),
+        (
+            "hri_seed = {a = 1}",
+            "pytest.toml: hri_seed: expected a string, a number or a list of these; a table has no *",
+        ),
+        (
+            "hri_suite = [['rl']]",
+            "pytest.toml: hri_suite: expected a string, a number or a list of these; a list in a *",
+        ),
         ("hri_strict = 'maybe'", "pytest.toml: hri_strict: expected true or false, got 'maybe'"),
         ("hri_strict = 1", "pytest.toml: hri_strict: expected true or false, got 1"),
         ("hri_strict = []", "pytest.toml: hri_strict: expected true or false, got []"),

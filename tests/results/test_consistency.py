@@ -102,7 +102,7 @@ def test_a_journal_of_deep_json_is_refused(tmp_path: Path, deep: str, kind: str)
         ),
         (
             lambda data: data["cross_products"]["turn"].update(coordinates=[]),
-            "cross product: it has no coordinates - at `$.cross_products.turn`",
+            "cross product: expected at least one coordinate - at `$.cross_products.turn`",
         ),
         (lambda data: data.update(wall_s=10**400), "expected a number of at most 19 digits, got one of 401"),
     ],

@@ -106,5 +106,5 @@ def limit_answers(answers: Iterator[Item]) -> Iterator[Item]:
 def check_text(characters: int) -> None:
     """Count the work for a text before it is made. Raises LimitError: it is too long, or the run has done too much."""
     if characters > MAX_SIZE * CHARACTERS:
-        raise LimitError(f"makes a text of more than {MAX_SIZE * CHARACTERS:,} characters")
+        raise LimitError(f"makes a string of more than {MAX_SIZE * CHARACTERS:,} characters")
     spend(characters // CHARACTERS)

@@ -159,7 +159,7 @@ def percept_of(literal: str | Structure) -> Structure:
     if isinstance(literal, str):
         literal = parse_literal(literal)
     if not isinstance(literal, Structure):
-        raise BdiError(f"a percept is a text or a structure, not {literal!r} ({type(literal).__name__})")
+        raise BdiError(f"a percept is a string or a structure, not {literal!r} ({type(literal).__name__})")
     if not literal.ground:
         raise BdiError(f"a percept has no variables: {literal}")
     return literal.with_annotations((*literal.annots, SOURCE_PERCEPT))

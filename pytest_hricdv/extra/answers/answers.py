@@ -172,7 +172,7 @@ def _questions() -> list[str]:
 def _find(kind: str, name: str, found: Mapping[str, Any]) -> Any:
     if name not in found:
         some: Sequence[str] = sorted(found, key=natural)[:10]
-        raise ReportError(f"no {kind} {name!r} in the report; it has {', '.join(some) or 'none'}")
+        raise ReportError(f"no {kind} {name!r} in the report, which has {', '.join(some) or 'none'}")
     return found[name]
 
 

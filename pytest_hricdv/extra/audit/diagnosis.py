@@ -152,7 +152,7 @@ class CauseSearch:
             return RepeatCause(
                 HASH_ORDER,
                 f"alone it runs {same} with PYTHONHASHSEED={self.session_seed}, and differs with {self.hash_seed}: "
-                "something goes through a set of texts, or uses hash()",
+                "something depends on the order of a set of strings, or on hash()",
             )
         for number in range(FURTHER_SEEDS):
             seed = str(int(self.hash_seed) + number + 1)
@@ -160,7 +160,7 @@ class CauseSearch:
                 return RepeatCause(
                     HASH_ORDER,
                     f"alone it differs between PYTHONHASHSEED={self.hash_seed} and {seed}, and repeats with each: "
-                    "something goes through a set of texts, or uses hash()",
+                    "something depends on the order of a set of strings, or on hash()",
                 )
         return None
 
@@ -192,7 +192,7 @@ class CauseSearch:
                     least = middle
         except OutOfTimeError:
             return RepeatCause(
-                STATE, f"it runs differently after the {size} tests before it; there was no time to find which"
+                STATE, f"it runs differently after the {size} tests before it; time ran out before it was clear which"
             )
         start = len(before) - size
         culprit = before[start]

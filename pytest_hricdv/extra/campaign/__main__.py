@@ -71,7 +71,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--suite", default="rl", metavar="NAME|PATH[,...]", help="as --hri-suite of pytest (default rl)")
     add("--seed", type=int, default=0, metavar="N", help="that the suite is generated from (default 0)")
-    add("--tests", type=_number, metavar="N", help="abstract tests per suite (default: that of the method)")
+    add("--tests", type=_number, metavar="N", help="abstract tests per suite (default: the method's own)")
     add("--concretizations", type=_number, default=1, metavar="K", help="seeds of each test (default 1)")
     add("--cluster", type=_address, default="local", metavar="ADDRESS", help="local, local:N or tls://HOST:PORT")
     add("--send-code", action="store_true", help="send the project to the workers, which do not have it")

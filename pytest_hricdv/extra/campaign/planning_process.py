@@ -42,8 +42,8 @@ class _Planner:
         manager = session.config.pluginmanager
         aggregation = manager.get_plugin("hricdv-aggregation")
         reporting = manager.get_plugin("hricdv-reporting")
-        assert aggregation is not None, "this is no worker of xdist"
-        assert reporting is not None, "this is no worker of xdist"
+        assert aggregation is not None, "this is not an xdist worker"
+        assert reporting is not None, "this is not an xdist worker"
         declared = declare_report(reporting.session_info(), {})
         here = identity(Path(session.config.rootpath), session.config.stash[CONTEXT].provenance.code)
         self._write(

@@ -83,7 +83,7 @@ def _messages(code: CodeModel, testbench: Testbench) -> Iterator[Drift]:
             verb = {"published": "publishes", "received": "receives", "both": "publishes and receives"}[
                 message.direction
             ]
-            text = f"the code {verb} {message.name}, which is none of the testbench's messages"
+            text = f"the code {verb} {message.name}, which is not a message of the testbench"
             yield Drift("message", message.topic, str(message.location), text)
 
 
@@ -112,7 +112,7 @@ def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
     moves = {(transition.source, transition.target): transition for transition in machine.transitions}
     for (source, target), transition in moves.items():
         if (source, target) not in testbench.state.transitions and source in states and target in states:
-            text = f"the code goes from {source} to {target}, which is none of the testbench's transitions"
+            text = f"the code goes from {source} to {target}, which is not a transition of the testbench"
             yield Drift("transition", f"{source}->{target}", str(transition.location), text)
     for source, target in testbench.state.transitions:
         if (source, target) not in moves:

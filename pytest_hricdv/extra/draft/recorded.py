@@ -168,7 +168,7 @@ def _questions(messages: Sequence[Message], seen: Mapping[str, TopicShapes], sou
         for part in message.fields:
             shape = topic.fields.get(part.name)
             if part.kind == "str" and shape is not None and shape.is_open:
-                text = f"Which texts of `{message.topic}.{part.name}` matter? {source} has too many, or too long ones"
+                text = f"Which strings of `{message.topic}.{part.name}` matter? {source} has too many, or too long ones"
                 yield Question(text, f"{message.topic}.{part.name}", part.location)
 
 

@@ -44,7 +44,7 @@ def compare(context: RunContext, say: Callable[[str], None]) -> int:
     roots = [Path(context.collection.config.rootpath), Path.cwd(), *(Path(folder or ".") for folder in sys.path)]
     models, problems = models_of(testbench.code, [root for root in dict.fromkeys(roots) if root.is_dir()])
     every = {drift.key: drift for drift in drifts(models, testbench)}
-    outdated = [f"hri_known_drift has {key!r}, which is none any more" for key in known if key not in every]
+    outdated = [f"hri_known_drift has {key!r}, which no longer exists" for key in known if key not in every]
     for text in (*problems, *outdated):
         say(text)
     new = [drift for drift in every.values() if drift.key not in known]

@@ -200,7 +200,7 @@ def _problems_of_cross(made: LogMap, products: Mapping[str, CrossProduct] | None
             yield f"cross.{name}: the testbench has no such cross product{nearest(name, products or {})}"
             continue
         for coordinate in source.coordinates.keys() - (products or {})[name].coordinates.keys():
-            yield f"cross.{name}.coordinates.{coordinate}: it has no such coordinate"
+            yield f"cross.{name}.coordinates.{coordinate}: no such coordinate"
 
 
 Reading = Callable[[Mapping[str, Value]], Value]

@@ -284,7 +284,7 @@ def yaml_text(node: RosNode, name: str, value: Any) -> str:
         return "'" + value.replace("'", "''") + "'"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(yaml_text(node, name, element) for element in value) + "]"
-    raise LaunchError(f"{node}: parameter {name!r} is {value!r}; expected a bool, a number, a text, or a list")
+    raise LaunchError(f"{node}: parameter {name!r} is {value!r}; expected a bool, a number, a string, or a list")
 
 
 def _yaml_float(value: float) -> str:

@@ -275,7 +275,7 @@ class Reader:
     def _take(self, size: int) -> bytes:
         taken = self._data[self._at : self._at + size]
         if len(taken) < size:
-            raise struct.error(f"a text of {size} bytes begins at {self._at}")
+            raise struct.error(f"a string of {size} bytes begins at {self._at}")
         self._at += size
         return taken
 

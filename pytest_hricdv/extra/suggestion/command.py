@@ -37,7 +37,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="as --hri-suite of pytest (default: what the project's ini file says)",
     )
     add("--seed", type=int, default=0, metavar="N", help="seed of suite, further tests and bugs (default 0)")
-    add("--tests", type=_number, metavar="N", help="tests of each suite (default: that of the method)")
+    add("--tests", type=_number, metavar="N", help="tests of each suite (default: the method's own)")
     add("--most", type=_number, default=default.most, metavar="N", help=f"suggestions (default {default.most})")
     add("--faults", type=_number, default=default.faults, metavar="N", help=f"seeded bugs (default {default.faults})")
     add(

@@ -261,7 +261,7 @@ class TrendFeature(Feature[Path]):
             reason = error.strerror or error if isinstance(error, OSError) else error
             session.problems.append(visible(f"--hri-history: {path}: {reason}"))
             return report
-        session.warnings += [f"{path}:{number}: no session of a history; it was left out" for number in damaged]
+        session.warnings += [f"{path}:{number}: not a session of a history, so it was left out" for number in damaged]
         return HISTORY.put(report, (*_comparable(earlier, entry), entry) if session.is_whole else ())
 
 

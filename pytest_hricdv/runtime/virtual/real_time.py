@@ -58,7 +58,7 @@ def node_to_wait(kind: str, name: str) -> Node:
     node = current_node()
     if node is None:
         raise KernelError(
-            f"{place_of(sys._getframe(1))}: {name} would wait for ever: only a node may wait, and this is none"
+            f"{place_of(sys._getframe(1))}: {name} would wait for ever: only a node may wait, and this is not one"
         )
     check(node, kind, name)
     return node

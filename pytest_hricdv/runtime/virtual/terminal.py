@@ -77,7 +77,7 @@ class Terminal:
             if len(key) != 1 and key not in KEYS:
                 near = nearest(key, KEYS)
                 raise KernelError(
-                    f"press({key!r}): expected one character, or the name of a key{near}; a text is typed"
+                    f"press({key!r}): expected one character, or the name of a key{near}; type(...) takes a string"
                 )
         for key in keys:
             self._record(key)

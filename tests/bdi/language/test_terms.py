@@ -109,7 +109,7 @@ def test_a_percept_must_be_a_literal() -> None:
     [
         ("q(1)", r"the percepts of a must be a list, even if there is only one: \['q\(1\)'\]"),
         (Structure("q"), r"the percepts of a must be a list"),
-        ([3], r"a percept is a text or a structure, not 3 \(int\)"),
+        ([3], r"a percept is a string or a structure, not 3 \(int\)"),
         (["q(X)"], r"a percept has no variables: q\(X\)"),
     ],
 )

@@ -14,7 +14,7 @@ from tests.bdi.models import system_of
 WORK = r"does not come to an end within 100,000 steps"
 SIZE = r"makes a term of more than 20,000 parts"
 ANSWERS = r"has more than 20,000 answers"
-TEXT = r"makes a text of more than 320,000 characters"
+TEXT = r"makes a string of more than 320,000 characters"
 ENDLESS = {
     "a rule with an ever larger term": (
         "p(X) :- p(f(X)).\n!g.\n@a +!g <- ?p(1).",

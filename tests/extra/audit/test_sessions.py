@@ -25,7 +25,7 @@ SET = "''.join({'1', '2', '3', '4', '5', '6', '7', '8'})"
 FILE_TIME = "import os\nMARK = __file__ + '.mark'\ndef touched():\n    open(MARK, 'w').close()\n"
 
 CAUSES = {
-    "a set of texts": (SET, "", "hash order", "PYTHONHASHSEED"),
+    "a set of strings": (SET, "", "hash order", "PYTHONHASHSEED"),
     "a file": ("count()", NUMBER_FILE, "file left behind: count.txt", "count.txt"),
     "the time of a file": (
         "(touched(), os.stat(MARK).st_mtime_ns % 1e9)[1]",

@@ -109,7 +109,7 @@ def test_a_new_message_is_told(of_lift: list[Drift]) -> None:
     assert "message alarm" in keys
     assert not [key for key in keys if key in ("message call", "message state")]
     [message] = [drift for drift in of_lift if drift.kind == "message"]
-    assert message.text == "the code publishes Alarm, which is none of the testbench's messages"
+    assert message.text == "the code publishes Alarm, which is not a message of the testbench"
     assert message.location.startswith("lift.py:")
 
 
@@ -152,13 +152,13 @@ def test_the_vacuum_robot_says_something_new(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "pytest_hricdv", "update", str(tmp_path)]
     first = subprocess.run(command, capture_output=True, text=True, check=False)
     assert first.returncode == 1, first.stdout + first.stderr
-    assert "the code publishes Stuck, which is none of the testbench's messages  [message stuck]" in first.stdout
+    assert "the code publishes Stuck, which is not a message of the testbench  [message stuck]" in first.stdout
     with (tmp_path / "pytest.ini").open("a", encoding="utf-8") as file:
         file.write("hri_known_drift =\n    message stuck: of the next release\n    message bell: never\n")
     second = subprocess.run(command, capture_output=True, text=True, check=False)
     assert second.returncode == 0, second.stdout + second.stderr
     assert "known: message stuck" in second.stdout
-    assert "hri_known_drift has 'message bell', which is none any more" in second.stdout
+    assert "hri_known_drift has 'message bell', which no longer exists" in second.stdout
 
 
 def test_known_drift_of_no_kind_is_refused() -> None:

@@ -96,7 +96,7 @@ def test_texts_that_people_write_are_a_question(tmp_path: Path, drinks: list[str
     model, texts = drafted(tmp_path, entries)
     assert '"order.drink": Field(values=("tea", "coffee"' in texts["conftest.py"]
     assert drinks[0] not in texts["conftest.py"]
-    asked = "Which texts of `order.drink` matter? day.mcap has too many, or too long ones"
+    asked = "Which strings of `order.drink` matter? day.mcap has too many, or too long ones"
     assert asked in [question.text for question in model.questions]
 
 

@@ -196,7 +196,7 @@ def test_a_draft_has_what_a_recording_has_seen(recording: Path, tmp_path: Path) 
     ("content", "sentence"),
     [
         ("{}", "expected version 2 of a recording of `hricdv record`"),
-        ('{"format": "hricdv-recording", "version": 2}', "it lacks 'states'"),
+        ('{"format": "hricdv-recording", "version": 2}', "the file lacks 'states'"),
         ('{"format": ', "Expecting value"),
     ],
 )

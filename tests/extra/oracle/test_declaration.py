@@ -46,7 +46,7 @@ def test_the_oracle_says_what_is_required(tmp_path: Path) -> None:
         ),
         (
             {"actions": (ActionMapping("offered", "on(offer)", fails="rise(gripping)"),)},
-            "ActionMapping('offered'), fails: only an external action can fail; offered is none of robot",
+            "ActionMapping('offered'), fails: only an external action can fail; offered is not one of robot",
         ),
         (
             {"percepts": (PerceptMapping("wnated(Thing)", "on(order)"),)},

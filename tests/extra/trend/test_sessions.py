@@ -60,7 +60,7 @@ def test_a_damaged_line_is_named_and_a_torn_one_does_not_take_the_next_along(
     path.write_text("[" * 99_999 + "\n" + path.read_text(encoding="utf-8") + '{"began": "20', encoding="utf-8")
     result = lamps.runpytest_inprocess(*SUITE)
     for number in (1, 3):
-        result.stdout.fnmatch_lines([f"*history.jsonl:{number}: no session of a history; it was left out"])
+        result.stdout.fnmatch_lines([f"*history.jsonl:{number}: not a session of a history, so it was left out"])
     assert len(report(lamps.path)["history"]) == 2
 
 

@@ -39,7 +39,7 @@ def find(package: str, start: Path) -> Sources:
         folder = file if file.is_dir() else file.parent
         paths = sorted(path for path in folder.rglob("*.py") if not _is_skipped(path.relative_to(folder).parts))
         if not paths:
-            raise DraftError(f"{folder}: expected a package of Python; it has no file *.py that is not a test")
+            raise DraftError(f"{folder}: expected a Python package with a file *.py that is not a test")
     sources = _read(package, root, paths)
     scripts = _script_folder(sources)
     if scripts is None:
@@ -119,7 +119,7 @@ def locate(package: str, start: Path) -> tuple[Path, str, Path]:
     if spec.origin is None:
         return found_at.resolve(), package, Path(search[0] if search else "").resolve()
     if not spec.origin.endswith(".py"):
-        raise DraftError(f"--from={package}: expected source of Python; it is {spec.origin}")
+        raise DraftError(f"--from={package}: expected Python source, got {spec.origin}")
     return found_at.resolve(), package, Path(spec.origin).resolve()
 
 

@@ -158,7 +158,7 @@ def read_observations(path: Path) -> Observations:
         for name in ("made", "methods", "calls"):
             setattr(made, name, {str(key): _site_from_json(site) for key, site in plain[name].items()})
     except (KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError(f"expected a recording of `hricdv record`; it lacks {error}") from None
+        raise ValueError(f"expected a recording of `hricdv record`; the file lacks {error}") from None
     return made
 
 
