@@ -152,7 +152,7 @@ BAD = [
     (
         "disturbances={",
         'state=StateField("wish.level"), disturbances={',
-        "state: name is 'wish.level', which is not a text fiel",
+        "state: name is 'wish.level', which is not a string fi",
     ),
     (
         "disturbances={",

@@ -63,7 +63,7 @@ def test_lists_are_cut_and_say_so() -> None:
         ("all", "", "no such question: all; expected status, causes, open, changes, test NAME"),
         ("test", "", "test: expected a name"),
         ("test", "x", "no test 'x' in the report, which has rl-"),
-        ("requirement", "R99", "it has R1, R2, R3, R4"),
+        ("requirement", "R99", "which has R1, R2, R3, R4"),
         ("coverage", "x.py", "no file 'x.py'"),
         ("status", "x", "no such question: status x"),
         ("changes", "", "was not compared"),
