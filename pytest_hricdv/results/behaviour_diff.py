@@ -148,7 +148,7 @@ def _notes(report: Report, suites: Mapping[str, SuiteBaseline | None], *, change
         elif changed:
             yield from _causes(before, report, suite)
         elif before.code_sha256 != report.code_under_test.sha256:
-            yield "the code under test has changed, and none of these tests shows it"
+            yield "the code under test has changed, but no test behaves differently"
 
 
 def _causes(before: SuiteBaseline, report: Report, suite: SuiteResult) -> Iterator[str]:
