@@ -136,9 +136,9 @@ def faults(disturbances: Disturbances, commands: Collection[str], topics: Collec
     """Faults of a testbench's disturbances, a sentence each.
 
     Args:
-        disturbances: of the testbench.
+        disturbances: the testbench's disturbances.
         commands: those of its concretization.
-        topics: of its messages.
+        topics: the topics of its messages.
     """
     if not isinstance(disturbances, Mapping):
         yield f"disturbances is {disturbances!r}; expected a mapping of names to disturbances"

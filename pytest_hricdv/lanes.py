@@ -21,7 +21,7 @@ class Turns:
     waits only a while for the latter: an actor that comes first may be busy until this action has begun.
 
     Args:
-        kernel: of the run.
+        kernel: the run's kernel.
         actors: who does each action.
         order: the numbers of the actions (from 0) as they are to begin.
         after: number of an action -> those that have to be done before it begins.
@@ -93,7 +93,7 @@ class Lanes:
 
     Args:
         test: the lines say who acts.
-        kernel: of the run.
+        kernel: the run's kernel.
         begin: called with number (from 0) and action when one begins.
     """
 

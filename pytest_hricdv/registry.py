@@ -67,7 +67,7 @@ def offers(role: str, name: str) -> tuple[Any, ...]:
     Args:
         role: one of the modules above, which has the name where the feature has such a module; otherwise its module
             `feature` may have it.
-        name: of an attribute of that module.
+        name: the name of an attribute of that module.
     """
     found = []
     for feature, roles in FEATURES.items():

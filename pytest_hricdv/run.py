@@ -127,8 +127,8 @@ class Run:
         record, as `terminal_input` with `terminal` and `text`.
 
         Args:
-            name: of a ROS node, as `RosNode` names its process, or of a node of the kernel; empty: of all that have no
-                other one.
+            name: the name of a ROS node, as `RosNode` names its process, or of a node of the kernel; empty: of all that
+                have no other one.
 
         Returns:
             The keyboard: `press("w", "enter")`, `type("yes\\n")`, `close()`.
@@ -176,7 +176,7 @@ class Run:
         `turn_wait_s`, until it is its turn.
 
         Args:
-            actor: whose actions; may be left out where the model has one actor. Of a bystander, taking the next one
+            actor: the actor; may be left out if the model has one actor. Of a bystander, taking the next one
                 waits for the pause before it.
 
         Raises:

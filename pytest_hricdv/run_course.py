@@ -36,12 +36,13 @@ class RunCourse:
     """Runs the nodes of one run.
 
     Args:
-        kernel: of the run.
-        monitors: of its requirements.
-        recorder: of its messages and signals.
+        kernel: the run's kernel.
+        monitors: the monitors of its requirements.
+        recorder: the recorder of its messages and signals.
         actions: the number of actions that have begun.
-        senders: of messages -> whether it is the code under test.
-        may_go_round: it may repeat the same for as long as it likes; otherwise it is ended (see `runtime.livelock`).
+        senders: the senders of messages -> whether it is the code under test.
+        may_go_round: whether it may repeat the same for as long as it likes; otherwise it is ended (see
+            `runtime.livelock`).
     """
 
     kernel: Kernel

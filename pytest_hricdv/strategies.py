@@ -58,7 +58,7 @@ def concrete_tests(
     """Concrete tests with parameters from the declared ranges and any seed, which decides about sensor errors.
 
     Args:
-        ranges: of the testbench.
+        ranges: the testbench's ranges.
         lines: the commands of the test; None: any commands.
         max_actions: the largest number of actions if `lines` is None.
 

@@ -160,7 +160,7 @@ class Signal:
 
     Args:
         type: bool, float or str.
-        unit: of a float, for instance "m/s". Reports show it, and numbers in requirements may have a unit, too
+        unit: the unit of a float, for instance "m/s". Reports show it, and numbers in requirements may have a unit, too
             (`hand_distance < 50 mm`).
         values: all values of a str. A requirement that compares it with another text is refused.
         sampled_while: a bool signal. The world measures this signal only while that one is True; otherwise, plots have
@@ -178,7 +178,7 @@ class Field:
     """Facts about a field that the class of its message does not state.
 
     Args:
-        unit: of a number, as for `Signal`.
+        unit: the unit of a number, as for `Signal`.
         values: all values of a text, as for `Signal`; not needed for Literal and Enum.
     """
 

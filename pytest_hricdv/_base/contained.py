@@ -25,7 +25,7 @@ def inside(folder: Path, name: str) -> Path:
 
     Args:
         folder: its content is not trusted.
-        name: of a file, relative to the folder, between slashes.
+        name: the name of a file, relative to the folder, between slashes.
 
     Raises:
         OSError: a part of the name is a symbolic link, or the name leads out of the folder.

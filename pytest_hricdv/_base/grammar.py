@@ -51,7 +51,7 @@ def lark_parser(grammar: Path, **options: Any) -> Lark:
 
     Args:
         grammar: the file, which imports no other.
-        options: of `lark.Lark`. The postlexer must be a stateless instance of a class that can be pickled.
+        options: the options of `lark.Lark`. The postlexer must be a stateless instance of a class that can be pickled.
 
     Raises:
         LarkError: the installed lark is too old.

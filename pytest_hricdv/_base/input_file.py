@@ -63,8 +63,8 @@ class EncodingError(MalformedError):
     """A file is not UTF-8.
 
     Args:
-        line: of the first byte that is not, from 1.
-        column: of that byte, from 1.
+        line: the line of the first byte that is not, from 1.
+        column: the column of that byte, from 1.
         byte: its value.
     """
 
@@ -146,7 +146,7 @@ def from_json(text: str, kind: type[T], *, strict: bool = False) -> T:
     """A value of this type from the text of a JSON file; the type is its schema.
 
     Args:
-        text: of the file.
+        text: the file's text.
         kind: a type that msgspec reads.
         strict: whether it has no keys but those of the type. A report of a later version may have more.
 
@@ -181,9 +181,9 @@ def _check_keys(place: str, value: object, kind: Any) -> None:
     """See that objects have no other keys than the fields of their types. Raises MalformedError for the first one.
 
     Args:
-        place: of the value, as msgspec's errors have it.
+        place: the place of the value, as msgspec's errors have it.
         value: plain data, of the kind.
-        kind: of `msgspec.inspect`.
+        kind: the type, as `msgspec.inspect` describes it.
     """
     kinds: list[Any] = [part for part in getattr(kind, "types", (kind,)) if hasattr(part, "fields")] or [kind]
     if isinstance(value, dict) and len(kinds) == 1 and hasattr(kinds[0], "fields"):

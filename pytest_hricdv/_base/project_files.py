@@ -95,8 +95,8 @@ class Identity(msgspec.Struct, frozen=True):
 
     Args:
         project: name -> hash of the project's files. Runs of a process with other files are rejected.
-        versions: of installed packages and the machine, and Python's hash seed. They may differ, and are stored with
-            each run.
+        versions: the versions of installed packages and the machine, and Python's hash seed. They may differ, and are
+            stored with each run.
     """
 
     project: Mapping[str, str]

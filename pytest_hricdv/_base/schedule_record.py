@@ -17,12 +17,12 @@ class DecisionData(PlainRecord, frozen=True, kw_only=True):
     """One decision in JSON.
 
     Args:
-        kind: of the decision, see `ScheduleDecision`.
-        file: of the statement, from the folder of its package; none of an order or a delivery.
-        line: of the statement.
+        kind: the kind of the decision, see `ScheduleDecision`.
+        file: the statement's file, from the folder of its package; none of an order or a delivery.
+        line: the statement's line.
         is_between: the node waits between reading and writing of the statement, not before it.
-        topic: of a delivery.
-        node: that waited or sent the message, where it is known; nothing depends on it.
+        topic: the topic of a delivery.
+        node: the node that waited or sent the message, where it is known; nothing depends on it.
         occurrence: see `ScheduleDecision`.
         delay_s: likewise (s).
         choice: likewise.

@@ -45,7 +45,7 @@ class AgentNames:
 
     Args:
         agent: its name.
-        plans: of its source.
+        plans: the plans of its source.
     """
 
     def __init__(self, agent: str, plans: tuple[Plan, ...]) -> None:

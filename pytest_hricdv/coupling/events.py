@@ -77,7 +77,7 @@ def parse_heard(
 
     Args:
         declared: what it hears.
-        names: of the agent.
+        names: the agent's names.
         others: the other agents of the model.
         vocabulary: signals and messages.
 
@@ -124,7 +124,7 @@ class EventOccurrence(NamedTuple):
         time_s: when (s).
         name: the topic of the message, or the signals that changed; as `text` where only time went by.
         text: the same with values, for people; where only time went by, the conditions that became true.
-        numbers: of the conditions that are true with it.
+        numbers: the numbers of the conditions that are true with it.
     """
 
     time_s: float

@@ -88,7 +88,7 @@ class CodeMap:
     """All files of the code under test that are measured.
 
     Args:
-        packages: that it is made of.
+        packages: the packages that it is made of.
         files: by path.
         sha256: over the contents of all files, measured or not: equal hashes, comparable bits.
         contents: name of a file, measured or not -> SHA-256 of what is in it.

@@ -44,8 +44,8 @@ def holes(coordinates: Sequence[str], open_bins: Collection[Bin], missing: Colle
     """The holes that have all missing bins, the largest first.
 
     Args:
-        coordinates: of the product, by name.
-        open_bins: that are to be hit: possible and legal.
+        coordinates: the coordinates of the product, by name.
+        open_bins: the open bins that are to be hit: possible and legal.
         missing: those of them that no test hit.
     """
     left = dict.fromkeys(missing)

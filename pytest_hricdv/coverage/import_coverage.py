@@ -193,7 +193,7 @@ class ImportCoverage:
         """The coverage of a test, including that of importing its modules.
 
         Args:
-            bits: that it covered itself.
+            bits: the bits that it covered itself.
             files: in which it covered any.
             asked: names of the modules that it imported.
         """

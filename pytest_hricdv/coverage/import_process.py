@@ -38,8 +38,8 @@ def import_again(names: Sequence[str], files: Sequence[str], before: Sequence[st
     """Import modules in a fresh process. One that cannot be imported there has its reason in the answer.
 
     Args:
-        names: of the modules, in the order in which they were imported.
-        files: that are measured.
+        names: the names of the modules, in the order in which they were imported.
+        files: the files that are measured.
         before: functions without arguments, as "package.module:name", that are called before.
     """
     with tempfile.TemporaryDirectory(prefix="hricdv-") as folder:

@@ -206,7 +206,7 @@ class Closure(PlainRecord, frozen=True, kw_only=True):
         minimal: tests that suffice for all points, those first that add most per simulated second.
         adds_nothing: node ids of the other tests.
         unique: node id -> points that no other test covers; tests without one are left out.
-        gaps: of the whole report; None for a suite.
+        gaps: the gaps of the whole report; None for a suite.
     """
 
     points: Count

@@ -41,7 +41,7 @@ class ModuleFile:
     """A module's file.
 
     Args:
-        path: of the file; within an archive, of the archive and on.
+        path: the file's path; within an archive, of the archive and on.
         name: as reports show it.
         module: as Python calls it.
         problem: why there is no source to measure; empty if there is.

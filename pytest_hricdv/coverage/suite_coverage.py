@@ -27,10 +27,10 @@ class RunCoverage:
     """The coverage of one run of a test.
 
     Args:
-        id: of the test.
+        id: the test's id.
         code: None if it was not measured.
         plans: agent -> labels of the plans that the test's beliefs triggered.
-        beliefs: that the test was generated from.
+        beliefs: the beliefs that the test was generated from.
         cross: cross product -> bins, one for each hit.
         requirements: requirement -> verdict; empty if the test was not run.
     """
@@ -49,7 +49,7 @@ class TestCoverage:
     it.
 
     Args:
-        nodeid: of the pytest item.
+        nodeid: the node id of the pytest item.
         runs: at least one.
         sim_s: simulated time of the first run (s).
         was_run: whether the test was run at all.

@@ -44,7 +44,7 @@ class Ros2:
         topics: full name -> type of its messages.
         services: full name -> type.
         actions: full name -> type.
-        packages: of nodes that are not under test; they see virtual time, too.
+        packages: the packages of nodes that are not under test; they see virtual time, too.
         idle_timeout_s: how long a node may have waited when a run ends (simulated s), in a callback without a time-out
             or for a service that nobody serves.
         interfaces: folders of packages of interfaces that are not installed, such as "third_party/nav2_msgs": their
@@ -74,7 +74,7 @@ class RosNode:
     """One process with a node, as `launch_ros.actions.Node` describes it.
 
     Args:
-        package: of an executable, or empty if there is an entry.
+        package: the package of an executable, or empty if there is an entry.
         executable: a console script of the package.
         entry: instead of both, where its code is: "package.module:main" for a function without arguments, or
             "package.module:Class" for a class of nodes, which is made without arguments, and spun.
@@ -127,7 +127,7 @@ class Launch:
 
     Args:
         file: its path; with a package, the name that `ros2 launch` gets, or its path in the package's share folder.
-        package: of the launch file, installed or as source; empty where `file` is a path.
+        package: the package of the launch file, installed or as source; empty where `file` is a path.
         arguments: launch arguments, name -> value.
         executables: what runs in the place of executables that are not Python: "package/executable" -> a function, an
             entry "package.module:main", or `IGNORED`. The function is called in a process of its own, with a

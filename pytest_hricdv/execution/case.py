@@ -97,7 +97,8 @@ class RunSettings:
 
     Args:
         testbench: they are run with.
-        requirements: of the testbench, loaded, and the agent that each run is compared with, if there is one.
+        requirements: the testbench's requirements, loaded, and the agent that each run is compared with, if there is
+            one.
         known_when: requirement -> condition under which its violations are known; others are marked as outside.
         measurement: measures the code under test.
     """

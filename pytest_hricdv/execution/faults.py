@@ -25,7 +25,7 @@ class CodeUnderTest:
     """The nodes of the code under test: when they returned, and what one of them raised.
 
     Args:
-        kernel: of the run.
+        kernel: the run's kernel.
         measured: wraps the body of a node, so that it is measured.
     """
 
@@ -103,7 +103,7 @@ def check_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) 
     """Faults of how a run ended, a sentence each.
 
     Args:
-        ending: of the run.
+        ending: the run's ending.
         code: its code under test.
         allowed: see `VirtualTime.allowed_endings`.
     """

@@ -27,7 +27,7 @@ class SeededFault:
 
     Args:
         name: its name.
-        path: of the changed file.
+        path: the path of the changed file.
         text: the text of this file with the bug.
     """
 

@@ -44,7 +44,7 @@ class Fork:
     """A process that was forked, as the one sees it that forked it.
 
     Args:
-        pid: of the process.
+        pid: the process id.
         reading: where its message comes.
     """
 

@@ -44,7 +44,7 @@ def judge_run(
     """Judge a run.
 
     Args:
-        result: of the run, with that on a second engine where engines check each other; None if it did not end.
+        result: the run's result, with that on a second engine where engines check each other; None if it did not end.
         known_violations: requirement -> why its violation is known; none in a strict session.
         differences: between this run and the one on the second engine.
         mismatch: that the run of a replay is another one than the recorded one, without a reason for it.
@@ -74,7 +74,7 @@ def judge_test(end: FunctionEnd, judgement: Judgement | None, *, has_run: bool) 
 
     Args:
         end: how the function ended.
-        judgement: of the run, where what was raised for it is what ended the function; otherwise None.
+        judgement: the run's judgement, if what was raised for it ended the function; otherwise None.
         has_run: whether a run came to its end.
     """
     if end == "xfailed":

@@ -34,7 +34,7 @@ class Judgement:
     """The judgement of one run.
 
     Args:
-        outcome: of the run, if nothing else ends its test.
+        outcome: the run's outcome, if nothing else ends its test.
         undeclared: requirements that it violated, on whichever engine, and whose violation is not declared as known.
         reason: why, in a line, where the outcome is expected to fail or depends on the engine.
         depends_on_engine: whether that is what decided.
@@ -50,8 +50,8 @@ def is_declared(requirement: str, known_violations: Container[str], *, outside: 
     """Whether a violation is declared as known.
 
     Args:
-        requirement: that was violated.
+        requirement: the requirement that was violated.
         known_violations: requirements whose violations are known.
-        outside: it was outside of the condition under which they are.
+        outside: whether it was outside of the condition under which they are.
     """
     return requirement in known_violations and not outside

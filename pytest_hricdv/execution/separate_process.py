@@ -191,7 +191,7 @@ def start_process(
 
     Args:
         module: its name.
-        variables: of its environment, besides those of this process.
+        variables: the variables of its environment, besides those of this process.
         path: where modules are found; None: as in this process.
         hash_seed: decimal digits; None: as all that this process starts (see `pytest_hricdv._base.hash_seed`).
         inherited: the variables that it has in place of those of this process, and of `ONE_THREAD`.

@@ -26,7 +26,7 @@ class Budget:
     Args:
         runs: the maximum number of runs.
         seconds: no run starts after this time (s of wall time); None: no limit.
-        clock: of wall time (s).
+        clock: returns the wall time (s).
     """
 
     runs: int

@@ -51,7 +51,7 @@ class SearchOutcome:
 
     Args:
         test: the test.
-        evaluation: of its run.
+        evaluation: the evaluation of its run.
         start: the number of the start it came from.
         runs: how many runs the search took.
         wall_s: how long it took (s of wall time).
@@ -91,7 +91,7 @@ def search_violation(
         starts: at least one test that was run, with its evaluation.
         space: the ranges of the parameters.
         run: runs a test and evaluates the run.
-        budget: of runs and seconds.
+        budget: the budget of runs and seconds.
         rng: a private random stream.
 
     Returns:

@@ -175,7 +175,7 @@ def canonical_command(text: str) -> str:
     """A command in canonical spelling: `set_param gaze=1` gives `set_param gaze = 1`, `nurse:wait` gives `nurse: wait`.
 
     Raises:
-        GenerateError: it is no command.
+        GenerateError: it is not a command.
     """
     match = _COMMAND.match(text)
     if match is None:

@@ -110,7 +110,7 @@ def interleave(lines: Sequence[str], turns: Sequence[float], after: After) -> tu
     """The order in which actions begin: their numbers, from 1; lines without an actor are left out.
 
     Args:
-        lines: of a test.
+        lines: the lines of a test.
         turns: the key of each line, ignored for lines without an actor. after: the actions that have to be done before.
     """
     lanes: dict[str, list[int]] = {}
@@ -175,9 +175,9 @@ def after_of_kept(after: After, kept: Sequence[int], lines: Sequence[str]) -> di
     """The order when only these actions are kept: effects of a dropped action come after its causes.
 
     Args:
-        after: of the whole test.
+        after: action -> its causes, of the whole test.
         kept: the numbers of the actions that are kept, ascending.
-        lines: of the whole test.
+        lines: the lines of the whole test.
     """
     new_number = {number: place for place, number in enumerate(kept, 1)}
 

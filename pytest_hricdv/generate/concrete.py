@@ -261,8 +261,8 @@ def draw_action(command: str, concretization: Concretization, seed: int, place: 
 
     Args:
         command: its command line.
-        seed: of the test.
-        place: of the action in the test, from 0.
+        seed: the test's seed.
+        place: the place of the action in the test, from 0.
 
     Raises:
         GenerateError: no ranges are declared for the command.
@@ -323,7 +323,7 @@ def abstract_from(test: ConcreteTest, target: str, *, name: str = "", keeps_id: 
     All its parameters are chosen values. It comes from no beliefs.
 
     Args:
-        test: with the actions that were taken.
+        test: the test, with the actions that were taken.
         target: what the test is to exercise, in a few words.
         name: a title for people; may be empty.
         keeps_id: has the id of the concrete test; otherwise one from target and content, as a draft has.

@@ -43,7 +43,7 @@ class ByHand:
     """The paper's method by hand: the subsets of a file, in its order.
 
     Args:
-        name: of the suite.
+        name: the name of the suite.
         path: of the file; None: `GenerationContext.by_hand`.
     """
 

@@ -40,7 +40,7 @@ class Model:
         actors: the agents whose external actions are the abstract test, where there are several: each is a lane of it,
             and `actor` is not looked at.
         covered: the agents whose coverage plans count; of several actors, by default these and `robot_code`.
-        seed: of the model's own random stream.
+        seed: the seed of the model's own random stream.
         max_rounds: reasoning rounds after which a run is ended.
 
     Raises:

@@ -28,7 +28,7 @@ class SavedTable:
 
     Args:
         model: file name of the model.
-        model_sha256: of the model's files and fields (`Model.sha256`).
+        model_sha256: SHA-256 of the model's files and fields (`Model.sha256`).
         beliefs: group -> its beliefs, the start beliefs first.
         learning: the parameters, by name.
         seed: the master seed.

@@ -30,12 +30,12 @@ class ScheduleDecision:
             as the code may be slow. `delay`: before the statement, it waits for a fixed time. `order`: of the nodes
             that are ready, or wait for a lock or a queue, another one than the first goes on. `delivery`: a message
             arrives later; those with its sender and topic stay in order.
-        place: of the statement, `file:line`; of a delivery, the topic; empty for `order`.
+        place: the statement's place, `file:line`; of a delivery, the topic; empty for `order`.
         occurrence: which execution of the statement, message of the topic, or choice of the run, from 1; or
             `EACH_TIME`.
         delay_s: of a preemption, at most how long (s); of a delay or delivery, how long (s).
         choice: of an order, which node goes on, from 0.
-        node: that waited or sent the message; nothing depends on it.
+        node: the node that waited or sent the message; nothing depends on it.
     """
 
     kind: DecisionKind

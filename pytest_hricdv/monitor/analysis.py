@@ -17,9 +17,9 @@ class Limit:
     """A number that a signal or field is compared with.
 
     Attributes:
-        name: of the signal, or `topic.field`.
-        relation: of its value, on the left, to the limit.
-        value: of the limit, in the unit of the name.
+        name: the signal's name, or `topic.field`.
+        relation: the relation of its value, on the left, to the limit.
+        value: the value of the limit, in the unit of the name.
     """
 
     name: str

@@ -51,7 +51,7 @@ class NearMissSearch:
     """The search of `near_miss`, instant by instant.
 
     Attributes:
-        signals: that have to be in the updates.
+        signals: the signals that have to be in the updates.
         topics: likewise.
     """
 

@@ -34,7 +34,7 @@ class Log:
 
     Attributes:
         signals: name -> times (s, not decreasing), and the value from each time on; a bool may be written 0.0 or 1.0.
-        messages: in the order of time.
+        messages: the messages, in the order of time.
         end_s: when the run ended (s).
     """
 

@@ -26,7 +26,7 @@ def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], lo
 
     Args:
         verdicts: on the logged run.
-        requirements: of the verdicts, in the same order.
+        requirements: the requirements of the verdicts, in the same order.
         log: the run.
     """
     instants, results = _instants_with_several(log), []

@@ -128,8 +128,8 @@ class MonitorSet:
 
         Args:
             time_s: simulated time (s).
-            topic: of the message.
-            fields: of the message; the fields that requirements read are required, others are ignored.
+            topic: the message's topic.
+            fields: the message's fields; the fields that requirements read are required, others are ignored.
 
         Raises:
             MonitorError: time goes back, or a field is missing, of the wrong type, NaN or infinite.
@@ -152,7 +152,7 @@ class MonitorSet:
 
         Args:
             time_s: simulated time (s).
-            name: of the signal.
+            name: the signal's name.
             value: in the signal's unit.
 
         Raises:

@@ -39,7 +39,7 @@ def parse_pattern(source: FormulaSource, vocabulary: Vocabulary, *, has_source: 
     """The formula of a pattern.
 
     Args:
-        source: of the text.
+        source: the source of the text.
         vocabulary: the names that it may use.
         has_source: whether the requirement says where its limits come from.
 

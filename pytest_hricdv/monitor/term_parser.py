@@ -34,7 +34,7 @@ class TermParser(ABC):
     """Resolves the names in a syntax tree, checks the types of expressions, and parses texts.
 
     Args:
-        source: of the text.
+        source: the source of the text.
         vocabulary: the names that it may use.
     """
 

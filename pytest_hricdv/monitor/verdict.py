@@ -93,7 +93,7 @@ class RequirementResult(PlainRecord, frozen=True, kw_only=True):
         failures: triggers with a violation; one trigger of a state response may have several.
         untriggered: 1 if the antecedent was never true in this run, else 0; summed over runs, the number of such runs.
         pending: triggers that were undecided at the end of the run.
-        violations: in the order of their times.
+        violations: the violations, in the order of their times.
         margin: least signed distance to the bound over all triggers, in the unit of the comparison; for `eventually`,
             least time left to the deadline when it was satisfied (s), negative if that was too late, or never: then the
             time from the deadline to the end of the run. None if nothing was compared.

@@ -95,9 +95,9 @@ class WeightedChooser:
     the one that it was ready for first.
 
     Args:
-        seed: of its random stream.
-        weights: of options; those for state and interaction come before those for the interaction, and these before
-            those for any.
+        seed: the seed of its random stream.
+        weights: the weights of options; those for state and interaction come before those for the interaction, and
+            these before those for any.
     """
 
     def __init__(self, seed: int, weights: Iterable[Weight] = ()) -> None:

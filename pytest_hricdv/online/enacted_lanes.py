@@ -68,8 +68,8 @@ class LaneRecord:
 
         Args:
             test: the actions that were taken.
-            trace: of the agents, with each action's step, in any order that keeps each agent's own.
-            programs: of the agents.
+            trace: the trace of the agents, with each action's step, in any order that keeps each agent's own.
+            programs: the programs of the agents.
         """
         after = self._after(trace, programs)
         actions = list(test.actions)

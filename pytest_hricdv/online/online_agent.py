@@ -37,7 +37,7 @@ class EventInbox:
     """Collects the events for one agent until it listens.
 
     Args:
-        role: of the agent.
+        role: the agent's role.
     """
 
     def __init__(self, role: Role) -> None:
@@ -106,7 +106,7 @@ class OnlineAgent:
     """The agent of one run; it receives messages and signals of the run, as monitors do.
 
     Args:
-        role: of the agent.
+        role: the agent's role.
         chooser: decides what the model leaves open.
     """
 
@@ -242,7 +242,7 @@ class OnlineActions:
     """Produces the actions of one run (see `pytest_hricdv.run.Actions`), with drawn parameters.
 
     Args:
-        agent: of this run, whose messages and signals it has to receive.
+        agent: the agent of this run, whose messages and signals it has to receive.
         commands: the commands, with the ranges of their parameters.
     """
 

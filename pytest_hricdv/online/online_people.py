@@ -86,9 +86,9 @@ class OnlinePeople:
     """Produces the actions of one run with several actors (see `pytest_hricdv.run.Actions`), and listens to it.
 
     Args:
-        roles: of all actors.
+        roles: the roles of all actors.
         chooser: decides what the model leaves open.
-        commands: with the ranges of their parameters.
+        commands: the commands, with the ranges of their parameters.
     """
 
     def __init__(self, roles: Sequence[Role], chooser: Chooser, commands: Concretization) -> None:
@@ -296,7 +296,7 @@ class OnlinePeople:
         """The test that the run became, which is the same run without the agents.
 
         Args:
-            test: with the actions that were taken.
+            test: the test, with the actions that were taken.
             end_s: when the run ended (s).
         """
         end_us = round(end_s * US_PER_S)

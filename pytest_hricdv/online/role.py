@@ -24,8 +24,8 @@ class Role:
     """An interactive agent, ready for runs; made by `load_role`.
 
     Args:
-        declaration: of the testbench.
-        model: of the testbench.
+        declaration: the testbench's declaration.
+        model: the testbench's model.
         space: the belief space to choose beliefs from.
         agent: the interactive agent.
         steering: the steering agent.

@@ -196,7 +196,7 @@ def write_ahead_log(path: Path) -> Path | None:
     A reader that opens SQLite files as immutable silently misses such a log.
 
     Args:
-        path: of an SQLite file, or of a folder of them.
+        path: the path of an SQLite file, or of a folder of them.
     """
     logs = path.glob("*-wal") if path.is_dir() else [path.with_name(f"{path.name}-wal")]
     return next((log for log in sorted(logs) if log.is_file() and log.stat().st_size), None)

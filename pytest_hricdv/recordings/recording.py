@@ -40,7 +40,7 @@ class Recording:
     """The content of one file or folder.
 
     Args:
-        name: of the file, for people.
+        name: the file's name, for people.
         topics: name -> type.
         parts: its messages in the order of time; a new part begins where the clock jumped.
         problems: a sentence each.
@@ -62,7 +62,7 @@ def read_recordings(
     """Read recordings into memory, up to a limit.
 
     Args:
-        paths: of bags (folders, or files of them) and MCAP files; each file in other folders is a recording.
+        paths: the paths of bags (folders, or files of them) and MCAP files; each file in other folders is a recording.
         wanted: whether the fields of a topic are needed.
         file_of: the interface file of a type of ROS 2; None if there is none.
     """
@@ -116,7 +116,7 @@ class RecordingReader:
         count: number of messages.
         problems: why the rest was not read.
         unreadable: topic -> number of messages with fields that cannot be read, and the reason.
-        jumps: of the clock, a sentence each.
+        jumps: the clock's jumps, a sentence each.
         base_ns: origin of the times of messages (ns): as floats since 1970, they would be exact to 0.25 us only.
     """
 

@@ -57,7 +57,7 @@ def cobertura(report: Report, root: str) -> str:
     """The coverage as Cobertura XML.
 
     Args:
-        report: of a run that measured the code.
+        report: the report of a run that measured the code.
         root: the folder that the report's file names are relative to: the XML's only source folder.
     """
     files = hits(report)

@@ -140,7 +140,7 @@ def generate_command(nodeid: str, suite: str, seed: int, options: Sequence[str] 
     """The command that generates a test again: `pytest "tests/..[rl-leg1-3fa2b1c0]" --hri-suite=rl --hri-seed=0`.
 
     Args:
-        nodeid: of the test.
+        nodeid: the test's node id.
         suite: what `--hri-suite` is given to have the test generated.
         seed: the suite's seed, not the test's own.
         options: further options that the run was given and that decide which tests exist or what fails.

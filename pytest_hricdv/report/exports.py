@@ -50,7 +50,7 @@ def write_exports(report: Report, targets: ExportTargets, root: str) -> ExportRe
     """Write the files that were asked for.
 
     Args:
-        report: of a session, or merged.
+        report: the report of a session, or merged.
         targets: which files.
         root: the folder that the report's file names are relative to.
     """

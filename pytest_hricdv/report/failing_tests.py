@@ -23,7 +23,7 @@ class FailingTests:
     """The tests that failed, by their causes.
 
     Args:
-        report: of the session.
+        report: the session's report.
         tests: node id -> test.
         causes: None if nobody looked for them.
     """

@@ -31,9 +31,9 @@ class HoleCause:
     """Points that are likely to be closed together.
 
     Args:
-        group: of the points' kind.
-        address: of the view that shows them in their place; of code, that of its file.
-        kind: of the points, as people say it.
+        group: the group of the points' kind.
+        address: the address of the view that shows them in their place; of code, that of its file.
+        kind: the kind of the points, as people say it.
         title: what they have in common.
         count: how many they are.
         reason: why they are not covered, as far as that is known.

@@ -244,8 +244,8 @@ def areas(report: Report, sections: Sequence[PageSection]) -> tuple[Area, ...]:
     """The entries in their order.
 
     Args:
-        report: whose page it is.
-        sections: of features; those without a title are parts of other views.
+        report: the report whose page it is.
+        sections: the sections of features; those without a title are parts of other views.
     """
     return tuple(area for area in _list_areas(report, sections) if area.links)
 

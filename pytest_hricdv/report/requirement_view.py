@@ -53,7 +53,7 @@ class RequirementView:
         tight: tests that passed with the least margins.
         near_misses: tests that did not trigger it, by how near they came.
         notes: of features.
-        unit: of its margin; empty if that is not known.
+        unit: the unit of its margin; empty if that is not known.
         least: the least margin of all tests; None where nothing was compared.
     """
 
@@ -183,8 +183,8 @@ def plot_texts(report: Report, name: str) -> dict[str, Any]:
     """The texts on a failed requirement for the page of a test: its title and formula, the names it reads, its limits.
 
     Args:
-        report: that has it.
-        name: of the requirement.
+        report: the report that has it.
+        name: the requirement's name.
     """
     texts = report.requirements.get(name, NO_TEXT)
     return {

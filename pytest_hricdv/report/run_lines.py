@@ -22,7 +22,7 @@ def list_actions(actions: Sequence[str], name: str, who: str = "the human") -> I
     """The first actions of a test, where it is not known when they began.
 
     Args:
-        name: of the test, for the first line.
+        name: the test's name, for the first line.
         who: did them.
     """
     yield f"what {who} did ({name}):"
@@ -47,10 +47,10 @@ def actions_around(
     """The actions before and after an instant, with the times at which they began.
 
     Args:
-        actions: in the order in which they began.
+        actions: the actions, in the order in which they began.
         times: when they began (s); shorter than `actions` where the run was over before.
         at_s: the instant (s).
-        name: of the test, for the first line.
+        name: the test's name, for the first line.
         event: what happened there; empty at the end of a run, after which there is nothing.
         most: number of actions shown.
         who: did them.

@@ -27,9 +27,9 @@ class Sheet:
 
     Attributes:
         date: when the session began; of a merged report, the last one. Empty if nobody knows.
-        revision: of the project, with a remark where it was changed; of a merged report, each.
+        revision: the project's revision, with a remark where it was changed; of a merged report, each.
         incomplete: why it should not be signed as it is, a sentence each.
-        tables: of features, such as the verification plan.
+        tables: the tables of features, such as the verification plan.
         listed: requirements with a row.
         passed: the names of the others: they passed.
         waivers: with those of several lines of a file, for one reason, together.

@@ -58,7 +58,7 @@ class AnnotatedSource:
     Attributes:
         title: how it is named.
         file: where it is; empty if that is the title.
-        lines: of the text.
+        lines: the lines of the text.
         units: statements, or plans.
         branches: from line to line; of agents none.
         waived: statements that are.

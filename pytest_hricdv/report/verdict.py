@@ -23,7 +23,7 @@ class FailureGroup:
     Args:
         requirement: its id.
         situation: the bools and texts that were there at the violation, or what was expected; empty where nothing was.
-        tests: in the order of their margins, the worst first.
+        tests: the tests, in the order of their margins, the worst first.
         margin: the worst; None where nothing was compared.
         is_known: these violations are known ones.
     """

@@ -23,12 +23,12 @@ class PageSection:
     """A section of the page.
 
     Args:
-        id: of its element, and of its address.
+        id: the id of its element, and of its address.
         title: in the navigation; empty if it is a part of another view.
         template: its file in the feature's folder `page`, as `PART/NAME.html.jinja`.
         values: what the template reads as `part`.
         place: where it stands.
-        headline: of the page's summary, a link to the section; empty for none.
+        headline: the headline of the page's summary, a link to the section; empty for none.
         remark: a sentence after it.
     """
 
@@ -99,7 +99,7 @@ class View:
     """The view of a feature, its `VIEW`; by default it shows nothing.
 
     Attributes:
-        name: of the feature's folder.
+        name: the name of the feature's folder.
         scripts: files in its folder `page`, without `.js`, which the page has before the core's last one.
     """
 
@@ -118,7 +118,7 @@ class View:
         """The causes of its failures, which the terminal shows first; None if no feature looked for them.
 
         Args:
-            columns: of the terminal; None where lines may have any width.
+            columns: the columns of the terminal; None where lines may have any width.
         """
         return None
 
@@ -190,7 +190,7 @@ class ReportCommand:
     """A command on reports, of `hricdv report`.
 
     Args:
-        name: of the command.
+        name: the name of the command.
         purpose: what it does, for `--help`.
         add_arguments: adds its arguments to its parser.
         do: does it; returns the exit status, and raises ReportError for a report that cannot be used.

@@ -62,9 +62,9 @@ def violation_line(violation: Violation, units: Mapping[str, str], unit: str = "
     """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02 m)`.
 
     Args:
-        violation: of the report.
+        violation: the report's violation.
         units: signal -> unit, as far as known.
-        unit: of the margin.
+        unit: the unit of the margin.
     """
     text = f"triggered at {seconds(violation.trigger_s)}, violated at {seconds(violation.time_s)}"
     if violation.values:

@@ -38,7 +38,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         seed: the suite was generated from.
-        code_sha256: of the code under test.
+        code_sha256: SHA-256 of the code under test.
         environment: name -> version, of what a record can depend on besides code and testbench.
         tests: test -> what it did; a test is its id, or its node id where several test functions ran it.
         hash_seed: see `ReportOrigin`.

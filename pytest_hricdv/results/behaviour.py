@@ -45,7 +45,7 @@ class Behaviour(PlainRecord, frozen=True, kw_only=True):
     """The behaviour of one run.
 
     Args:
-        record_sha256: of the whole record, bit for bit; None if no run came to an end.
+        record_sha256: SHA-256 of the whole record, bit for bit; None if no run came to an end.
         parameters: checksum of the concrete test, so of what the run was given.
         end_reason: why the run ended, in the testbench's words.
         end_s: when (s of simulated time).
@@ -71,10 +71,10 @@ class BehaviourChange(PlainRecord, frozen=True, kw_only=True):
     """A test that behaves differently from the baseline.
 
     Args:
-        kind: of the first difference, without times and numbers, so that equal kinds can be counted.
+        kind: the kind of the first difference, without times and numbers, so that equal kinds can be counted.
         text: the first difference, with times and values.
         time_s: when it was (s); None if all messages are the same.
-        topic: of the message that differs first; empty if all messages are the same.
+        topic: the topic of the message that differs first; empty if all messages are the same.
         also: what else differs: the end, outcomes, faults, verdicts and margins; a sentence each.
         before: the behaviour in the baseline.
     """
@@ -121,7 +121,7 @@ class Difference(PlainRecord, frozen=True, kw_only=True):
     """A difference of a suite from the baseline.
 
     Args:
-        suite: of the run.
+        suite: the run's suite.
         what: for instance "R3 violated by", "statements" or "bins of handover".
         before: in the baseline, as a number with its unit.
         now: in this run, likewise.

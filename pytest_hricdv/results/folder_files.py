@@ -79,7 +79,7 @@ class FolderLock:
 
     Args:
         folder: an existing folder.
-        name: of the lock file.
+        name: the name of the lock file.
 
     Raises:
         LockedError: another process holds it.

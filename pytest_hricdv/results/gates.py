@@ -125,7 +125,7 @@ def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
     The reason follows the first colon that is in neither brackets nor quotes.
 
     Args:
-        line: of this form.
+        line: the line of this form.
         form: which clauses it may have, as errors say it: `KNOWN` or `ALLOWED_UNTRIGGERED`.
         reason: where the line has none; empty if it must have one.
 
@@ -178,7 +178,7 @@ class Gates:
     """Coverage thresholds and exemptions of a session.
 
     Args:
-        thresholds: of coverage.
+        thresholds: the thresholds of coverage.
         fail_on_nc: fail when no test triggered a requirement, unless `allowed_untriggered` exempts it, also where a
             number of tests was asked for; complete suites always do.
         allowed_untriggered: requirements that need not be triggered.

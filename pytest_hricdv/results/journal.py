@@ -135,7 +135,7 @@ class Journal:
         wall_s: how long the sessions took, as far as it says.
         earlier_s: the same without the last session.
         damaged: number of torn or changed lines, whose content is missing.
-        size: of the file up to its last whole line, in bytes.
+        size: the size of the file up to its last whole line, in bytes.
     """
 
     began: list[StartRecord] = field(default_factory=list)
@@ -231,7 +231,7 @@ class JournalWriter:
     What cannot be written, for instance as the disk is full, is kept and written before the next record that can be.
 
     Args:
-        path: of the file, which is created where it is missing.
+        path: the file's path, which is created where it is missing.
         size: appends after this many bytes, which are whole lines; the rest is cut off.
 
     Raises:

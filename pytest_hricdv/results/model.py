@@ -92,7 +92,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         replay: what to give to `--hri-replay` to run this test again.
         values: parameters that were chosen instead of drawn: number of the command (from 1), or `run` -> parameter ->
             value.
-        engine: of physics; empty if the testbench has none.
+        engine: the physics engine; empty if the testbench has none.
         repeats: of a merged report: the runs that differ from this one, which is the worst.
     """
 

@@ -70,12 +70,12 @@ class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
     Args:
         began: date and time (UTC, ISO 8601, to the second).
         command: the arguments that pytest was given.
-        revision: of the project's git repository; empty if there is none.
+        revision: the revision of the project's git repository; empty if there is none.
         dirty: tracked files differed from the revision.
         ini: the file with the options and waivers, relative to the project's root; empty if there is none.
         versions: name -> version, of what runs and measures the tests.
-        hash_seed: of the processes that ran the tests, in decimal digits; "random" where Python drew it, which nobody
-            can repeat; "several" where they differ. Empty: an older version did not say.
+        hash_seed: the hash seed of the processes that ran the tests, in decimal digits; "random" where Python drew it,
+            which nobody can repeat; "several" where they differ. Empty: an older version did not say.
     """
 
     began: str
@@ -93,8 +93,8 @@ def origin_of_session(
     """Where the report of a session comes from that ends now.
 
     Args:
-        arguments: that pytest was given.
-        root: of the project.
+        arguments: the arguments that pytest was given.
+        root: the project's root.
         ini: the file with the options, if there is one.
         began: when the session did (UTC).
         environment: what records depend on, name -> version.

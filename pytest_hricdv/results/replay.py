@@ -54,12 +54,13 @@ class Replay:
         concrete: the same with its exact parameters.
         nodeid: the pytest item that ran it.
         suite_seed: the seed that its suite was generated from.
-        record_sha256: of the run's record; None if the run did not end.
+        record_sha256: SHA-256 of the run's record; None if the run did not end.
         requirements: id -> verdict, as in the report.
         code: file of the code under test -> SHA-256 of its text.
         environment: other things a run depends on, name -> version.
-        origin: of a test outside the suites.
-        hash_seed: of the process that ran it, in digits, or "random"; empty: an older version did not say.
+        origin: the origin of a test outside the suites.
+        hash_seed: the hash seed of the process that ran it, in digits, or "random"; empty: an older version did not
+            say.
     """
 
     test: AbstractTest

@@ -69,9 +69,9 @@ def build_result(
     """The result of a test.
 
     Args:
-        result: of its run; None if it was not run, or did not end: then nothing is checked or covered.
-        code: under test; None if it is not measured.
-        requirements: of the testbench.
+        result: the result of its run; None if it was not run, or did not end: then nothing is checked or covered.
+        code: the code under test; None if it is not measured.
+        requirements: the testbench's requirements.
         unmeasured: why the run was not measured.
         ending: what pytest says of the test.
     """
@@ -285,7 +285,7 @@ def assemble(
 
     Args:
         declared: the report of `declare_report`.
-        results: of the tests that were reported.
+        results: the results of the tests that were reported.
         reasons: node id -> why it has no result, where known.
         wall_s: duration of the session.
     """

@@ -61,7 +61,7 @@ class TestSection(Section[Value]):
     Args:
         identifies: two runs of a test that differ in it are different runs; otherwise reports of one run may differ
             in it, and a merged report keeps one of its values.
-        folder: of the report, with the files that it refers to; empty if it has none of its own.
+        folder: the report's folder, with the files that it refers to; empty if it has none of its own.
         suffixes: of these files; no others are copied into a merged report.
     """
 
@@ -78,7 +78,7 @@ class Share:
 
     Args:
         kind: what thresholds call it.
-        percent: of a suite, by its name; None if it was not measured.
+        percent: the percentage of a suite, by the suite's name; None if it was not measured.
         is_measured: whether it was, for any suite.
     """
 
@@ -101,7 +101,7 @@ def failure_causes(report: msgspec.Struct, suite: str = "") -> Mapping[str, str]
     """Causes of the failures of a report, except known violations: id -> words; None if nobody looked for it.
 
     Args:
-        suite: of the tests; empty for all.
+        suite: the suite of the tests; empty for all.
     """
     causes_of = next(iter(offers("records", "failure_causes")), None)
     return None if causes_of is None else cast("Mapping[str, str] | None", causes_of(report, suite))

@@ -27,8 +27,8 @@ def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timel
     """The timeline of a run.
 
     Args:
-        record: of the run.
-        verdicts: of its monitors.
+        record: the run's record.
+        verdicts: the verdicts of its monitors.
         end_s: when it ended (s of simulated time).
     """
     return Timeline(
@@ -76,7 +76,7 @@ def thin_signal(times: Sequence[float], values: Sequence[float], end_s: float) -
     """The places of the changes that are kept, in order: the first and the last, and each span's least and greatest.
 
     Args:
-        times: of the changes, ascending (s).
+        times: the times of the changes, ascending (s).
         values: as many.
         end_s: when the run ended (s).
     """

@@ -179,7 +179,7 @@ class Bus:
         """Record a message and let it be delivered, unless a fault awaits it.
 
         Args:
-            fields: of the message, as the record has them.
+            fields: the message's fields, as the record has them.
             deliver: delivers it; called once for each copy that arrives.
             is_heard: whether there is anybody to deliver it to.
             source: what it is, where it is no message of this bus (see `RecordedMessage`).

@@ -46,7 +46,7 @@ class Cycle:
         since_s: the last time at which something was new (s of simulated time).
         times: number of occurrences since.
         period_s: its length (s).
-        messages: of one occurrence; equal successive ones are listed once.
+        messages: the messages of one occurrence; equal successive ones are listed once.
     """
 
     since_s: float
@@ -63,8 +63,8 @@ class RepetitionDetector:
     """Finds the cycle that a run repeats, from its record; it does not affect the run.
 
     Args:
-        kernel: of the run.
-        recorder: of the run.
+        kernel: the run's kernel.
+        recorder: the run's recorder.
         actions: returns the number of actions that have begun.
         is_of_code: whether a sender is the code under test.
     """

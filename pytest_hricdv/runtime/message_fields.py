@@ -57,7 +57,7 @@ def record_fields(message: object, names: Iterable[str], above: str = "") -> dic
 
     Args:
         message: to be record_fields.
-        names: of its fields.
+        names: the names of its fields.
         above: the path of the message, with a dot at its end.
 
     Raises:

@@ -76,7 +76,7 @@ class Supervision:
     """Interrupts code that keeps a run from advancing.
 
     Args:
-        kernel: of the run.
+        kernel: the run's kernel.
         stuck_after_s: how long code may work without time passing (s of processor time); infinity: no limit.
     """
 

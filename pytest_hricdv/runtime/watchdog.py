@@ -75,7 +75,7 @@ class WatchState:
         may_wait_s: how long it may wait (s of real time). may_work_s: how long it may work without progress (s of
             processor time).
         adds_up: waiting adds up although there is progress.
-        second: of simulated time.
+        second: the second of simulated time.
         may_take_s: how long a second of simulated time may take (s of processor time).
     """
 

@@ -21,7 +21,7 @@ class Body:
         name: the same as long as it is the same body.
         shape: a cylinder is one along its z axis.
         size_m: its extents along its own axes (m).
-        position_m: of its middle, in the world (m).
+        position_m: the position of its middle, in the world (m).
         rotation: from its own axes to the world's, a unit quaternion (x, y, z, w).
         rgba: its colour, each part from 0 to 1.
     """
@@ -71,7 +71,7 @@ def _whole_us(world: World, reached_us: object) -> int:
     """The result of a world's `advance` as an integer; numpy's integers and whole floats are allowed.
 
     Raises:
-        KernelError: it is no whole number, such as the None of a function without `return`.
+        KernelError: it is not a whole number, such as the None of a function without `return`.
     """
     if isinstance(reached_us, SupportsIndex) and not isinstance(reached_us, bool):
         return operator.index(reached_us)

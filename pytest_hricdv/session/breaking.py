@@ -34,7 +34,7 @@ class Now:
     """The instant at which a run is stopped; the debugger has it as `hri_state`.
 
     Args:
-        requirement: that is violated.
+        requirement: the requirement that is violated.
         time_s: simulated time (s).
         signals: name -> value.
         messages: topic -> fields of its last message.
@@ -105,7 +105,7 @@ class BreakpointRunner:
     Args:
         asked: requirements.
         settings: what runs are judged and measured with.
-        files: of the code under test.
+        files: the files of the code under test.
     """
 
     asked: Sequence[str]

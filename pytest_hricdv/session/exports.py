@@ -141,7 +141,7 @@ def tell_causes(report: Report, reporters: Iterable[Any]) -> None:
     fail for is known in between.
 
     Args:
-        report: of the session.
+        report: the session's report.
         reporters: of pytest's plugin `junitxml`: each has the element of a test that has ended.
     """
     failing = FailingTests.of(report)

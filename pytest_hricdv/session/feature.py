@@ -30,12 +30,12 @@ class DecidingRun:
     """A run of a test that was made from one of the session's.
 
     Args:
-        test: of the session, its id.
+        test: id of a test of the session.
         concrete: what was run.
         places: `file:line` of the statements whose order it is about.
-        record_sha256: of its record.
+        record_sha256: SHA-256 of its record.
         ended: how it ended.
-        outcomes: of its run.
+        outcomes: the outcomes of its run.
     """
 
     test: str
@@ -54,7 +54,7 @@ class FeatureSession:
         context: what runs are judged and measured with.
         aggregation: the tests that were selected, and their results.
         signals: handles Ctrl-C.
-        results: of the tests, once the last one has ended.
+        results: the results of the tests, once the last one has ended.
         is_whole: all tests of the suites, or of the shard, were selected and run.
         interrupted: at Ctrl-C: nothing long is begun any more. An interrupted feature sets it.
         problems: what went wrong, a sentence each; they fail the session.
@@ -175,7 +175,7 @@ def not_done(context: RunContext, done: Collection[str] = ()) -> tuple[str, ...]
     """Names the follow-up work that was not done, in a sentence; nothing if all is done.
 
     Args:
-        context: of the session.
+        context: the session's context.
         done: names of features.
     """
     names = [name for feature in features() if feature.name not in done and (name := feature.follow_up(context))]

@@ -55,9 +55,9 @@ class CallResult:
     """The message of a process after the call of a test.
 
     Args:
-        report: of the call, as pytest sends reports; None if there is none.
+        report: the report of the call, as pytest sends reports; None if there is none.
         sections: what the test has written, by phase and kind, for the report of its teardown.
-        properties: that the test has recorded.
+        properties: the properties that the test has recorded.
         warned: its warnings.
         exit: the test has ended the session, with this text and status.
         problem: what went wrong besides the test: an error of a plugin.
@@ -75,8 +75,8 @@ def answer_of(item: pytest.Item, report: pytest.TestReport, caught: Iterable[war
     """The result of a call, as it is sent.
 
     Args:
-        item: that was called.
-        report: of the call, with all that plugins attach.
+        item: the item that was called.
+        report: the report of the call, with all that plugins attach.
         caught: its warnings.
     """
     data = item.config.hook.pytest_report_to_serializable(config=item.config, report=report)
@@ -113,8 +113,8 @@ class _Call:
     """The call of a test, as this process sees it, which does not make it.
 
     Args:
-        answer: of the process; None if it ended without one.
-        report: of the answer.
+        answer: the process's answer; None if it ended without one.
+        report: the report of the answer.
         problem: how it ended.
     """
 
@@ -132,7 +132,7 @@ class Isolation:
     """Makes the call of each generated test in a process. Registered where tests run, last of the plugin's objects.
 
     Args:
-        context: of the session.
+        context: the session's context.
     """
 
     def __init__(self, context: RunContext) -> None:

@@ -40,7 +40,7 @@ class JournalKeeper:
     A journal that cannot be written stops no session: results are in memory as well, and the report is made of them.
 
     Args:
-        folder: of the report.
+        folder: the report's folder.
     """
 
     def __init__(self, folder: Path) -> None:

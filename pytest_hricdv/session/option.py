@@ -97,7 +97,7 @@ class Repeatable:
 
     Args:
         key_help: of the ini key.
-        key: of the ini file, where it is not the option's name.
+        key: the key of the ini file, where it is not the option's name.
     """
 
     name: str
@@ -215,10 +215,10 @@ class FeatureOptions(Generic[Settings]):
     """The options of a feature; by default there are none.
 
     Attributes:
-        name: of the feature's folder.
-        options: that it adds to pytest's.
-        group: of `pytest --help`, in which they are.
-        kinds: of thresholds that it adds to `--hri-fail-under`.
+        name: the name of the feature's folder.
+        options: the options that it adds to pytest's.
+        group: the group of `pytest --help` that lists them.
+        kinds: the kinds of thresholds that it adds to `--hri-fail-under`.
         suites: names of suites that it generates, given the others.
         switched_off: option -> value, by destination, as in a process that only runs tests again for another feature.
     """

@@ -201,7 +201,7 @@ class GateCheck:
     """Checks the gates of a session.
 
     Args:
-        collection: of the session.
+        collection: the session's collection.
     """
 
     def __init__(self, collection: Collection) -> None:

@@ -86,8 +86,8 @@ class StatusLine:
     """One line below the cursor, where pytest writes next. It has to be erased before anything else is written.
 
     Args:
-        descriptor: of the terminal; `close` closes it.
-        encoding: of the terminal.
+        descriptor: the descriptor of the terminal; `close` closes it.
+        encoding: the encoding of the terminal.
     """
 
     def __init__(self, descriptor: int, encoding: str) -> None:

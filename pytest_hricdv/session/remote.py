@@ -39,9 +39,9 @@ class Service:
         root: the project's folder, relative to `directory`.
         sources: the files in it, name -> hash: a worker with other ones refuses before it imports any. Empty: it does
             not look.
-        archive: of the project, where workers do not have it.
-        archive_sha256: of that archive.
-        hash_seed: of the process, on whichever machine: that of all that the session starts.
+        archive: the project's archive, where workers do not have it.
+        archive_sha256: SHA-256 of that archive.
+        hash_seed: the process's hash seed, on whichever machine: that of all that the session starts.
     """
 
     module: str
@@ -86,7 +86,7 @@ class Answer:
 
     Args:
         worker: which.
-        lines: of the answer, as far as there are.
+        lines: the lines of the answer so far.
         problem: why the process ended before the answer did; empty if it did not.
         unable: why this worker cannot answer any request; empty if it can.
     """
@@ -123,8 +123,8 @@ class Workers(Protocol):
         A request whose worker is lost is asked again, of another one.
 
         Args:
-            service: that answers.
-            queue: of requests.
+            service: the service that answers.
+            queue: the queue of requests.
             tick: called at least twice a second; what it raises ends the requests.
 
         Raises:

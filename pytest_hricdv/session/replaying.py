@@ -222,7 +222,7 @@ class Failures:
     """Writes a file for each test that can be replayed. For the controlling process: no two write the same file.
 
     Args:
-        folder: of the report.
+        folder: the report's folder.
         start: the folder in which pytest was started: names are shown relative to it.
     """
 
@@ -250,7 +250,7 @@ class TestRerunner:
     """Runs tests that no suite has, and keeps the ones worth it as replay files.
 
     Args:
-        settings: of the session's runs.
+        settings: the settings of the session's runs.
         provenance: what runs depend on in this process.
         failures: keeps files.
         seeds: suite -> the seed that it was generated from.
@@ -272,7 +272,7 @@ class TestRerunner:
         """Run a test; None if the run did not end. Its output is discarded.
 
         Args:
-            test: to be run.
+            test: the test to run.
             begun: see `execute`.
             watching: see `execute`.
         """

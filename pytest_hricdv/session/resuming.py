@@ -60,7 +60,7 @@ class ResultRestorer:
     So exit status, `-x`, JUnit XML and everything else that reads pytest's reports are as if the tests had run again.
 
     Args:
-        collection: of the session.
+        collection: the session's collection.
         results: node id -> result as JSON, compressed.
     """
 
@@ -103,8 +103,8 @@ def _failure_repr(text: str, location: tuple[str, int | None, str]) -> ReprExcep
     """A failure as pytest shows it; its `reprcrash` has the message that the summary, JUnit XML and CI services repeat.
 
     Args:
-        text: of the failure.
-        location: of the test function.
+        text: the text of the failure.
+        location: the location of the test function.
     """
     raised = [line.removeprefix("E").strip() for line in text.splitlines() if line.startswith("E  ")]
     message = (raised or text.strip().splitlines() or [""])[0]

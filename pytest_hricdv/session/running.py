@@ -310,8 +310,8 @@ def raise_for(judgement: Judgement, result: CaseResult, explain: Callable[[], st
     """End a test as its run was judged; one that passed continues.
 
     Args:
-        judgement: of the run.
-        result: of the run.
+        judgement: the run's judgement.
+        result: the run's result.
         explain: makes the text that says why it failed.
     """
     if judgement.outcome in XFAILED:

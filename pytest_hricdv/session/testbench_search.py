@@ -130,7 +130,7 @@ class WithoutTestbench:
     """Stands in where the ini file names suites, and nothing that is collected has a testbench: nothing is generated.
 
     Args:
-        suites: of the ini file.
+        suites: the suites of the ini file.
         is_worker: of xdist.
     """
 

@@ -25,7 +25,7 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
     """Handle the failure of the current statement of an intention.
 
     Args:
-        agent: whose intention it is.
+        agent: the agent whose intention it is.
         intention: the intention, taken out of whatever it was in.
         error: Jason's name for the kind of failure, the value of the annotation ``error``.
         message: what happened, in words.
@@ -131,7 +131,7 @@ def fail_goal(
     """Handle the failure of a goal that has no plan on the intention, or none any more.
 
     Args:
-        agent: whose goal it is.
+        agent: the agent whose goal it is.
         intention: the intention, taken out of whatever it was in.
         sign: the sign of the goal's event.
         literal: the goal.
@@ -250,7 +250,7 @@ def drop_goal(agent: AgentState, intention: Intention, goal: Term, succeeded: bo
     """Give up, or declare achieved, a goal that an intention is pursuing.
 
     Args:
-        agent: whose intention it is.
+        agent: the agent whose intention it is.
         intention: the intention, taken out of whatever it was in.
         goal: what the goal has to unify with.
         succeeded: whether the intention continues as if the goal were achieved, or as if it had failed.

@@ -139,7 +139,7 @@ class PlanOptions(dict[Key, tuple[Option, ...]]):
 
     Args:
         library: the plans.
-        sign: of the events.
+        sign: the sign of the events.
     """
 
     def __init__(self, library: PlanLibrary, sign: str) -> None:

@@ -188,7 +188,7 @@ def instantiate(agent: AgentState, term: GoalTerm | PlanTerm, means: IntendedMea
     """A literal as it leaves its plan: bound, with a source, its free variables replaced by new ones.
 
     Raises:
-        EvaluationError: it is no literal, or an expression in it has no value.
+        EvaluationError: it is not a literal, or an expression in it has no value.
     """
     if isinstance(term, Structure) and not term.annots and term.annots_tail is None:
         # Most literals: with the source from the beginning.
@@ -211,7 +211,7 @@ def literal_of(agent: AgentState, term: GoalTerm | PlanTerm, bindings: Bindings)
     """A literal with the variables replaced that are bound.
 
     Raises:
-        EvaluationError: it is no literal, or an expression in it has no value.
+        EvaluationError: it is not a literal, or an expression in it has no value.
     """
     literal = agent.value(term, bindings)
     if isinstance(literal, Variable):

@@ -83,7 +83,7 @@ def read_source(path: Path) -> SourceText:
 
     Raises:
         FileNotFoundError: there is no such file.
-        BdiError: it is no regular file, unreadable, or too large.
+        BdiError: it is not a regular file, unreadable, or too large.
     """
     try:
         data = input_file.read_bytes(path, MAX_SOURCE)

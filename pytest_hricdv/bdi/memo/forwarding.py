@@ -18,7 +18,7 @@ class ForwardingRule:
 
     Args:
         steering: the agent.
-        key: of the percepts.
+        key: the key of the percepts.
         receivers: the agents that it tells.
         special: atoms that are not handled alike: its own program mentions them, or they mean something to a receiver
             when they come.
@@ -61,8 +61,8 @@ def find_forwarding(name: str, key: Key, templates: Sequence[AgentTemplate]) -> 
     """Find how an agent forwards the percepts of a predicate; None if it does anything else with them.
 
     Args:
-        name: of the agent.
-        key: of the percepts.
+        name: the agent's name.
+        key: the key of the percepts.
         templates: all agents.
     """
     agents = {template.name: template for template in templates}

@@ -104,10 +104,11 @@ class Memo:
 
         Args:
             agent: the agent, which has to forward the atoms (see :mod:`pytest_hricdv.bdi.memo`).
-            functor: of its percepts.
+            functor: the functor of its percepts.
             atoms: the atoms that sets are made of.
             fixed: atoms that are in every set that counts, or in none.
-            fold: of actions and executed plans of a segment, what is of interest: texts in order, and a bit set.
+            fold: reduces the actions and executed plans of a segment to what is of interest: strings in order, and a
+                bit set.
             max_rounds: as in :meth:`run`.
             seed: as in :meth:`run`.
 

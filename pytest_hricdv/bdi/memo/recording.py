@@ -45,7 +45,7 @@ class RecordingRun(SystemRun):
 
     Args:
         environment: the plain environment.
-        seed: of the run's random numbers.
+        seed: the seed of the run's random numbers.
         templates: the agents.
         dependencies: where to note what the run depends on.
         states: the states of the agents to continue from; None at the beginning of a run.

@@ -23,7 +23,7 @@ class JitteredRun(SystemRun):
 
     Args:
         environment: what the agents perceive and act on.
-        seed: of the delays and, in a stream of its own, of the agents' random numbers.
+        seed: the seed of the delays and, in a stream of its own, of the agents' random numbers.
         jitter: by how many rounds something is late at most; if 0, it is a run like any other.
     """
 

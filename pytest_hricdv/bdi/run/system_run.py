@@ -43,7 +43,7 @@ class SystemRun:
 
     Args:
         environment: what the agents perceive and act on.
-        seed: of the run's one stream of random numbers.
+        seed: the seed of the run's one stream of random numbers.
     """
 
     def __init__(self, environment: Environment, seed: int) -> None:

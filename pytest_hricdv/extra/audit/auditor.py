@@ -43,7 +43,7 @@ class Auditor:
     """Audits a session.
 
     Args:
-        session: that has run its tests.
+        session: the session that has run its tests.
         number: of tests to run again; None: as many as cost little.
         begin: what the session was like before its first test.
     """
@@ -252,7 +252,7 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
     """The tests to run again, in order.
 
     Args:
-        results: of the session's tests.
+        results: the results of the session's tests.
         place: node id -> how many tests ran before it in its process; those that are not to run again have none.
         number: how many; None: `MIN_TESTS`, or more within `BUDGET` of the time.
     """

@@ -51,11 +51,11 @@ class CauseSearch:
         nodeid: the test.
         session_key: what it came to in the session (see `repeating.key_of`).
         alone: what it came to alone, under `hash_seed`.
-        hash_seed: of a fresh process.
-        session_seed: of the process in which it ran; empty if nobody knows it.
+        hash_seed: the hash seed of a fresh process.
+        session_seed: the hash seed of the process in which it ran; empty if unknown.
         in_process: the tests that ran in its process, in order.
         changed: files of the project that the session wrote: path -> the test that ran then; empty: none is known.
-        was_in_worker: it ran in a worker of xdist.
+        was_in_worker: whether it ran in a worker of xdist.
         until_s: no experiment begins later (by `time.monotonic`).
     """
 

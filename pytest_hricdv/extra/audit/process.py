@@ -28,7 +28,7 @@ class RerunOrder(msgspec.Struct, frozen=True):
     """A request: tests to run, and how.
 
     Args:
-        nodeids: of the tests, in order; the result of the last one is sent back.
+        nodeids: the node ids of the tests, in order; the result of the last one is sent back.
         still: types of sources, such as clocks, that always give the same value.
         watched: record which sources are read.
         hidden: files that appear to be missing.
@@ -44,7 +44,7 @@ class RerunAnswer(msgspec.Struct, frozen=True):
     """The answer to a request.
 
     Args:
-        result: of the last test; None if it has none.
+        result: the result of the last test; None if it has none.
         readings: the sources that it read, if they were watched.
         problem: why there is no result.
     """

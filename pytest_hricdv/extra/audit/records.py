@@ -18,8 +18,8 @@ class Unrepeatable(PlainRecord, frozen=True, kw_only=True):
         outcome_alone: alone, in a fresh process; "none" where it had none.
         in_session: the first event that differs, in the session.
         alone: the same, alone.
-        hash_seed: of the fresh process.
-        is_violation_unconfirmed: it failed in the session, and not so alone: what it violated is not counted.
+        hash_seed: the hash seed of the fresh process.
+        is_violation_unconfirmed: whether it failed in the session, and not so alone: what it violated is not counted.
     """
 
     cause: str
@@ -52,7 +52,7 @@ class AuditResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         tests: node ids of the tests that ran again, in order.
         differing: those that gave another result.
-        hash_seed: of the fresh process, and that of the session's own or "random".
+        hash_seed: the hash seed of the fresh process, and that of the session's own or "random".
         runs: how many runs it took, with all experiments.
         wall_s: how long it took.
         problem: why it was not done, or not to its end.

@@ -53,7 +53,7 @@ class Start:
         session: its first message.
         directory: where pytest was started.
         begin: of the session.
-        reusable: it can run several orders, each in a fork.
+        reusable: whether it can run several orders, each in a fork.
     """
 
     session: FreshSession
@@ -87,7 +87,7 @@ class Fresh:
         """Run an order; what its last test came to.
 
         Args:
-            order: of tests.
+            order: the order of tests.
             patience_s: after so long (s of wall time) the process is ended.
         """
         if not self.problem:
@@ -112,7 +112,7 @@ class Repeater:
     """Runs tests again. Processes that can serve several orders are kept until the end.
 
     Args:
-        start: of processes.
+        start: starts processes.
         wall_s: node id -> how long the test took (s).
         let_through: while a process is waited for, a signal may raise.
     """
@@ -142,10 +142,10 @@ class Repeater:
         """Run an order of tests. Raises StartError if a process does not begin.
 
         Args:
-            order: of tests.
-            hash_seed: of the process.
+            order: the order of tests.
+            hash_seed: the process's hash seed.
             copy: another number is another process.
-            variables: of the environment, besides those of the session.
+            variables: the variables of the environment, besides those of the session.
             among: the tests that the process is to have; none: those of the start.
         """
         start = self.start.with_tests(among) if among else self.start

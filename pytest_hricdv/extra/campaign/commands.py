@@ -58,9 +58,9 @@ class CampaignProgress:
     """Shows the progress of a campaign.
 
     Args:
-        store: of the campaign.
+        store: the campaign's store.
         expected: runs of the campaign.
-        stream: that is written to.
+        stream: the stream that is written to.
     """
 
     def __init__(self, store: Store, expected: int, stream: TextIO = sys.stdout) -> None:

@@ -43,8 +43,8 @@ class Execution:
 
     Args:
         plan: what there is to run.
-        store: of the campaign.
-        workers: that run it.
+        store: the campaign's store.
+        workers: the workers that run it.
         run_s: time limit (s of wall time) for a result; without one the process is ended, and its run tried again.
         project: as workers find it.
         on_progress: called whenever something was stored, and from time to time.

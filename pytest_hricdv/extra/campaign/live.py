@@ -18,7 +18,7 @@ def look(path: Path, scratch: Path) -> Mapping[str, Any]:
     """The fields of a live state.
 
     Args:
-        path: of the campaign.
+        path: the campaign's path.
         scratch: a folder for replay files.
 
     Raises:

@@ -43,9 +43,9 @@ class CampaignBasis(msgspec.Struct, frozen=True):
     """The tests and settings that pytest finds.
 
     Args:
-        arguments: of pytest.
+        arguments: the arguments of pytest.
         root: the folder that it was started in.
-        tests: in the order of collection.
+        tests: the tests, in the order of collection.
         project: its files, and those of the code under test, name -> hash.
         versions: of what is installed.
         declared: the report before the first result.

@@ -33,11 +33,11 @@ class CampaignRequirement(PlainRecord, frozen=True, kw_only=True):
     Args:
         passed: runs, as `failed` and `nc` (not checked).
         triggers: checks in all runs.
-        share: that failed.
+        share: the share that failed.
         ever: abstract tests that violated it with some seed.
         always: abstract tests that violated it with each seed.
         unsettled: abstract tests whose verdict depends on the seed.
-        least: of all margins; None if there is none.
+        least: the smallest margin; None if there is none.
     """
 
     passed: Count
@@ -55,7 +55,7 @@ class CampaignTest(PlainRecord, frozen=True, kw_only=True):
     """An abstract test over all of its seeds.
 
     Args:
-        id: of the abstract test; its runs have it, and a number from -k1 on.
+        id: the id of the abstract test; its runs have it, and a number from -k1 on.
         outcomes: outcome -> runs.
         failed: requirement -> share of its runs that violated it; without those that none violated.
         least: requirement -> its least margin.
@@ -98,7 +98,7 @@ class CampaignResult(PlainRecord, frozen=True, kw_only=True):
         endings: end of an interaction -> count.
         requirements: requirement -> over all runs.
         tests: by suite and id.
-        lost: in order.
+        lost: the lost runs, in order.
         repeated: runs that were done again, on another worker where there is one.
         differing: of them, those that gave another record.
     """

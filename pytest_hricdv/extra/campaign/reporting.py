@@ -54,7 +54,7 @@ class Statistics:
     """Accumulates rows, which come sorted by test and concretization.
 
     Args:
-        requirements: in the order of the rows' verdicts.
+        requirements: the requirements, in the order of the rows' verdicts.
     """
 
     def __init__(self, requirements: Iterable[str]) -> None:

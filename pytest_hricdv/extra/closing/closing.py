@@ -62,9 +62,9 @@ class ClosureGenerator:
     """The closing loop of a session.
 
     Args:
-        collection: of the session.
-        context: of the session.
-        options: of the loop.
+        collection: the session's collection.
+        context: the session's context.
+        options: the options of the loop.
     """
 
     def __init__(self, collection: Collection, context: RunContext, options: ClosingOptions) -> None:

@@ -148,7 +148,7 @@ class CombinationSynthesis:
         """Intervention -> the probability that it brings about a missing condition; without those that never did.
 
         Args:
-            condition: that is missing.
+            condition: the condition that is missing.
             commands: of the interaction: interventions come within it.
         """
         key = condition, commands

@@ -52,9 +52,9 @@ class DisturbanceStrategy:
     """Adds interventions to tests so that interactions end as none has ended yet.
 
     Args:
-        pool: of abstract tests.
-        experience: of all runs so far.
-        disturbances: of the testbench.
+        pool: the pool of abstract tests.
+        experience: the experience of all runs so far.
+        disturbances: the testbench's disturbances.
     """
 
     name = "disturbances"

@@ -81,7 +81,7 @@ class Experience:
     """Statistics of an archive of runs.
 
     Args:
-        pool: of abstract tests.
+        pool: the pool of abstract tests.
     """
 
     def __init__(self, pool: Pool) -> None:

@@ -70,9 +70,9 @@ def share_tests(archive: Archive, names: Sequence[str], count: int, rng: Random)
     to how many of its recent tests have hit some.
 
     Args:
-        archive: of all runs so far.
-        names: of the strategies.
-        count: of tests.
+        archive: the archive of all runs so far.
+        names: the names of the strategies.
+        count: number of tests.
         rng: only its `random()` is used.
     """
     kinds, shares = Counter(point[0] for point in archive.open), dict.fromkeys(names, 0)
@@ -98,16 +98,16 @@ class Loop:
     """The closing loop.
 
     Args:
-        archive: with the targets; it keeps the runs.
-        strategies: that propose tests.
+        archive: the archive, with the targets; it keeps the runs.
+        strategies: the strategies that propose tests.
         runner: runs the tests.
         seed: the master seed.
-        budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
+        budget: the budget of runs and seconds. Runs are what a result depends on; seconds only guard.
         progress: called with the archive after each generation.
         fallback: proposes where the strategies know no more.
-        searcher: of violations; while nothing pays, that is after `STALLED` runs without a new target, it proposes a
-            quarter of each generation.
-        search_only: it searches for violations until the budget is spent, whatever is closed.
+        searcher: searches for violations; while nothing pays, that is after `STALLED` runs without a new target, it
+            proposes a quarter of each generation.
+        search_only: whether it searches for violations until the budget is spent, whatever is closed.
         let_through: within what it gives, Ctrl-C may be raised; elsewhere it would leave the archive in pieces.
     """
 
@@ -234,7 +234,7 @@ def search_violations(loop: Loop, ended: ClosingEnd, runs: int | None) -> Closin
     """Go on with a search for violations, where nothing is left to close; why all of it ended.
 
     Args:
-        loop: that has ended, with a searcher.
+        loop: the loop that has ended, with a searcher.
         ended: why.
         runs: at most, if as many are left; None: a tenth of those made, and at least a generation.
     """

@@ -32,8 +32,8 @@ class NearestStrategy:
     """Varies the runs that came nearest to open points.
 
     Args:
-        pool: of abstract tests.
-        disturbances: of the testbench.
+        pool: the pool of abstract tests.
+        disturbances: the testbench's disturbances.
     """
 
     name = "nearest"

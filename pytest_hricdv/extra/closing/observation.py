@@ -57,7 +57,7 @@ def violation_points(
     """The kinds of a run's violations and faults.
 
     Args:
-        lines: of the test that was run.
+        lines: the lines of the test that was run.
         cross, requirements, known_violations, state: as of `pytest_hricdv.extra.closing.observation.observe`.
     """
     states = _StateTimeline(result, state)
@@ -103,8 +103,8 @@ def describe(point: Point, runs: int, test: str) -> ViolationKind:
     """The record of a kind of violations.
 
     Args:
-        point: of the kind.
-        runs: that had one.
+        point: a point of this kind.
+        runs: the runs that had one.
         test: the id of one that has it.
     """
     if point[0] == FAULT:
@@ -125,8 +125,8 @@ class RunObservation(msgspec.Struct, frozen=True):
     """The observations of one run.
 
     Args:
-        test: that was run, as `AbstractTest.to_data` gives it.
-        points: that it hits, sorted.
+        test: the test that was run, as `AbstractTest.to_data` gives it.
+        points: the points that it hits, sorted.
         hits: cross product -> the bins of its interactions, in their order.
         distances: (a point that it does not hit, how far it was from it); 0 is a hit, and points are compared with
             themselves only.
@@ -134,7 +134,7 @@ class RunObservation(msgspec.Struct, frozen=True):
         margins: requirement -> its least margin, where something was compared.
         unused: requirement that was triggered -> the alternatives of its response by which it never held.
         sim_s: simulated time (s).
-        record_sha256: of its record.
+        record_sha256: SHA-256 of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
         begun: where there are several actors: its actions as they began, by their numbers from 0.
         error: why it did not end; empty if it did. Then it hits nothing.
@@ -167,10 +167,10 @@ def observe(
     """Observe a run.
 
     Args:
-        test: that was run.
-        code: under test.
+        test: the test that was run.
+        code: the code under test.
         cross: the cross products of the testbench.
-        requirements: that the run was judged by.
+        requirements: the requirements that the run was judged by.
         known_violations: the requirements that are known to fail.
         state: the field that names the state of the code under test (see `Testbench`).
     """

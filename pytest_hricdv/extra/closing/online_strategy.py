@@ -66,9 +66,9 @@ class OnlineRun:
 
     Args:
         roles: of those who decide.
-        commands: with the ranges of their parameters.
+        commands: the commands, with the ranges of their parameters.
         seed: of the test: of its parameters, and of what is chosen.
-        weights: of choices.
+        weights: the weights of choices.
     """
 
     def __init__(

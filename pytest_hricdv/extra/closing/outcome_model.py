@@ -150,8 +150,8 @@ class OutcomeModel:
 
         Args:
             planned: the coordinates.
-            combination: of the interaction.
-            outcome: that it may lead to.
+            combination: the interaction's combination.
+            outcome: the outcome that it may lead to.
             like: the combination of longer interactions that it was made from, which counts until it was tried itself;
                 None if it was not.
             expected: the probability before anything was seen of it.
@@ -171,7 +171,7 @@ class OutcomeModel:
 
         Args:
             planned: the coordinates of the interaction.
-            outcome: that it is to lead to.
+            outcome: the outcome that it is to lead to.
             commands: of the interaction: a combination has to fit in.
         """
         best: CombinationCandidate | None = None

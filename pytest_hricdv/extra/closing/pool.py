@@ -86,8 +86,8 @@ def combinations_of(lines: Sequence[str], values: Values, starts: Sequence[int])
     A disturbance right before the first command of an interaction belongs to the one before, if there is one.
 
     Args:
-        lines: of the test.
-        values: of the test.
+        lines: the test's lines.
+        values: the test's values.
         starts: where its interactions begin, among its commands.
     """
     interventions: list[list[Intervention]] = [[] for _ in starts]
@@ -131,11 +131,11 @@ def interactions_of(
     plans its first coordinates. Other cross products are part of the effect where they have as many bins.
 
     Args:
-        lines: of its test.
-        values: of its test.
+        lines: the lines of its test.
+        values: the values of its test.
         hits: cross product -> the bins of its interactions, in their order.
         product: the cross product in question.
-        planned: of this cross product.
+        planned: `planned` of this cross product.
     """
     commands, own = commands_of(lines), hits.get(product, ())
     combinations = combinations_of(lines, values, starts_of(commands, planned))

@@ -61,7 +61,7 @@ class ForkRunner(Generic[T]):
         text: what is to be said of the test with a number, in one line: of its result, or, where it has none, of the
             problem; made in the process that ran it.
         processes: largest number at a time.
-        limit_s: of a run (s of wall time).
+        limit_s: limit of a run (s of wall time).
     """
 
     execute: Callable[[ConcreteTest], T]
@@ -116,8 +116,8 @@ class LoopSettings:
     """The settings of the process, its first line.
 
     Args:
-        arguments: of pytest, as the session was started with.
-        processes: at the same time.
+        arguments: the arguments of pytest, as the session was started with.
+        processes: number of processes at the same time.
     """
 
     arguments: tuple[str, ...]
@@ -129,7 +129,7 @@ class TestBatch:
     """A request to run tests, a later line.
 
     Args:
-        number: of this request, which its answers repeat.
+        number: the number of this request, which its answers repeat.
         tests: to run, as `AbstractTest.to_data` gives them.
         online: the numbers of those in which the person decides during the run.
     """
@@ -158,9 +158,9 @@ class _LoopServer:
     """Runs the tests that are sent.
 
     Args:
-        settings: of the loop.
+        settings: the settings of the loop.
         write: sends a line.
-        context: of the session that is configured here.
+        context: the context of the session that is configured here.
     """
 
     def __init__(self, settings: LoopSettings, write: Callable[[bytes], None], context: RunContext) -> None:

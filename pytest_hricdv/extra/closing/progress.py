@@ -50,7 +50,7 @@ class ClosingProgress:
     """Shows the progress of a loop, and counts verdicts and violations of runs as they come.
 
     Args:
-        collection: of the session.
+        collection: the session's collection.
         runs: budget of the loop.
         workers: processes that run tests.
     """

@@ -28,7 +28,7 @@ class HitPoint(PlainRecord, frozen=True, kw_only=True):
     Args:
         point: its kind and its names.
         test: the id of a test that hits it: of the suite, or of one that was there before the loop.
-        strategy: that led to the first run that hit it.
+        strategy: the strategy that led to the first run that hit it.
         run: the number of this run, from 1; 0 of tests that were there before the loop.
     """
 
@@ -71,7 +71,7 @@ class ViolationKind(PlainRecord, frozen=True, kw_only=True):
     Args:
         requirement: empty for what was wrong with a run other than its requirements, which `part` then says.
         part: the conditions that were false.
-        state: of the code under test; empty if it names none.
+        state: the state of the code under test; empty if it names none.
         outcome: how the interaction ended in which it happened; empty if there was none, or where it did not end.
         known: such violations are known.
         runs: with one.
@@ -109,7 +109,7 @@ class GrowthStep(PlainRecord, frozen=True, kw_only=True):
     Args:
         run: its number, from 1; 0 of tests that were there before the loop.
         sim_s: simulated time of the loop, this run included (s).
-        strategy: that proposed it.
+        strategy: the strategy that proposed it.
         new: kind -> how many points no earlier run had hit.
     """
 
@@ -126,7 +126,7 @@ class NearestRun(PlainRecord, frozen=True, kw_only=True):
         margin: the least one of all runs, in its unit; None where nothing was compared.
         spread: by how much the least margins of runs differ, in the same unit.
         test: the id of the test that had the least margin; empty if none had one.
-        runs: that triggered it.
+        runs: the runs that triggered it.
         searched: runs that were made to violate it.
         vacuous_alternatives: the alternatives of its response by which it never held.
     """
@@ -145,9 +145,9 @@ class ViolationEstimate(PlainRecord, frozen=True, kw_only=True):
     species, Biometrika 40.
 
     Args:
-        kinds: of violations that are not known, in all runs.
+        kinds: the kinds of violations that are not known, in all runs.
         once: of these, those in exactly one run.
-        runs: that came to their end.
+        runs: the runs that came to their end.
         new: once / runs: how many further kinds a further run is expected to show.
     """
 
@@ -163,7 +163,7 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         suite: the name of the suite that it led to.
         budget: largest number of runs.
-        runs: that were made; `errored_runs` of them did not end.
+        runs: the runs that were made; `errored_runs` of them did not end.
         initial_runs: tests that were there before the loop; they are no part of `runs` and `sim_s`.
         sim_s: simulated time of its runs (s).
         bound: upper bound of the probability that a run hits a certain open point; None without runs.

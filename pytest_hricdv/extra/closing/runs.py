@@ -84,7 +84,7 @@ class RunsHere(ClosingRuns):
     has no time for that.
 
     Args:
-        config: of the session.
+        config: the session's config.
         processes: largest number of runs at a time.
         say: receives messages.
         let_through: while the process is waited for, a signal may raise.
@@ -164,8 +164,8 @@ class RunsOnCluster(ClosingRuns):
     """Runs tests on the workers of a cluster, each of which has a process for them; in another one if it is lost.
 
     Args:
-        cluster: with the workers.
-        collection: of the session.
+        cluster: the cluster, with the workers.
+        collection: the session's collection.
         project: files that have to be there as they are here, name -> hash.
         let_through: while the cluster is waited for, a signal may raise.
 

@@ -27,7 +27,7 @@ class Option(NamedTuple):
 
     Args:
         gain: how many open bins it will probably hit.
-        outcomes: that it is to lead to.
+        outcomes: the outcomes that it is to lead to.
         combination: makes up its interventions, for its number of commands, and whether it is the first one.
     """
 
@@ -54,8 +54,8 @@ class Selection:
     """Selects the tests of a generation; points that one will probably hit are worth less to the next ones.
 
     Args:
-        pool: of abstract tests.
-        experience: of all runs so far.
+        pool: the pool of abstract tests.
+        experience: the experience of all runs so far.
         archive: what is open.
         options: what may be done with an interaction.
     """

@@ -26,9 +26,9 @@ class ArchivedRun:
 
     Args:
         number: from 0, in the order of proposals.
-        test: that was run.
+        test: the test that was run.
         observation: what it yielded.
-        strategy: that proposed it.
+        strategy: the strategy that proposed it.
         targets: the points that it was to hit.
         new: the targets of the loop that it hit and that no earlier run had hit.
     """

@@ -29,7 +29,7 @@ def repeatable_suite(
 
     Args:
         archive: all runs.
-        strategies: whose tests were not run as they will be in the suite, and so are run again.
+        strategies: the strategies whose tests were not run as they will be in the suite, and so are run again.
         runner: runs tests as in the suite.
     """
     checked: set[int] = set()
@@ -81,8 +81,8 @@ class SuiteCache:
     """The cache of a suite, its evidence and the files that its runs loaded; it is outdated when one of these changes.
 
     Args:
-        collection: of the session.
-        key: of all else that the suite depends on.
+        collection: the session's collection.
+        key: the key of all else that the suite depends on.
     """
 
     def __init__(self, collection: Collection, key: str) -> None:

@@ -34,13 +34,13 @@ def target_points(
     """All points that are to be hit, without those that are waived, forbidden, or proved impossible by the model.
 
     Args:
-        code: under test; None if it is not measured.
+        code: the code under test; None if it is not measured.
         plans: the coverage plans, by agent.
         cross: the cross products.
         reachability: what exploring the model has shown.
         requirements: each of which is to be checked at least once with the result Passed, and each conjunct of whose
             antecedent is to be true and false.
-        transitions: of the state of the code under test.
+        transitions: the transitions of the state of the code under test.
     """
     return (
         *(_code_points(code) if code is not None else ()),
@@ -125,7 +125,7 @@ class Surroundings:
     """The parts of the system under test that explain open points.
 
     Args:
-        code: under test; None if it is not measured.
+        code: the code under test; None if it is not measured.
         coordinates: cross product -> the names of its coordinates.
         plans: agent -> plan -> beliefs that, by the model, lead to it.
     """

@@ -34,7 +34,7 @@ class Cluster:
     """The workers that answer requests. `connect` makes it.
 
     Args:
-        address: of the cluster.
+        address: the cluster's address.
         say: receives what a person should know, a sentence each.
         connection: to its scheduler.
     """

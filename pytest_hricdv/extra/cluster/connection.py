@@ -64,7 +64,7 @@ class LocalWorkers:
         """End them.
 
         Args:
-            errors: of a connection that is gone, which do not matter now.
+            errors: the errors of a connection that is gone, which do not matter now.
         """
         with self._stack:
             with suppress(*errors):
@@ -179,7 +179,7 @@ class Connection:
     """The connection to a scheduler.
 
     Args:
-        address: of the scheduler; where it says so, scheduler and workers are started on this machine.
+        address: the address of the scheduler; where it says so, scheduler and workers are started on this machine.
         say: receives what a person should know, a sentence each.
 
     Raises:

@@ -260,13 +260,13 @@ def cause_of(
     """The cause of a group of failures, for the report.
 
     Args:
-        subject: whose failures they are.
+        subject: the subject whose failures they are.
         group: the failures.
-        evidence: of experiments.
+        evidence: the evidence of experiments.
         decision: what decides; None if nobody tried.
         ranked: statements of the code, the most suspicious first.
         switched: file and line of decisions with which tests of it pass, reversed.
-        traces: of runs that failed for it.
+        traces: the traces of runs that failed for it.
     """
     tests = sorted(
         (subject.tests[name] for name in group.nodeids),
@@ -311,7 +311,7 @@ def in_order_begun(lines: Sequence[str], begun: Iterable[tuple[float, int]]) -> 
     """Lines as they began, then those that never did.
 
     Args:
-        lines: of a test.
+        lines: the lines of a test.
         begun: when (s), and the number of the line from 0, in the order in which they began.
     """
     numbers = [number for _, number in begun]

@@ -26,11 +26,11 @@ class Failure:
     """The first violation of a requirement in a test; the first that is not known, if there is one.
 
     Args:
-        nodeid: of the test.
+        nodeid: the test's node id.
         requirement: its id, or `FAULT`.
         part: distinguishes this from other violations of the requirement: the bools and texts in the formula.
         state: the last state that the code under test had published.
-        time_s: of the violation.
+        time_s: the time of the violation (s).
         disturbances: those that had begun before, each once, in order.
         is_known: whether the violation is a known one.
         said: the text of the violation without its numbers.
@@ -55,7 +55,7 @@ def failures_of(test: TestResult, state: str, known_violations: Container[str]) 
     """The failures of a test, in the order of time.
 
     Args:
-        test: of a report.
+        test: the test of a report.
         state: `topic.field` that carries the state of the code under test; may be empty.
         known_violations: requirements with known violations.
     """

@@ -71,7 +71,7 @@ class Group:
 
     Args:
         change: the disturbance without which they do not come; empty for none.
-        failures: in the order of tests, then of time.
+        failures: the failures, in the order of tests, then of time.
     """
 
     change: Change
@@ -116,9 +116,9 @@ def group_failures(
 
     Args:
         tests: node id -> the disturbances of each test that was run, failing or not.
-        failures: in the order of tests, then of time.
+        failures: the failures, in the order of tests, then of time.
         spectra: what tests execute.
-        evidence: of experiments.
+        evidence: the evidence of experiments.
     """
     changes = _Association(tests, failures, evidence)
     kinds: dict[Kind, list[Failure]] = {}

@@ -75,9 +75,9 @@ def weight_suspects(
     """The statements in the order of their suspiciousness, weighted by when runs executed them.
 
     Args:
-        suspects: with the suspiciousness that coverage gives, in their order.
-        traces: of failing runs up to the violation; without any, the order stays.
-        files: of the code under test.
+        suspects: the suspects, with the suspiciousness that coverage gives, in their order.
+        traces: the traces of failing runs up to the violation; without any, the order stays.
+        files: the files of the code under test.
         shown: statements without which a failing test passes.
     """
     if not traces:
@@ -154,7 +154,7 @@ def readers(files: Iterable[SourceFile], places: Collection[Place]) -> Iterator[
     A field of a class counts, too, by its name alone.
 
     Args:
-        files: of the code under test.
+        files: the files of the code under test.
         places: constants among these.
     """
     trees = {file.name: _parse(file.text) for file in files}
@@ -243,8 +243,8 @@ def rank_places(
 
     Args:
         subject: what the failures are of.
-        group: that have the cause.
-        traces: of runs that failed for it, up to what failed first.
+        group: the failures that have the cause.
+        traces: the traces of runs that failed for it, up to what failed first.
         varied: what runs of variations of its tests executed, and whether they failed for it.
         switched: file and line of decisions with which tests of it pass, reversed.
     """
@@ -263,7 +263,7 @@ def locate(
     """The most suspicious statements, as a report has them.
 
     Args:
-        subject: whose code they are of.
+        subject: the subject whose code they are of.
         ranked: the most suspicious first.
         switched: file and line of decisions with which tests pass, reversed.
         is_compared: the code was measured in a run that fails for the cause, and in one that passes.

@@ -128,7 +128,7 @@ class NeighborSearch:
     """Looks for what decides that a test fails.
 
     Args:
-        test: that fails.
+        test: the test that fails.
         space: the ranges of its parameters.
         failing: its run.
         wanted: the requirements that are to pass.

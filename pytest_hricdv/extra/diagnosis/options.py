@@ -29,6 +29,6 @@ class DiagnosisOptions:
         """The number of runs that experiments may take.
 
         Args:
-            session_runs: of all tests, and of what generated them.
+            session_runs: number of runs of all tests, and of what generated them.
         """
         return max(MIN_RUNS, int(SHARE * session_runs)) if self.runs is None else self.runs

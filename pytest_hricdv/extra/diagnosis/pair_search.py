@@ -30,7 +30,7 @@ class Minimal:
     Args:
         test: what is left of it.
         ran: its run.
-        requirement: that it violates, as the whole test does.
+        requirement: the requirement that it violates, as the whole test does.
         runs: how many it took.
         is_done: nothing more can be taken away; otherwise the runs were used up.
     """
@@ -48,10 +48,11 @@ def shrunk(
     """A failing test without what it does not need.
 
     Args:
-        test: that fails.
+        test: the test that fails.
         space: the ranges of its parameters.
         control: its run.
-        requirement: that it violates; outside of the condition under which this is known, if the control does.
+        requirement: the requirement that it violates; outside of the condition under which this is known, if the
+            control does.
         run: runs a test.
         budget: most runs.
 
@@ -80,7 +81,7 @@ def keep_run(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minima
     Args:
         rerunner: runs tests.
         case: the test that it was made of.
-        nodeid: of this.
+        nodeid: the node id of this.
         minimal: what was left.
     """
     origin = ReplayOrigin("shrunk", case.abstract.id, minimal.requirement, minimal.runs)
@@ -105,7 +106,7 @@ class PairSearch:
     """The search for the deciding changes of causes.
 
     Args:
-        experiments: that have been made; further runs are counted with theirs.
+        experiments: the experiments that have been made; further runs are counted with theirs.
         spaces: node id -> the ranges of the test's parameters.
         neighbour_runner: runs a neighbour that passes once more, to be shown; this run is counted, too.
     """

@@ -86,9 +86,9 @@ def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteT
 
     Args:
         rerunner: runs tests.
-        code: under test.
+        code: the code under test.
         traced: id -> tests whose runs are traced.
-        measurement: of the code, in all other runs.
+        measurement: the measurement of the code, in all other runs.
     """
     measuring = replace(rerunner, settings=rerunner.settings.with_measurement(measurement))
 
@@ -106,7 +106,7 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
 
     Args:
         run: runs a test.
-        journaling: of the session.
+        journaling: the session's journaling.
         part: keeps them there under this name.
     """
 
@@ -161,9 +161,9 @@ def ran(result: CaseResult, settings: RunSettings, statements: int = 0) -> RunSu
     """Summarize a run.
 
     Args:
-        result: of the run.
-        settings: that it ran with.
-        statements: of the code under test.
+        result: the run's result.
+        settings: the settings that it ran with.
+        statements: the statements of the code under test.
     """
     bools = {name for name, kind in settings.testbench.vocabulary().signals.items() if kind is bool}
     violated = (*result.failed, *((FAULT,) if result.errors else ()))

@@ -45,7 +45,7 @@ class Suspect:
     Args:
         file: name, as in the report.
         line: first line of the statement.
-        score: of the statement, or of the most suspicious branch that leaves it.
+        score: the score of the statement, or of the most suspicious branch that leaves it.
         passing: how many passing tests execute it.
         own: score of the statement itself.
         branches: line to which a branch leaves it, below 0 for the end of the function, and its score.
@@ -68,7 +68,7 @@ def rank(
     then those that come later in the text: what a wrong decision leads to stands below it.
 
     Args:
-        code: under test.
+        code: the code under test.
         statements: counts in the order of their bits.
         branches: likewise.
     """
@@ -103,7 +103,7 @@ def combine(suspects: Iterable[Suspect], near: Spectra, failing: Collection[str]
     What no variation executes, as what an import does, keeps its score.
 
     Args:
-        suspects: of all tests.
+        suspects: the suspects of all tests.
         near: what the variations execute.
         failing: those that fail.
     """

@@ -33,7 +33,7 @@ class DecisionSwitch(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         file: name.
-        line: of the statement.
+        line: the statement's line.
         number: which time it is taken, from 1.
     """
 
@@ -51,7 +51,7 @@ class SwitchedRun(PlainRecord, frozen=True, kw_only=True):
     """A run of instrumented code.
 
     Args:
-        summary: of the run.
+        summary: the run's summary.
         last: each decision that was taken before the first violation, the last time.
     """
 
@@ -68,7 +68,7 @@ def make_switch_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
 
     Args:
         rerunner: runs tests.
-        code: under test.
+        code: the code under test.
     """
 
     @cache
@@ -181,7 +181,7 @@ class SwitchSearch:
         """File and line of those found, the most suspicious first; they let each of the tests pass.
 
         Args:
-            tests: that fail for one cause.
+            tests: the tests that fail for one cause.
             scores: file and line -> how suspicious; others are not tried.
         """
         found, is_first = [*scores], True

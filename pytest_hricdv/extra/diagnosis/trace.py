@@ -68,10 +68,10 @@ class ViolationTrace(PlainRecord, frozen=True, kw_only=True):
     Args:
         until_s: this time (s of simulated time).
         executed: each statement once, the last one first.
-        branches: that it took: file, and from which line to which one; 0 for the end of the function.
+        branches: the branches that it took: file, and from which line to which one; 0 for the end of the function.
         stood: of each node, where it stood then: file and first line of statements, the innermost first.
         raised: the innermost statement of the code under test that an error came through, which ended the run.
-        is_said: it ends with a message, which only says what was decided before.
+        is_said: whether it ends with a message, which only says what was decided before.
     """
 
     until_s: Number
@@ -87,7 +87,7 @@ class Tracer:
     """Traces one run; a `Measurement` (see `coverage.measurement`) that measures no coverage, and a `Watcher`.
 
     Args:
-        code: that is traced.
+        code: the code that is traced.
     """
 
     code: CodeMap

@@ -90,7 +90,7 @@ class TriageEntry:
 
     Args:
         requirement: its id.
-        condition: that holds in its violations; None if none could be learned.
+        condition: the condition that holds in its violations; None if none could be learned.
         line: to be pasted; empty if no condition separates.
         replaces: the condition of the entry that the requirement has now; empty if it has none.
         note: what is to be said of it; may be empty.

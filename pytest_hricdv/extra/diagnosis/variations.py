@@ -47,7 +47,7 @@ def variations(test: ConcreteTest, space: Concretization, begun: Sequence[int] |
     """All variations of a test, in the order in which they are to be tried.
 
     Args:
-        test: that fails.
+        test: the test that fails.
         space: the ranges of its parameters.
         begun: numbers (from 0) of the actions begun by the violation: later ones cannot decide. The last of them
             come first. None for all.
@@ -65,9 +65,9 @@ def values(test: ConcreteTest, space: Concretization, places: Sequence[int]) -> 
     """Variations with another value of a parameter: one of each first, then the second ones.
 
     Args:
-        test: that fails.
+        test: the test that fails.
         space: the ranges of its parameters.
-        places: of the actions whose parameters are varied, in this order.
+        places: the places of the actions whose parameters are varied, in this order.
     """
     spots = {spot: _other_values(test, space, spot) for spot in _spots(test, places)}
     for number in range(2):
@@ -205,7 +205,7 @@ def delay(test: ConcreteTest, failing: RunSummary, passing: RunSummary) -> str:
     """`when disturb step_in comes 2.1 s later`; empty if no action begins at another time, or others do.
 
     Args:
-        test: with the actions of both runs.
+        test: the test, with the actions of both runs.
         failing: its run.
         passing: the run of the other one, whose actions are the same.
     """

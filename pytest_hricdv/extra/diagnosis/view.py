@@ -29,9 +29,9 @@ def cause_lines(
     """Lines on a cause: what it is, where, why, what happened, and the command that repeats it.
 
     Args:
-        number: of the cause, from 1.
-        report: that has it.
-        columns: of the terminal; None where lines may have any width.
+        number: the number of the cause, from 1.
+        report: the report that has it.
+        columns: the columns of the terminal; None where lines may have any width.
         status: as `new`, compared with a baseline; empty if there is nothing to say.
         is_first: with two lines where others have one.
     """

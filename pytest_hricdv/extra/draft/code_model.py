@@ -39,10 +39,10 @@ class MessageField:
     """A field of a message.
 
     Args:
-        name: of the field; a path (`linear.x`) within messages of ROS 2.
+        name: the field's name; a path (`linear.x`) within messages of ROS 2.
         type: its annotation in the source, such as `tuple[float, ...]`; empty without one.
         kind: its type in requirements: "bool", "float" (also for int), "str"; empty if they cannot compare it.
-        location: of its declaration.
+        location: the location of its declaration.
         values: the texts that it can have, in the order of the source; empty if they are not known.
         unit: the unit in its name (`level_ml`: "ml"); empty if the name has none.
         default: the source text of its default; empty without one.
@@ -74,12 +74,12 @@ class Message:
     """A message that the code publishes or receives.
 
     Args:
-        name: of its class.
+        name: the name of its class.
         topic: as requirements call it (`leg_ready`).
         module: dotted name of the class's module; in ROS 2 the type, such as `std_msgs/msg/Bool`.
         direction: published, received, or both.
-        fields: in the order of the source.
-        location: of the definition.
+        fields: the fields, in the order of the source.
+        location: the location of the definition.
         uses: the places where it is published or received.
         form: "dataclass", "namedtuple", "typeddict", "model" (pydantic, attrs, msgspec), "enum"; in ROS 2 "topic",
             "service", "action"; "call" if the code receives it as a call, "item" if the draft converts it.
@@ -123,7 +123,7 @@ class StateMachine:
     """A state machine.
 
     Args:
-        name: of its class or table.
+        name: the name of its class or table.
         kind: the library (`transitions`, `python-statemachine`), "attribute" (it declares no transitions), or
             "observed" (neither transitions nor states: there may be others).
         field: the message field with which the code publishes its state, such as `state.name`; empty without one.
@@ -144,7 +144,7 @@ class Operation:
     """An operation on a port: a method that the code calls, or an attribute that it reads or sets.
 
     Args:
-        name: of the method or attribute; `__call__` where the port itself is called.
+        name: the name of the method or attribute; `__call__` where the port itself is called.
         is_method: False for an attribute.
         location: in the class of the port, or where the code uses it.
         returns: source text of the annotation; empty without one.
@@ -212,8 +212,8 @@ class Entry:
     """The entry that runs the code.
 
     Args:
-        name: of a function, or of a class; `SCRIPT` of a module that is a program.
-        method: of the class, called on an instance of it; empty for a function.
+        name: the name of a function, or of a class; `SCRIPT` of a module that is a program.
+        method: the method of the class, called on an instance of it; empty for a function.
         is_async: whether it is a coroutine.
         ports: parameters of the function or constructor.
         method_ports: parameters of the method.

@@ -42,7 +42,7 @@ class DraftOptions:
         robot: name of the project; empty for that of the code.
         person: name of the person's agent.
         runs: whether first runs are made.
-        recordings: of the real system, whose ranges it has.
+        recordings: the recordings of the real system, whose ranges it has.
         budget_s: processor time of the first runs.
     """
 
@@ -77,7 +77,7 @@ def draft(way: str, code: str, options: DraftOptions) -> Iterator[str]:
     Args:
         way: "from" or "ros2".
         code: PACKAGE[:FUNCTION]; "PACKAGE EXECUTABLE", or the path of a node's file.
-        options: of the draft.
+        options: the draft's options.
 
     Raises:
         DraftError: there is no such code, it cannot be read here, or a file of the draft exists.

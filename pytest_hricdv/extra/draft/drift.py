@@ -60,8 +60,8 @@ def drifts(models: Sequence[CodeModel], testbench: Testbench) -> list[Drift]:
     """Find parts of the code that the testbench lacks.
 
     Args:
-        models: of the packages under test.
-        testbench: of the project.
+        models: the models of the packages under test.
+        testbench: the project's testbench.
     """
     by_key: dict[str, Drift] = {}
     for code in models:

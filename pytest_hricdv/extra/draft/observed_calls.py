@@ -44,9 +44,9 @@ def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow)
 
     Args:
         port: a device, or a channel for messages that have no class.
-        entry: of the code.
+        entry: the entry of the code.
         seen: what was observed.
-        flow: of the code.
+        flow: the flow of the code.
     """
     methods = {
         operation.name: operation.location

@@ -24,7 +24,7 @@ class TopicShapes:
 
     Args:
         name: as it was recorded.
-        count: of its messages.
+        count: number of its messages.
         fields: path of a field -> its values, those of all elements of an array.
     """
 

@@ -26,7 +26,7 @@ def update(folder: Path) -> int:
     """Compare code and testbench of a project, in a process of its own.
 
     Args:
-        folder: of the project.
+        folder: the project's folder.
 
     Returns:
         0: no drift; 1: drift; 2 and above: the testbench could not be built, which the process has said.

@@ -52,7 +52,7 @@ class EngineComparison(PlainRecord, frozen=True, kw_only=True):
     Args:
         engine: its name.
         outcomes: how each interaction ended there, in order.
-        record_sha256: of its run.
+        record_sha256: SHA-256 of its record.
         requirements: requirement -> its result there.
         errors: errors of that run, a sentence each.
         differences: what depends on the engine.
@@ -89,8 +89,8 @@ def compare(result: CaseResult, other: CaseResult, testbench: Testbench) -> Engi
     """Compare the results of a test on two engines.
 
     Args:
-        result: on the first.
-        other: of the same test on the second.
+        result: the result on the first engine.
+        other: the result of the same test on the second engine.
         testbench: says by how much margins may differ.
     """
     differences = []

@@ -20,7 +20,7 @@ class VerdictAgreement:
     """How far two engines agree on a requirement.
 
     Args:
-        tests: that ran on both.
+        tests: the tests that ran on both.
         same: of them with the same verdict.
         tolerated: of the others, those whose margins differ by no more than the testbench allows.
         triggers: tests with the same number of triggers.
@@ -40,7 +40,7 @@ class Agreement:
 
     Args:
         engines: their names.
-        tests: that ran on both.
+        tests: the tests that ran on both.
         interactions: of these tests, on the engine where there are more.
         same: those that ended alike.
         verdicts: requirement -> how far its verdicts agree.

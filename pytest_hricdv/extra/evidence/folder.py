@@ -96,7 +96,7 @@ def verify_evidence(folder: Path, project: Path, rerun: int) -> Iterator[str]:
     """Check a folder of evidence; yields its faults, a sentence each.
 
     Args:
-        folder: of the evidence.
+        folder: the folder of the evidence.
         project: the folder to rerun tests in.
         rerun: number of tests to rerun, evenly spread over the report.
 

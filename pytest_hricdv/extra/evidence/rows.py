@@ -28,12 +28,12 @@ class CheckRecord(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         test: its id.
-        suite: of the test.
-        seed: of its concrete parameters.
+        suite: the test's suite.
+        seed: the seed of its concrete parameters.
         verdict: Passed or Failed.
         margin: least signed distance to the bound, in the unit of the comparison.
-        engine: of physics.
-        record_sha256: of the record of its run.
+        engine: the physics engine.
+        record_sha256: SHA-256 of the record of its run.
         replay: file that repeats it.
     """
 
@@ -51,13 +51,13 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
     """A requirement and what was shown for it.
 
     Args:
-        id: of the requirement.
+        id: the requirement's id.
         title: for people.
         source: the clause, standard or hazard that it comes from.
         text: the formula that is monitored, or the text of the list.
         status: see `EvidenceStatus`.
         waiver: why a violation is known, or an NC is allowed.
-        owner: of the waiver.
+        owner: the owner of the waiver.
         until: last day of the waiver, `YYYY-MM-DD`.
         checks: tests that passed or failed it.
         not_checked: number of the other tests.
@@ -110,7 +110,7 @@ def gather_evidence(report: Report, listed: Sequence[ListedRequirement] = ()) ->
     """A row for each requirement: first those of the list, in its order, then those of the testbench.
 
     Args:
-        report: of a session, or merged.
+        report: the report of a session, or merged.
         listed: requirements of another tool. Each is checked by the requirements of the testbench that have its id, or
             whose source names it.
     """

@@ -37,8 +37,8 @@ class FilmMaker:
     """Films the failures of one process.
 
     Args:
-        settings: of the session's runs, with a testbench that has a film.
-        folder: of the report; films go into a folder inside.
+        settings: the settings of the session's runs, with a testbench that has a film.
+        folder: the report's folder; films go into a folder inside.
         known_violations: which are declared: a film is about others, where a run has others.
     """
 

@@ -58,7 +58,7 @@ class Caption:
 
     Args:
         time_s: simulated time (s).
-        state: of the robot; empty if unknown.
+        state: the state of the robot; empty if unknown.
         verdicts: requirement -> verdict so far.
         event: the last message, or the present violation.
         alarm: a violation is shown; the picture has a red frame.
@@ -209,7 +209,7 @@ class FilmRecorder:
     Args:
         camera: in the world of the run.
         schedule: when to take pictures.
-        run: whose messages and verdicts captions show.
+        run: the run whose messages and verdicts captions show.
         state: the message and field that are the robot's state, as in "state.name"; empty for none.
         alarms: violations, in the order of time.
         video: where frames go.

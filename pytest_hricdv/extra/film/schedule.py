@@ -51,7 +51,7 @@ def key_moments(
 
     Args:
         moments: shown -> the event that it comes with, in the order in which they come in an interaction.
-        events: of the run, as (time in s, name), in the order of time.
+        events: the run's events, as (time in s, name), in the order of time.
         violation_s: when the first violation was, if there was one.
         end_s: the end of the run.
     """

@@ -69,8 +69,8 @@ def judge(
     """Judge the runs of a log.
 
     Args:
-        reader: of the log.
-        requirements: of the testbench.
+        reader: the reader of the log.
+        requirements: the testbench's requirements.
         known_when: requirement -> the condition under which its violation is known.
         actions: to collect the commands of people; None to ignore them.
         draws: whether to draw timelines.

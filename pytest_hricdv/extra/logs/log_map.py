@@ -35,9 +35,9 @@ class FieldSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=
     """The source of a value in a message of the log, and its conversion.
 
     Attributes:
-        path: of the field, with dots.
+        path: the field's path, with dots.
         expression: in place of a path: a number computed from fields, such as `hypot(speed.x, speed.y)`.
-        unit: of the value in the log; it is converted to the declared unit.
+        unit: the unit of the value in the log; it is converted to the declared unit.
         equals: for a truth value: the value of the field for which it is true.
     """
 
@@ -110,7 +110,7 @@ class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True)
     Attributes:
         time: the clock of all topics that do not name one.
         gap_s: likewise, the longest time (s) without data that is no gap; None: five periods of a periodic topic.
-        actions: of people, for tests of a log, by names that only people read.
+        actions: the actions of people, for tests of a log, by names that only people read.
         cross: cross product -> its hits.
     """
 
@@ -136,8 +136,8 @@ def read_map(path: Path, vocabulary: Vocabulary, products: Mapping[str, CrossPro
     """The map of a file.
 
     Args:
-        path: of the file.
-        vocabulary: of the testbench.
+        path: the file's path.
+        vocabulary: the testbench's vocabulary.
         products: its cross products; None to ignore them.
 
     Raises:
@@ -218,7 +218,7 @@ def reading_of(name: str, source: FieldSource, kind: Kind | None, declared: Unit
     It raises InputError if a message lacks the value, or has one of another type.
 
     Args:
-        name: of the value, for errors.
+        name: the name of the value, for errors.
         source: in the message.
         kind: type of the value; None if the testbench does not declare it.
         declared: its unit.
@@ -274,7 +274,7 @@ def draft_map(fields: Mapping[str, Mapping[str, Value]], vocabulary: Vocabulary)
 
     Args:
         fields: topic -> the fields of its messages.
-        vocabulary: of the testbench.
+        vocabulary: the testbench's vocabulary.
     """
     yield 'time = "log"  # or "header": the stamp in the header of each message'
     keys = {topic.strip("/").replace("/", "_"): topic for topic in fields}

@@ -46,8 +46,8 @@ class Occurrences:
         """What occurred in the runs of a report.
 
         Args:
-            report: of logs, or of tests.
-            requirements: that are of interest.
+            report: the report of logs, or of tests.
+            requirements: the requirements that are of interest.
             actions: of the runs; None: the lines of the tests.
         """
         runs = [run for test in report.tests for run in test.runs]
@@ -104,8 +104,8 @@ class LogReport:
     """Collects the runs of logs.
 
     Args:
-        context: of the project.
-        requirements: that logs are judged by.
+        context: the project's context.
+        requirements: the requirements that logs are judged by.
     """
 
     context: RunContext

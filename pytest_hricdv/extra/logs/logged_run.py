@@ -92,7 +92,7 @@ class LoggedRun:
     """A part of a log without jumps of its clock; times are since its beginning.
 
     Args:
-        name: of the log, for people.
+        name: the name of the log, for people.
         begin_s: on the clock of the log (s).
         end_s: (s).
         topics: topic of the log -> times of its messages.
@@ -121,7 +121,7 @@ class LogEvent(NamedTuple):
     """The meaning of a message of the log for the testbench.
 
     Args:
-        name: of the signal, message, cross product or action.
+        name: the name of the signal, message, cross product or action.
         source: its topic.
         value: takes the value of a signal, or fields, from the fields of the message; it raises InputError if the
             message lacks one, or has one of another type.
@@ -167,7 +167,7 @@ class LogReader:
     Args:
         recording: the reader of its messages.
         made: the map.
-        vocabulary: of the testbench.
+        vocabulary: the testbench's vocabulary.
     """
 
     def __init__(self, recording: RecordingReader, made: LogMap, vocabulary: Vocabulary) -> None:

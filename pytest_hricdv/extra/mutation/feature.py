@@ -121,8 +121,8 @@ def seed_faults(
     """Seed bugs for another feature; needs mutmut.
 
     Args:
-        context: of the session.
-        results: of tests whose coverage was measured.
+        context: the session's context.
+        results: the results of tests whose coverage was measured.
         chosen: node id -> test.
         count: number of mutants, drawn with the seed of the session.
         max_tests: maximum number of tests for each.

@@ -35,7 +35,7 @@ class Mutant:
         operator: what was done.
         before: the lines that differ, without their indentation.
         after: what they became; empty if they are gone.
-        text: of the whole file.
+        text: the text of the whole file.
     """
 
     id: str

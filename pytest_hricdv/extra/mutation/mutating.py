@@ -57,10 +57,10 @@ class MutationRun:
     """Tries the mutants of the code under test on the tests of a session.
 
     Args:
-        context: of the session.
+        context: the session's context.
         options: how they are tried.
         chosen: node id -> test, of the session.
-        processes: at the same time.
+        processes: number of processes at the same time.
         say: receives progress messages.
         let_through: while mutants are made and tried, a signal may raise.
         deciding: runs with schedules, of tests that take part.
@@ -78,7 +78,7 @@ class MutationRun:
         """Try the mutants. At Ctrl-C it stops, and keeps what was found until then.
 
         Args:
-            results: of the session's tests.
+            results: the results of the session's tests.
 
         Raises:
             MutationError: no test can take part, or tests run otherwise than in the session.
@@ -276,7 +276,7 @@ class TrialOrder:
     """The tests on which a mutant is tried.
 
     Args:
-        tests: of all suites.
+        tests: the tests of all suites.
         most: most tests of each suite; None: all that execute the mutant's statement.
         deciding: runs of tests with schedules.
     """

@@ -56,8 +56,8 @@ class MutantTrial:
 
     Args:
         mutant: its id.
-        path: of the changed file; empty for the code as it is.
-        text: of the changed file.
+        path: the path of the changed file; empty for the code as it is.
+        text: the text of the changed file.
     """
 
     mutant: str
@@ -71,11 +71,11 @@ class MutationJob:
     """The job of the process: mutants, and the tests to try them on.
 
     Args:
-        arguments: of pytest, as the session was started with.
+        arguments: the arguments of pytest, as the session was started with.
         tests: id -> test.
         control: the code as it is: its runs must be those of the session.
-        trials: in order.
-        processes: at the same time.
+        trials: the trials, in order.
+        processes: number of processes at the same time.
         run_s: a run that takes more processor time (s) does not end.
         seconds: no mutant is begun after this time; None: no limit.
         matrix: try a mutant on all of its tests; otherwise up to the first of each suite that fails.

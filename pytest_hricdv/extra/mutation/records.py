@@ -26,7 +26,7 @@ class MutantRun(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         test: its id.
-        suite: of the test.
+        suite: the test's suite.
         assertions: the failed ones: requirements without known violations, and the oracles of this module. changed: the
             record differs from that in the original code. note: problems besides requirements.
     """
@@ -42,15 +42,15 @@ class MutantResult(PlainRecord, frozen=True, kw_only=True):
     """A mutant and its trials.
 
     Args:
-        id: of the mutant, from its content.
-        file: that was changed.
+        id: the mutant's id, from its content.
+        file: the file that was changed.
         line: the first line that differs.
         operator: what was done.
         before: the lines that differ.
         after: what they became.
         status: what became of it in all tests together.
         executing: suite -> how many of its tests execute the statement.
-        runs: in the order in which they were tried.
+        runs: the runs, in the order in which they were tried.
         complete: all runs that were planned were done, or not needed any more.
         difference: of a mutant that survived: the first difference of a test's behaviour.
     """
@@ -118,9 +118,9 @@ class MutationResult(PlainRecord, frozen=True, kw_only=True):
     """The result of trying mutants.
 
     Args:
-        mutants: in the order of files and lines.
+        mutants: the mutants, in the order of files and lines.
         generated: how many there are; more than `mutants` where only some were drawn.
-        seed: that the order of trials was drawn with.
+        seed: the seed that the order of trials was drawn with.
         tests_per_mutant: most tests of a suite on which a mutant was tried; None: all that execute it.
         matrix: a mutant was tried on further tests after one failed.
         excluded_tests: tests that fail, or were not measured, in the original code.

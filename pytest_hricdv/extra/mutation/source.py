@@ -29,7 +29,7 @@ class Source:
     does not count, docstrings, annotations, decorators, imports, what only type checkers read, and notes for people.
 
     Args:
-        file: that parses.
+        file: the file that parses.
     """
 
     def __init__(self, file: SourceFile) -> None:

@@ -23,7 +23,7 @@ class ConformanceMonitor:
 
     Args:
         oracle: what the run is compared with.
-        parameters: of the run, by name.
+        parameters: the run's parameters, by name.
     """
 
     def __init__(self, oracle: Oracle, parameters: Mapping[str, float]) -> None:

@@ -25,7 +25,7 @@ class Oracle:
     """The oracle that follows all runs of a testbench; made by `load_oracle`. It is a `monitor.Criterion`.
 
     Args:
-        declaration: of the testbench.
+        declaration: the testbench's declaration.
         agent: the agent that is followed.
         others: the names of the other agents of the model, which it may send messages to.
         percepts: an event for each of `declaration.percepts`.
@@ -86,8 +86,8 @@ def load_oracle(declaration: ModelOracle, model: Model, vocabulary: Vocabulary, 
     """Check a declaration, and make it ready.
 
     Args:
-        declaration: of the testbench.
-        model: of the testbench.
+        declaration: the testbench's declaration.
+        model: the testbench's model.
         vocabulary: signals and messages.
         parameters: the names of the run's parameters, which limits may name.
 

@@ -33,8 +33,9 @@ class Patch(PlainRecord, frozen=True, kw_only=True):
     Args:
         revision: as it was given.
         base: the commit that was compared with.
-        files: that have changed statements.
-        percent: of the changed statements that are executed; of none it is 100. None if code was not measured.
+        files: the files that have changed statements.
+        percent: percentage of the changed statements that are executed; 100 if none changed. None if code was not
+            measured.
         tests: how many execute a changed statement.
         failed: how many of these fail, known violations aside.
         violated: requirements that they violate.
@@ -68,11 +69,11 @@ def measure(report: Report, revision: str, base: str, changed: Mapping[str, Iter
     """Measure how a report's tests cover changed statements.
 
     Args:
-        report: with the map of the code.
-        revision: that was compared with.
+        report: the report, with the map of the code.
+        revision: the revision that was compared with.
         base: its commit.
         changed: file, as the report names it -> first lines of statements.
-        suite: of the tests; empty for all.
+        suite: the suite of the tests; empty for all.
     """
     tests = [test for test in report.tests if suite in ("", test.suite)]
     waived = {(waiver.file, waiver.line) for waiver in report.code_under_test.waivers}

@@ -238,8 +238,8 @@ class RosTimer(Waitable):
     """Like `rcl_timer_t`: due each period of its clock; what was missed is skipped, and the phase is kept.
 
     Args:
-        clock: whose time counts.
-        context: of the node.
+        clock: the clock whose time counts.
+        context: the node's context.
         period_nsec: at least 0.
         autostart: whether it runs at once.
 

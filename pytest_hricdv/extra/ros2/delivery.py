@@ -80,7 +80,7 @@ class Delivery:
 
     Args:
         declared: the declaration; `check_timing` has accepted it.
-        seed: of the test.
+        seed: the test's seed.
         now_s: the time of the run (s).
     """
 

@@ -42,7 +42,7 @@ class ForeignExecutableError(LaunchError):
 
     Args:
         name: in `Launch.executables`.
-        message: that says so.
+        message: the message that says so.
     """
 
     def __init__(self, name: str, message: str) -> None:

@@ -136,8 +136,8 @@ class Entities:
     """The entities that an executor waits for now.
 
     Args:
-        executor: of `rclpy`.
-        nodes: whose entities count.
+        executor: the executor of `rclpy`.
+        nodes: the nodes whose entities count.
     """
 
     def __init__(self, executor: Any, nodes: Sequence[Any]) -> None:

@@ -143,7 +143,7 @@ def _node_entities(part: str, node: Any, *arguments: Any) -> NamesAndTypes:
 
     Args:
         part: attribute of the graph.
-        node: that asks.
+        node: the node that asks.
         arguments: for topics whether names are kept as they are; then name and namespace of the other node.
 
     Raises:

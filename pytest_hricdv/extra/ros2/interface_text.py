@@ -20,8 +20,8 @@ class FieldType:
     """The type of a field.
 
     Args:
-        name: of a basic type in IDL, or "package/folder/Name".
-        size: of an array with a fixed size, or the maximum number of elements; None: unbounded.
+        name: the name of a basic type in IDL, or "package/folder/Name".
+        size: the size of an array with a fixed size, or the maximum number of elements; None: unbounded.
         is_fixed: whether there are exactly `size` elements.
         max_length: of a string; None: unbounded.
     """
@@ -59,8 +59,8 @@ def parts_of(text: str, package: str, location: str) -> list[Part]:
     """The parts of an interface file: one of a message, two of a service, three of an action.
 
     Args:
-        package: of the file; for types without a package.
-        location: of the file, for messages.
+        package: the file's package; for types without a package.
+        location: the file's location, for messages.
 
     Raises:
         Ros2Error: a line is wrong, or `rosidl_adapter` is missing.

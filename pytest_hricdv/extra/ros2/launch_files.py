@@ -47,7 +47,7 @@ class LaunchFile:
 
     Args:
         launch: the declaration.
-        path: of the file.
+        path: the file's path.
         sources: packages that are there as sources, by name.
     """
 

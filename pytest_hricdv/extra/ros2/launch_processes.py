@@ -42,10 +42,10 @@ class LaunchedProcess:
     """The process of a launch file that a function replaces, as that function gets it.
 
     Attributes:
-        name: of its node in the launch file, else the executable's.
-        namespace: of its node.
-        arguments: of its command line, without those for ROS, and without the first.
-        parameters: of its node, name -> value.
+        name: the name of its node in the launch file, else the executable's.
+        namespace: the namespace of its node.
+        arguments: the arguments of its command line, without those for ROS, and without the first.
+        parameters: the parameters of its node, name -> value.
         argv: its command line, as the launch file makes it.
     """
 
@@ -85,8 +85,8 @@ class Processes:
     """Starts what a launch file names.
 
     Args:
-        kernel: of the run.
-        variables: that each process has values of its own of.
+        kernel: the run's kernel.
+        variables: the variables of which each process has its own values.
         packages: those that see virtual time.
         executables: where the code of an executable is.
         measured: wraps the body of a node of the code under test.

@@ -96,10 +96,10 @@ class Process:
     It ends when its main function and all its threads have returned or raised; daemon threads end with it.
 
     Args:
-        kernel: of the run.
+        kernel: the run's kernel.
         variables: the module variables that have values of their own in it.
         arguments: its `sys.argv`.
-        name: of its terminal.
+        name: the name of its terminal.
         environ: its `os.environ`; None for that of the session.
     """
 

@@ -43,7 +43,7 @@ class Introspection:
     """Publishes what one end of a service sends and receives.
 
     Args:
-        kind: of the service.
+        kind: the kind of the service.
         clock: stamps the events.
         state: whether the events have the request and the response.
     """

@@ -60,7 +60,7 @@ def stuck_nodes(kernel: Kernel, idle_timeout_s: float, *, is_idle: bool) -> list
     for `idle_timeout_s`.
 
     Args:
-        kernel: of a run that is over, but whose nodes were not ended.
+        kernel: the kernel of a run that is over, but whose nodes were not ended.
         idle_timeout_s: how long a node may wait (simulated s).
         is_idle: whether no node could continue.
     """

@@ -53,7 +53,7 @@ class WorldNode(RosWorldNode):
     """A node of the world in the ROS graph.
 
     Args:
-        kernel: of the run.
+        kernel: the run's kernel.
         name: in the graph, and of the sender in the record.
         namespace: it is in.
         context: with remappings, of a process that it replaces.

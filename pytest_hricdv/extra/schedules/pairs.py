@@ -58,9 +58,9 @@ class ExecutedSteps:
     """What a run executed, in this order.
 
     Args:
-        steps: of all threads.
+        steps: the steps of all threads.
         nodes: of each thread, by its number, the number of its node.
-        places: of points, by their numbers.
+        places: the places of points, by their numbers.
         accesses: place -> what its statements read and write.
     """
 

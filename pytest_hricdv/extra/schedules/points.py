@@ -297,7 +297,7 @@ def access_of(statement: ast.stmt, own: frozenset[str]) -> DataAccess:
     """What a statement reads and writes; of a compound one, its first line.
 
     Args:
-        statement: of a function.
+        statement: the statement of a function.
         own: the function's local variables.
     """
     reads: set[str] = set()

@@ -104,9 +104,9 @@ class RaceHunt:
     """Runs tests with schedules, and examines those that fail.
 
     Args:
-        session: whose tests.
+        session: the session whose tests are run.
         run: runs tests.
-        budget: of runs with schedules.
+        budget: the budget of runs with schedules.
     """
 
     session: FeatureSession

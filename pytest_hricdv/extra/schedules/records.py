@@ -20,17 +20,17 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
     """A schedule under which a test fails that passes under the usual one.
 
     Args:
-        requirement: that is violated; empty for a fault.
+        requirement: the requirement that is violated; empty for a fault.
         fault: what else is wrong, a sentence.
         test: id of the test that passes.
         failure_kind: see `FailureKind`.
-        schedule: with the fewest decisions.
+        schedule: the schedule, with the fewest decisions.
         words: what happens.
         least_s: the least delay that does it (s).
-        is_counted: it fails the session; a late one does where `Timing(slowest_s=...)` is declared.
+        is_counted: whether it fails the session; a late one does where `Timing(slowest_s=...)` is declared.
         found_after: the number of runs until it was found.
-        id: of the test with this schedule.
-        replay: of this.
+        id: the id of the test with this schedule.
+        replay: the replay of this.
     """
 
     requirement: str
@@ -64,13 +64,13 @@ class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
     """How slow a function or the body of a loop may be, each time, until a requirement breaks first.
 
     Args:
-        place: of its first statement.
-        name: of the function.
+        place: the place of its first statement.
+        name: the function's name.
         budget_s: with this delay all tests pass (s); with a millisecond more, one fails.
-        requirement: that it violates then; empty for a fault, or where none fails.
-        test: that violates it; None where none does up to `budget_s`.
+        requirement: the requirement that it violates then; empty for a fault, or where none fails.
+        test: the test that violates it; None where none does up to `budget_s`.
         other: place and name of another one that is as slow at the same time.
-        replay: of this test, a millisecond slower than `budget_s`.
+        replay: the replay of this test, a millisecond slower than `budget_s`.
     """
 
     place: str
@@ -87,10 +87,10 @@ class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         runs: with schedules, of those asked for.
-        tests: whose runs were noted.
+        tests: the tests whose runs were noted.
         slowest_s: the longest time for which a node was held up (s).
         races: the first of each kind.
-        pairs: of statements of different nodes on the same data that came right after each other in some run.
+        pairs: the pairs of statements of different nodes on the same data that came right after each other in some run.
         both: of these, how many came in either order.
         open: pairs that came in one order only, `first before second`; the first of them.
         left_out: tests whose run in a process of its own is not that of the session.

@@ -43,10 +43,10 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         held: what decisions did.
         steps: thread and point of what was executed, one after the other, as `pack_steps` packs the first ones.
         is_deadlock: nodes waited for locks of each other when it was over.
-        waits: of nodes that waited without end when it was over, a sentence each.
+        waits: waits without end when the run was over, a sentence each.
         record: SHA-256 of the record.
         ended: how it ended.
-        outcomes: of the run.
+        outcomes: the run's outcomes.
     """
 
     violated: Names = ()

@@ -45,9 +45,9 @@ class HeldNode(PlainRecord, frozen=True, kw_only=True):
     """The effect of one decision.
 
     Args:
-        kind: of the decision.
+        kind: the kind of the decision.
         place: where the node waited; of a message its topic.
-        node: that waited; of a message its sender.
+        node: the node that waited; of a message its sender.
         time_s: when (s).
         for_s: for how long (s).
         between: what other nodes of the code executed meanwhile: the place, and the node's name.
@@ -80,10 +80,10 @@ class Scheduler:
     """Carries out the decisions of one run, as instrumented code asks for them.
 
     Args:
-        kernel: of the run.
-        code: whose nodes are scheduled.
-        decisions: of the schedule.
-        points: of the instrumented code.
+        kernel: the run's kernel.
+        code: the code whose nodes are scheduled.
+        decisions: the decisions of the schedule.
+        points: the points of the instrumented code.
         stop: called where a node is about to be held up.
     """
 
@@ -275,9 +275,9 @@ def schedule_run(
     """Carry out the schedule of a run's test while it runs.
 
     Args:
-        run: of the test.
+        run: the test's run.
         code: its nodes of the code under test.
-        points: of the code, which is instrumented.
+        points: the points of the code, which is instrumented.
         stop: see `Scheduler`.
     """
     scheduler = Scheduler(run.kernel, code, run.test.schedule, points, stop)

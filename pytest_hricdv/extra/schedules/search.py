@@ -74,7 +74,7 @@ class ScheduleSearch:
 
     Args:
         slowest_s: the longest time for which a node is held up (s).
-        seed: of the session.
+        seed: the session's seed.
     """
 
     slowest_s: float
@@ -108,8 +108,8 @@ class ScheduleSearch:
         """Pairs that a run executed; with a schedule, those that are new or nearer lead to further decisions.
 
         Args:
-            run: of a test.
-            candidate: that the test was made of, if it has a schedule.
+            run: the run of a test.
+            candidate: the candidate that the test was made of, if it has a schedule.
             test: with this schedule.
         """
         if candidate is None or test is None:

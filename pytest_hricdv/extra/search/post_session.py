@@ -62,9 +62,9 @@ class Shrinker:
 
     Args:
         rerunner: runs tests.
-        requirement: that failed.
+        requirement: the requirement that failed.
         case: the test that failed it.
-        nodeid: of the pytest item that ran it.
+        nodeid: the node id of the pytest item that ran it.
     """
 
     rerunner: TestRerunner
@@ -154,9 +154,9 @@ class RemoteRuns:
     """Runs tests on a cluster; of several threads at a time.
 
     Args:
-        address: of the cluster.
+        address: the cluster's address.
         workers: of it.
-        service: that is asked.
+        service: the service that is asked.
     """
 
     address: str
@@ -219,7 +219,7 @@ class PostSession:
 
     Args:
         rerunner: runs tests.
-        options: of the session.
+        options: the session's options.
         settings: how to shrink and to search.
         chosen: node id -> test, of the session.
         say: receives progress messages.

@@ -42,7 +42,7 @@ class SearchResult(PlainRecord, frozen=True, kw_only=True):
         suite_margin: the least margin of the suite's own tests.
         margin: the least margin found.
         test: the id of the test that the search started from.
-        id: of the test that violates the requirement; `replay` is its file and `abstract` its lines.
+        id: the id of the test that violates the requirement; `replay` is its file and `abstract` its lines.
     """
 
     status: Literal["violated", "not violated", "violated by the suite", "never triggered"]

@@ -35,7 +35,7 @@ class ViolationSearch:
     Args:
         rerunner: runs tests.
         chosen: node id -> test, of the session.
-        seed: of the session.
+        seed: the session's seed.
         judged: runs a test elsewhere, and says what became of a requirement; None: tests run here.
     """
 

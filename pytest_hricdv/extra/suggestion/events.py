@@ -41,7 +41,7 @@ class RecordedEvent:
         subject: the topic or signal.
         author: who causes it.
         times: per run, when it happened (s), ascending.
-        is_part: it is a part of what happens to its subject, such as messages with one value of a field.
+        is_part: whether it is a part of what happens to its subject, such as messages with one value of a field.
         is_state: the code under test reports its own state by it.
         words: for people.
     """
@@ -78,7 +78,7 @@ class SignalCondition:
         text: as a formula has it.
         subject: the signal.
         spans: when it held.
-        share: of the time of all runs.
+        share: the share of the time of all runs.
         words: for people.
     """
 
@@ -101,7 +101,7 @@ class Runs:
 
     Args:
         runs: as they are stored.
-        vocabulary: of requirements.
+        vocabulary: the vocabulary of requirements.
         actors: the names of those who act in the model.
         state: the field by which the code under test reports its state, as `topic.field`; empty for none.
     """

@@ -53,7 +53,7 @@ class CandidateScore:
     Args:
         candidate: the candidate.
         requirement: its formula as data.
-        tally: of the runs that it was mined from.
+        tally: the tally of the runs that it was mined from.
         faults: the seeded bugs that violate it, as bits.
         new: those of them that nothing else notices, as bits.
     """
@@ -70,7 +70,7 @@ class CandidatePool:
     """The candidates that no run has refuted.
 
     Args:
-        scores: of candidates that all runs satisfy.
+        scores: the scores of candidates that all runs satisfy.
         noticed: the seeded bugs that requirements or exceptions notice, as bits.
         candidates: how many there were at first.
     """
@@ -192,7 +192,7 @@ def rank(scores: Iterable[CandidateScore], noticed: int = 0) -> list[CandidateSc
     first.
 
     Args:
-        scores: of candidates.
+        scores: the scores of candidates.
         noticed: the bugs that requirements notice, as bits.
     """
     left = sorted(scores, key=lambda score: _usefulness(score.candidate))

@@ -56,8 +56,8 @@ class Version:
 
     Args:
         name: name of the bug; empty for the code as it is.
-        path: of the changed file; empty for the code as it is.
-        text: of the changed file.
+        path: the path of the changed file; empty for the code as it is.
+        text: the text of the changed file.
         runs: to be made.
     """
 
@@ -72,10 +72,10 @@ class RecordingJob:
     """The job of the process: the versions of the code, and the runs to record of each.
 
     Args:
-        arguments: of pytest, as the session was started with.
-        folder: of the stored runs.
-        versions: in order.
-        processes: at the same time.
+        arguments: the arguments of pytest, as the session was started with.
+        folder: the folder of the stored runs.
+        versions: the versions, in order.
+        processes: number of processes at the same time.
         run_s: a run that takes more processor time (s) does not end.
         seconds: no version is begun after this time; None: no limit.
         formulas: more requirements to judge runs by; a run continues until they are decided.

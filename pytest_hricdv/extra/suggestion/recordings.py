@@ -41,9 +41,9 @@ class Recordings:
     """Makes runs, and keeps them in a folder: a run that is there already is not made again.
 
     Args:
-        context: of the session.
-        folder: of the stored runs.
-        processes: at the same time.
+        context: the session's context.
+        folder: the folder of the stored runs.
+        processes: number of processes at the same time.
         slowest_s: the slowest test (s of wall time).
         say: receives progress messages.
         let_through: while runs are made, a signal may raise.
@@ -79,7 +79,7 @@ class Recordings:
         """The runs of tests with the unchanged code, in order, except those that did not end.
 
         Args:
-            tests: to be run.
+            tests: the tests to run.
             what: they are, for people.
             formulas: further requirements; a run continues until they are decided, and `failed` has those that failed.
 
@@ -178,7 +178,7 @@ def vary_tests(cases: Sequence[HriCase], count: int) -> list[ConcreteTest]:
     first.
 
     Args:
-        cases: of the session, in an order that does not depend on workers.
+        cases: the session's cases, in an order that does not depend on workers.
         count: how many.
     """
     made: list[ConcreteTest] = []

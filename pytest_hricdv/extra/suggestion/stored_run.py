@@ -34,13 +34,13 @@ class StoredRun(msgspec.Struct, frozen=True, kw_only=True):
 
     Args:
         test: its id.
-        sha256: of the record; empty if there is none.
+        sha256: SHA-256 of the record; empty if there is none.
         end_s: when it ended (s of simulated time).
         failed: the requirements that it violated, except known violations.
         errors: what else was wrong with it, a sentence each.
         signals: name -> times (s) and values, as the bytes of doubles.
         texts: name -> times (s), as the bytes of doubles, and values.
-        messages: in the order of time.
+        messages: the messages, in the order of time.
         own_topics: the topics that the code under test has sent.
         own_signals: the signals that only the code under test has changed, at work itself.
         other_signals: the signals that only nodes have changed that are no code under test, such as a person.
@@ -111,7 +111,7 @@ def store(test: str, result: CaseResult, authorship: Authorship, failed: tuple[s
 
     Args:
         test: its id.
-        result: of the run.
+        result: the run's result.
         authorship: watched it.
         failed: the requirements that it violated, except known violations.
     """

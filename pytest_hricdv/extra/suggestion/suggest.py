@@ -73,7 +73,7 @@ class Suggester:
     """Suggests requirements for a session.
 
     Args:
-        session: whose tests have run.
+        session: the session whose tests have run.
         settings: how.
         tests: the results to mine, in the order in which they were drawn.
     """

@@ -26,7 +26,7 @@ class ObservedWorld:
     """A world whose shapes are sampled while it advances, without additional stops.
 
     Args:
-        world: of the run.
+        world: the run's world.
         bodies: gives the shapes of the world now.
         period_us: minimum time between two samples (us).
     """
@@ -69,8 +69,8 @@ class TraceWriter:
     """Writes the traces of one process.
 
     Args:
-        settings: of the session's runs.
-        folder: of the report; traces go into a folder inside.
+        settings: the settings of the session's runs.
+        folder: the report's folder; traces go into a folder inside.
     """
 
     def __init__(self, settings: RunSettings, folder: Path) -> None:

@@ -40,7 +40,7 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         began: date and time (UTC, ISO 8601).
-        revision: of the project's repository; empty if there is none.
+        revision: the revision of the project's repository; empty if there is none.
         dirty: tracked files were changed.
         compared_by: has to be equal for sessions to be compared: testbench, suites with seeds, and options.
         complete: all tests of the suites ran.

@@ -88,7 +88,7 @@ def evaluate(plan: Sequence[PlanItem], report: Report) -> tuple[PlanItem, ...]:
 
     Args:
         plan: its items, in the order of the file; their earlier states have no effect.
-        report: of a session, or merged.
+        report: the report of a session, or merged.
     """
     done: list[PlanItem] = []
     for part in reversed(plan):  # what a section has is known before it

@@ -30,14 +30,14 @@ class PlanItem(PlainRecord, frozen=True, kw_only=True):
         text: a longer description.
         depth: number of sections around it.
         is_goal: whether it is a goal.
-        requirements: that have to be checked and to pass.
+        requirements: the requirements that have to be checked and to pass.
         triggers: least number of triggers of each of them.
         statements: percentage of those that can be reached, of the files.
         branches: likewise.
         files: globs; empty for all of the code under test.
         cross: cross product -> percentage of its possible bins, over all suites.
         plans: agent -> percentage of its plans, over all suites.
-        state: of the goal, or the worst in the section.
+        state: the state of the goal, or the worst in the section.
         missing: what it lacks, a sentence each.
         goals: number of goals in it.
         met: number of those that are met or waived.

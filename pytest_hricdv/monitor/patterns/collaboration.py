@@ -36,7 +36,7 @@ def speed_and_separation(
     `0.2 + 0.3 * arm_speed`. Source: speed and separation monitoring, ISO 10218-2:2025; ISO/TS 15066:2016, 5.5.4.
 
     Args:
-        speed: of the robot, not negative.
+        speed: the speed of the robot, not negative.
         distance: between robot and person (m).
 
     Raises:
@@ -90,7 +90,7 @@ def protective_separation(
     5.5.4.2.3, with constant speeds.
 
     Args:
-        speed: of the robot, not negative.
+        speed: the speed of the robot, not negative.
         distance: between robot and person (m).
         v_h: speed of the person towards the robot (m/s).
         t_r: reaction time of the robot, sensors and control included (s).
@@ -162,7 +162,7 @@ def contact_pressure(
     comes from.
 
     Args:
-        pressure: of the contact (N/cm2), not negative.
+        pressure: the pressure of the contact (N/cm2), not negative.
 
     Raises:
         PatternError: as from `power_and_force`.

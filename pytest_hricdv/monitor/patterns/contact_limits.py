@@ -52,7 +52,7 @@ class ContactLimits(PlainRecord, frozen=True, kw_only=True, forbid_unknown_field
     """A file of limits.
 
     Attributes:
-        source: of the limits.
+        source: the source of the limits.
         transient_s: a contact that lasts longer (s) is quasi-static.
         regions: region -> its limits.
     """
@@ -71,10 +71,10 @@ def contact_limits(
     transient_s]))`. Scope: while the region is touched.
 
     Args:
-        path: of the file, as from `contact_limits_template`.
+        path: the file's path, as from `contact_limits_template`.
         region: the touched region, a text.
-        force: of the contact (N), not negative; None if it is not simulated.
-        pressure: of the contact (N/cm2), likewise.
+        force: the force of the contact (N), not negative; None if it is not simulated.
+        pressure: the pressure of the contact (N/cm2), likewise.
 
     Raises:
         RequirementError: located, if the file has no limits, an unknown region, or limits of a quantity that is not

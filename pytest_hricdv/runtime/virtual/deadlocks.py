@@ -33,7 +33,7 @@ class EndlessWait:
     """A wait that only another node could have ended.
 
     Args:
-        node: that waits.
+        node: the node that waits.
         place: its line, in a file by the name of its module.
         since_s: when it began (s of simulated time).
         holder: who holds the lock that it waits for; None if it waits for something else.

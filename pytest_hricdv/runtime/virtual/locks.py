@@ -24,7 +24,7 @@ class WaitQueue:
     """The nodes that wait for one thing, in the order in which they came.
 
     Args:
-        kind: of the wait, see `real_time.KINDS`.
+        kind: the kind of the wait, see `real_time.KINDS`.
         name: what they wait in, as the code under test calls it.
     """
 

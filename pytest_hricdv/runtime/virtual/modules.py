@@ -114,7 +114,7 @@ class VirtualModules:
     """Lets the modules that the code under test reaches see the stand-ins.
 
     Args:
-        packages: of the code under test, by name.
+        packages: the packages of the code under test, by name.
     """
 
     def __init__(self, packages: Sequence[str]) -> None:

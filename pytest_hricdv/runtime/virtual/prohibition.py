@@ -138,8 +138,8 @@ def takes_away(name: str, args: tuple[Any, ...], depth: int) -> bool:
     """Whether a call leaves the session with less than it had.
 
     Args:
-        name: of the function, with its module.
-        args: of the call.
+        name: the function's name, with its module.
+        args: the arguments of the call.
         depth: the limit of recursion when the run began.
     """
     match name, args:

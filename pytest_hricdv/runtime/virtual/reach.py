@@ -50,7 +50,7 @@ class Reach:
     tests are not followed.
 
     Args:
-        packages: of the code under test.
+        packages: the packages of the code under test.
     """
 
     def __init__(self, packages: Sequence[str]) -> None:

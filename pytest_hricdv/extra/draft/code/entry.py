@@ -90,7 +90,7 @@ class EntryFinder:
         """The entry; None if there is nothing to call.
 
         Args:
-            name: of a function, class, or `Class.method`, or `SCRIPT`; empty for the likeliest one.
+            name: the name of a function, class, or `Class.method`, or `SCRIPT`; empty for the likeliest one.
 
         Raises:
             DraftError: there is no such function.

@@ -42,7 +42,7 @@ class StimulusReader:
         """The public methods of the entry's object, and those that were called from outside.
 
         Args:
-            entry: of the code.
+            entry: the entry of the code.
             called: names of methods that were seen to be called from outside.
         """
         scope = self._sources.class_named(entry.module, entry.name)

@@ -56,7 +56,7 @@ class Branches:
     """Finds the statements that do not run for a text.
 
     Args:
-        flow: of the code.
+        flow: the flow of the code.
         places: expressions with the value, each with the function in which it stands.
     """
 

@@ -28,13 +28,13 @@ class Shape:
     """All values that were observed at one place.
 
     Args:
-        count: of the values.
+        count: number of the values.
         kinds: kind of value -> how often: "bool", "int", "float", "text", "none", "object", "dict", "json", "bytes",
             "list", "enum", "callable".
         texts: text or member of an enumeration -> how often, up to `MAX_TEXTS`.
         low: the least number. high: the greatest one.
         classes: class of objects and enumerations, as "module:Class" -> how often.
-        fields: of objects and dicts, by name.
+        fields: the fields of objects and dicts, by name.
         is_open: whether there were more texts than are kept.
     """
 

@@ -53,7 +53,7 @@ class BorderTracer:
     """Records the border of a package.
 
     Args:
-        folders: of the package's source.
+        folders: the folders of the package's source.
         outside: names of modules and folders in it that are not the code, as "tests" and "demo".
         file: where the recording goes; each process adds its number.
     """

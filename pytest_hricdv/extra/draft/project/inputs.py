@@ -27,7 +27,7 @@ class Variant:
     Args:
         name: its word in commands and in the model; empty if it is the only one.
         values: field -> source text of the value, as pairs.
-        location: of the value in the code.
+        location: the location of the value in the code.
         ranges: field -> source text of the range, as pairs, of numbers that the code compares with others.
         is_usual: whether the code compares with its text, and its numbers are the usual ones for this text.
     """

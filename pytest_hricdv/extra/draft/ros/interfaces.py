@@ -51,7 +51,7 @@ def fields(kind: str, part: int, packages: Mapping[str, Path], location: CodeLin
 
     Args:
         part: 0 for a message, a request, a goal; 1 for a response, a result.
-        location: that the fields get: where the code uses the type.
+        location: the location that the fields get: where the code uses the type.
 
     Returns:
         Its truths, texts and numbers, those of messages in it by paths (`linear.x`); None if no file declares them.

@@ -124,7 +124,7 @@ class RunBorder:
     """The state that the stand-ins of one run share.
 
     Args:
-        run: of the test.
+        run: the test's run.
         kinds: classes that the bus of the run carries.
         called: "port.method", or "port.method topic" -> class of the message that says that the code has called it.
         senses: what devices return next, by "port.name".
@@ -188,8 +188,8 @@ class RunBorder:
         """Note that the code has called something outside; functions among the arguments are its callbacks.
 
         Args:
-            port: that is called.
-            name: of the method.
+            port: the port that is called.
+            name: the name of the method.
             arguments: in their order.
             named: by name.
             place: where the code calls it; empty unless it is of a module that is not installed.

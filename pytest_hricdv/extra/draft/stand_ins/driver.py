@@ -33,7 +33,7 @@ class Driver:
     Args:
         robot: a class or function of the code.
         ports: what it is called with: a stand-in for each parameter.
-        method: of the object, which makes the robot work; empty if the code is only called.
+        method: the method of the object, which makes the robot work; empty if the code is only called.
         method_ports: what the method is called with.
         period_s: the method is called again and again with this period, as a control loop; 0: once.
         says: command -> what a person says by it.

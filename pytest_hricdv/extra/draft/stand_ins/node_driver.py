@@ -26,9 +26,9 @@ class NodeDriver:
         entry: "package.module:function", or a class of nodes.
         publishers: what the node publishes: topic -> type.
         subscriptions: topics that a person publishes.
-        services: that a person calls. actions: that a person starts.
+        services: services that a person calls. actions: actions that a person starts.
         clients: services, and action_clients: actions, that others answer with an empty response, and succeed with.
-        parameters: of the node.
+        parameters: the node's parameters.
         says: command -> what a person says by it.
         person: name of the person.
         manners: how the person waits.

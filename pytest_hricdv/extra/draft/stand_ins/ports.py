@@ -52,7 +52,7 @@ class RunParameter:
     """A number that is drawn for each run: a parameter of `Concretization.run`.
 
     Args:
-        name: of the parameter.
+        name: the name of the parameter.
         is_whole: whether it is an integer.
     """
 
@@ -81,7 +81,7 @@ class ProgramPort:
     """Another program that the code starts, but no run does: its arguments and results cross the border.
 
     Args:
-        path: of the function that starts it, as "subprocess.run".
+        path: the path of the function that starts it, as "subprocess.run".
     """
 
     path: str

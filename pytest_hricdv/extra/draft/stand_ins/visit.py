@@ -21,7 +21,7 @@ class Array:
 
     Args:
         number: its range.
-        length: of the array; the default is that of a scan with a ray each ten degrees.
+        length: the length of the array; the default is that of a scan with a ray each ten degrees.
     """
 
     number: Sampler
@@ -145,7 +145,7 @@ class Visit:
     """A person who acts in one run.
 
     Args:
-        run: of the test.
+        run: the test's run.
         says: command -> what is said.
         say: says it, with the numbers of the test.
         answers: inboxes of messages that answer what was said.

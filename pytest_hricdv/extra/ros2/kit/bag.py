@@ -25,8 +25,8 @@ class BagPlayer:
     """Publishes the messages of a bag of ROS 2, MCAP or SQLite, as `ros2 bag play` does, in simulated time.
 
     Args:
-        system: of `run.ros2`.
-        path: of the bag's folder, or of a file of it; relative to the folder in which pytest is started.
+        system: the system of `run.ros2`.
+        path: the path of the bag's folder, or of a file of it; relative to the folder in which pytest is started.
         topics: those that are published; None: all but hidden ones.
         start_s: how much of the beginning is left out (s of the recording).
         rate: how much faster than it was recorded.
@@ -163,7 +163,7 @@ class BagTopic:
     """A topic of a bag.
 
     Args:
-        type: of its messages, as "std_msgs/msg/String".
+        type: the type of its messages, as "std_msgs/msg/String".
         latched: whether it was offered to later subscriptions, too ("transient local").
     """
 
@@ -184,9 +184,9 @@ class BagContent:
     """The content of a bag.
 
     Args:
-        path: of the bag.
+        path: the path of the bag.
         topics: all of it, name -> topic.
-        messages: of the topics that were asked for, in the order of time.
+        messages: the messages of the topics that were asked for, in the order of time.
     """
 
     path: Path
@@ -198,11 +198,11 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> BagContent:
     """Read a bag: its folder, or one file of it.
 
     Args:
-        path: of a folder with or without `metadata.yaml`, or of a file.
+        path: the path of a folder with or without `metadata.yaml`, or of a file.
         topics: those whose messages are wanted; None: all that are not hidden.
 
     Raises:
-        BagError: it is no bag, is cut off, or has no such topic.
+        BagError: it is not a bag, is cut off, or has no such topic.
     """
     content = BagContent(path)
     for part in _parts(path):

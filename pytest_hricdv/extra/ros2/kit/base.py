@@ -60,7 +60,7 @@ class PlanarBase:
     """A base on wheels. It obeys commands at once, and drives through walls.
 
     Args:
-        system: of `run.ros2`.
+        system: the system of `run.ros2`.
         pose: where it begins.
         cmd_vel: the topic that it obeys, with a type: `geometry_msgs/msg/Twist` or `TwistStamped`.
         period_s: between two messages on `/odom` and `/tf`. 20 Hz by default, as of small robots.
@@ -177,16 +177,16 @@ class Laser:
     """A laser scanner that publishes `sensor_msgs/msg/LaserScan`.
 
     Args:
-        system: of `run.ros2`.
+        system: the system of `run.ros2`.
         pose: where the scanner is; called for each scan, for instance `lambda: base.pose`.
         polygons: what it sees; a function where something moves, as a person's legs.
-        topic: of the scans.
+        topic: the topic of the scans.
         samples: rays of a scan, evenly from `angle_min_rad` to `angle_max_rad`.
         range_m: the least and the largest distance. REP 117: nearer is -inf, farther is inf.
         noise_m: standard deviation of a distance.
         period_s: between two scans. 10 Hz by default, as of small scanners.
-        generator: of the noise; without one it is that of the test's seed.
-        frame_id: of the scanner.
+        generator: the generator of the noise; without one it is that of the test's seed.
+        frame_id: the frame id of the scanner.
         node: its name in the graph.
     """
 

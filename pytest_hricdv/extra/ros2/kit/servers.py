@@ -40,9 +40,9 @@ class Navigation:
     reach is aborted after the base has gone half of the way.
 
     Args:
-        system: of `run.ros2`.
-        base: that is driven; without one there is only a pose.
-        speed_m_s: of the base. 0.26 m/s is the default of Nav2's controllers for a TurtleBot 3.
+        system: the system of `run.ros2`.
+        base: the base that is driven; without one there is only a pose.
+        speed_m_s: the speed of the base. 0.26 m/s is the default of Nav2's controllers for a TurtleBot 3.
         reaches: whether it can reach a pose.
         node: its name in the graph.
     """
@@ -174,9 +174,9 @@ class JointTrajectoryFollower:
     increase; holds where it is when a goal is cancelled; and aborts the present goal when another one comes.
 
     Args:
-        system: of `run.ros2`.
+        system: the system of `run.ros2`.
         joints: names -> where they begin (rad or m).
-        name: of the action.
+        name: the name of the action.
         period_s: between two feedbacks. 20 Hz, the default of ros2_control's `action_monitor_rate`.
         node: its name in the graph.
 
@@ -255,8 +255,8 @@ class ManagedNode:
     """A managed node without content: its services, and the transitions that it goes through.
 
     Args:
-        system: of `run.ros2`.
-        name: of the node, in the namespace "/".
+        system: the system of `run.ros2`.
+        name: the node's name, in the namespace "/".
         on_transition: called with "configure", "activate", "deactivate", "cleanup" or "shutdown"; whether it
             succeeds. It may block: the transition lasts as long.
 
