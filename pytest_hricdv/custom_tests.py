@@ -71,8 +71,9 @@ class HriRun:
             checked: use `assert`, or give the result to `check`.
 
         Raises:
-            GenerateError: a command or a parameter that the testbench does not declare, or a value that is no number.
-            NodeError: a node failed; the text names it and the simulated time.
+            GenerateError: a command or a parameter that the testbench does not declare, or a value that is not a
+                number.
+            NodeError: a node failed; the message names it and the simulated time.
         """
         try:
             case = self._case(test, seed, parameters)

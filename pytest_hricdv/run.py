@@ -29,7 +29,7 @@ __all__ = ["Actions", "ConcreteAction", "ConcreteTest", "Ending", "Run", "Schedu
 
 
 class TestbenchError(InputError):
-    """The testbench is missing, or lacks a part; the text says which and what it is for."""
+    """The testbench is missing, or lacks a part; the message says which and what it is for."""
 
     __test__ = False
 

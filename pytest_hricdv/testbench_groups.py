@@ -146,7 +146,7 @@ class StateField:
     """Where the code under test publishes its state.
 
     Args:
-        name: the text field of a message, such as "state.name"; empty if there is none.
+        name: the string field of a message, such as "state.name"; empty if there is none.
         transitions: pairs of successive states that the suite `closure` has to cover.
     """
 
@@ -162,7 +162,7 @@ class Signal:
         type: bool, float or str.
         unit: the unit of a float, for instance "m/s". Reports show it, and numbers in requirements may have a unit, too
             (`hand_distance < 50 mm`).
-        values: all values of a str. A requirement that compares it with another text is refused.
+        values: all values of a str. A requirement that compares it with another string is refused.
         sampled_while: a bool signal. The world measures this signal only while that one is True; otherwise, plots have
             a gap, and requirements use the last value.
     """
@@ -179,7 +179,7 @@ class Field:
 
     Args:
         unit: the unit of a number, as for `Signal`.
-        values: all values of a text, as for `Signal`; not needed for Literal and Enum.
+        values: all values of a string, as for `Signal`; not needed for Literal and Enum.
     """
 
     unit: str = ""

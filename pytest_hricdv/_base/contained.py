@@ -61,7 +61,7 @@ def files_inside(folder: Path, name: str, suffixes: tuple[str, ...]) -> Iterator
 
 
 def open_unlinked(path: Path, flags: int, mode: int = 0o666) -> int:
-    """Like `os.open`, for a file that is no symbolic link. Raises OSError."""
+    """Like `os.open`, for a file that is not a symbolic link. Raises OSError."""
     try:
         return os.open(path, flags | _NO_LINK, mode)
     except OSError as error:

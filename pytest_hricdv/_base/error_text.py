@@ -230,7 +230,7 @@ def _cut_frames(error: BaseException) -> None:
 def _hide_between(error: BaseException) -> None:
     """Hide frames of this package that called foreign code: they are not the reason.
 
-    Frames that raise an error of this package on purpose are hidden, too: its text says what is wrong, and where.
+    Frames that raise an error of this package on purpose are hidden, too: its message says what is wrong, and where.
     """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     is_ours = [str(frame.f_globals.get("__name__")).partition(".")[0] == _OURS for frame in frames]

@@ -132,7 +132,7 @@ def _key(seed: int) -> tuple[int, int]:
 
 
 def _hash_of(data: bytes, key: tuple[int, int], rounds: tuple[int, int]) -> int:
-    """SipHash (Aumasson and Bernstein 2012), as Python uses it for texts (PEP 456), on machines with 64 bits."""
+    """SipHash (Aumasson and Bernstein 2012), as Python uses it for strings (PEP 456), on machines with 64 bits."""
     a, b, c, d = (
         half ^ constant
         for half, constant in zip(

@@ -128,7 +128,7 @@ def unpack(data: bytes, most: int = MAX_UNPACKED_BYTES) -> bytes:
     """Decompress zlib data, with at most `most` bytes of it in memory.
 
     Raises:
-        MalformedError: it has more, is cut off, or is no zlib data.
+        MalformedError: it has more, is cut off, or is not zlib data.
     """
     unpacking = zlib.decompressobj()
     try:
@@ -151,7 +151,7 @@ def from_json(text: str, kind: type[T], *, strict: bool = False) -> T:
         strict: whether it has no keys but those of the type. A report of a later version may have more.
 
     Raises:
-        MalformedError: the text is no JSON, or other JSON than `kind` has, or has a number that is too large.
+        MalformedError: the text is not JSON, or other JSON than `kind` has, or has a number that is too large.
     """
     import msgspec  # not at the top: a session that reads no file does not need it
 
@@ -228,7 +228,7 @@ def from_toml(text: str) -> dict[str, object]:
     """The tables of a TOML file.
 
     Raises:
-        MalformedError: the text is no TOML, is nested too deeply, or has a number that is too large.
+        MalformedError: the text is not TOML, is nested too deeply, or has a number that is too large.
     """
     import tomllib
 
@@ -308,7 +308,7 @@ def _items(value: object) -> Iterator[tuple[str, object]]:
 
 
 def _json_fault(text: str) -> str:
-    """Line and column of what is no JSON: the standard decoder names them, msgspec's does not."""
+    """Line and column of what is not JSON: the standard decoder names them, msgspec's does not."""
     import json
 
     try:

@@ -22,7 +22,7 @@ _ATOM = re.compile(r"[a-z][A-Za-z0-9_]*")
 
 
 def term_of(value: Value) -> Term:
-    """A value of a run as a term: True is 1; a text is an atom if it can be one, else a string."""
+    """A value of a run as a term: True is 1; a string becomes an atom if it can, else stays a string."""
     return _text_term(value) if isinstance(value, str) else Number(value)
 
 
@@ -87,7 +87,7 @@ class AgentNames:
         return literal
 
     def literal_of_failure(self, owner: str, act: str) -> Structure:
-        """The literal of an act that can fail. Raises CouplingError if it is no external action."""
+        """The literal of an act that can fail. Raises CouplingError if it is not an external action."""
         literal = None if act.startswith("@") else _parse(owner, act)
         if literal is None or literal.key not in self._actions:
             raise CouplingError(f"{owner}: only an external action can fail; {act} is not one of {self._agent}")
@@ -106,7 +106,7 @@ class AgentNames:
 
 def _keys(parts: Iterable[object]) -> set[Key]:
     structures = (part for root in parts for part in parts_of(root) if isinstance(part, Structure))
-    # The annotation [source(a)] and constant contexts are no beliefs.
+    # The annotation [source(a)] and constant contexts are not beliefs.
     return {part.key for part in structures if part.functor not in ("source", "true", "false")}
 
 

@@ -11,7 +11,7 @@ PERCEPT = "percept"
 
 
 class CouplingError(InputError):
-    """A declaration of percepts or acts does not fit the model or the run; the text says what was expected."""
+    """A declaration of percepts or acts does not fit the model or the run; the message says what was expected."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class PerceptMapping:
     Args:
         literal: a belief, or a goal to achieve (`!serve(cup)`). A variable in it is the value of a field of the event's
             message, or of a signal: `reading(Gaze, Pressure, Location)` has the fields `gaze`, `pressure` and
-            `location`. True is 1 and false is 0, a text is an atom or a string.
+            `location`. True is 1, false is 0, a string becomes an atom or stays a string.
         when: the event, in the language of requirements: `on(request)`.
         source: the agent that says so; by default it is a percept.
     """

@@ -270,7 +270,7 @@ def _text(file: ModuleFile, data: bytes) -> str:
 
 
 class NotPythonError(Exception):
-    """A file that is no Python; the text says where and why."""
+    """A file that is not Python; the message says where and why."""
 
 
 def _read(name: str, path: Path, reporter: FileReporter) -> SourceFile:

@@ -206,7 +206,7 @@ class Function:
 
 
 def functions(source: str) -> tuple[Function, ...]:
-    """All functions, inner ones before outer ones, and the module last. Of text that is no Python: only the module."""
+    """All functions, inner ones before outer ones, and the module last. Of text that is not Python: only the module."""
     lines = source.count("\n") + 1
     try:
         inner = _functions_in(ast.parse(source), "")

@@ -33,7 +33,7 @@ INSTALLED = frozenset({"site-packages", "dist-packages"})
 
 
 class CoverageError(InputError):
-    """The code under test cannot be measured as asked; the text says where and what to do."""
+    """The code under test cannot be measured as asked; the message says where and what to do."""
 
 
 @dataclass(frozen=True)

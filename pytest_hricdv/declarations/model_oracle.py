@@ -14,7 +14,7 @@ MODEL = "MODEL"
 
 
 class ModelOracleError(InputError):
-    """A declaration of conformance is wrong; the text says which part, what was expected, and what to do."""
+    """A declaration of conformance is wrong; the message says which part, what was expected, and what to do."""
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,11 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class Ros2Error(InputError):
-    """The ROS 2 declaration of a testbench is wrong; the text says what, and what was expected."""
+    """The ROS 2 declaration of a testbench is wrong; the message says what, and what was expected."""
 
 
 class LaunchError(InputError):
-    """A node cannot be started; the text says which, what was expected, and what to do."""
+    """A node cannot be started; the message says which, what was expected, and what to do."""
 
 
 class MissingExecutableError(LaunchError):
@@ -132,7 +132,7 @@ class Launch:
         executables: what runs in the place of executables that are not Python: "package/executable" -> a function, an
             entry "package.module:main", or `IGNORED`. The function is called in a process of its own, with a
             `LaunchedProcess` if it takes an argument. A composable node is called "package/package::Class", a command
-            that is no node, such as of `ExecuteProcess`, by its first word. `*` and `?` stand for any text.
+            that is not a node, such as of `ExecuteProcess`, by its first word. `*` and `?` stand for any string.
         workspace: folders with sources of packages, besides those around the launch file and what is installed.
 
     Raises:

@@ -82,7 +82,7 @@ class CodeUnderTest:
         return node in self._nodes
 
     def is_other_running(self) -> bool:
-        """Whether the caller is a node that is none of its, such as a person; the kernel and the world are no nodes."""
+        """Whether the caller is a node other than its own, such as a person; the kernel and the world are not nodes."""
         node = self._kernel.own_node()
         return node is not None and node not in self._nodes
 

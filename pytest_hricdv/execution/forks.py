@@ -37,7 +37,7 @@ _LOOK_AFTER_S = 0.5
 
 
 class ForkError(Exception):
-    """The process ended without its message; the text says how."""
+    """The process ended without its message; the error says how."""
 
 
 class Fork:

@@ -32,7 +32,7 @@ def instrument(
 
     Args:
         files: path, text, and how its tree is changed. A file that does not compile then stays as it is.
-        hooks: what changed code calls, by names that are no names of the code.
+        hooks: what changed code calls, by names that are not names of the code.
         functions: of these files, where `find_functions` has found them already, as before a fork.
     """
     changed: list[tuple[FunctionType, CodeType]] = []

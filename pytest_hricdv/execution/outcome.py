@@ -23,7 +23,7 @@ FAILING: tuple[TestOutcome, ...] = ("failed", "error")
 """Outcomes that fail a session, a merge and a campaign."""
 
 XFAILED: tuple[TestOutcome, ...] = ("known-violation", "engine-sensitive", "expected-failure")
-"""Outcomes that pytest reports as xfailed: they fail nothing, and are no pass."""
+"""Outcomes that pytest reports as xfailed: they fail nothing, and do not pass."""
 
 AS_DECLARED: tuple[TestOutcome, ...] = ("passed", "known-violation")
 """Outcomes of runs without a deviation from the project's declarations."""

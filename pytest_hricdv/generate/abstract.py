@@ -98,7 +98,7 @@ class AbstractTest:
 
     Raises:
         GenerateError: other characters in the id or the suite, a seed out of range, no target, text that the text
-            format cannot represent, a line that is no command in canonical spelling, or values or an order of no
+            format cannot represent, a line that is not a command in canonical spelling, or values or an order of no
             command of the test.
     """
 
@@ -210,7 +210,7 @@ def command_from_action(action: str, actor: str = "") -> str:
         actor: who does it, where the model has several actors: `nurse` gives `nurse: set_param gaze = 1`.
 
     Raises:
-        GenerateError: the action has no text form: more than two arguments, or one that is no atom, name or number.
+        GenerateError: the action has no text form: more than two arguments, or one that is not an atom, name or number.
     """
     match = _ACTION.match(action)
     if match is None:

@@ -156,7 +156,7 @@ def after_to_data(after: After) -> dict[str, list[int]]:
 
 
 def after_from_data(data: Mapping[str, Sequence[int]]) -> dict[int, tuple[int, ...]]:
-    """What `after_to_data` gave. Raises GenerateError for a key that is no number."""
+    """What `after_to_data` gave. Raises GenerateError for a key that is not a number."""
     return {_number(key): tuple(causes) for key, causes in data.items()}
 
 

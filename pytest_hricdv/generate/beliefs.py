@@ -45,8 +45,8 @@ class BeliefSpace:
         default_beliefs: beliefs that mean "none of this group", as `not_bored` does: the model need not mention them.
 
     Raises:
-        GenerateError: no start belief, an empty group, a belief listed twice, a belief that is no AgentSpeak atom,
-            a name in `id_groups` that is no group, or one in `default_beliefs` that is no belief of the space.
+        GenerateError: no start belief, an empty group, a belief listed twice, a belief that is not an AgentSpeak atom,
+            a name in `id_groups` that is not a group, or one in `default_beliefs` that is not a belief of the space.
     """
 
     start: tuple[str, ...]
@@ -144,7 +144,7 @@ def read_belief_sets(path: Path, space: BeliefSpace) -> tuple[BeliefSets, ...]:
     """Read a file and expand its patterns.
 
     Raises:
-        GenerateError: the file cannot be read or is no TOML; an unknown key or belief; a pattern without a match; a
+        GenerateError: the file cannot be read or is not TOML; an unknown key or belief; a pattern without a match; a
             subset listed twice. With file, line and column.
     """
     try:

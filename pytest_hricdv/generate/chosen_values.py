@@ -25,7 +25,8 @@ def check(values: Values, commands: int) -> None:
     """Check that values belong to a test with that many commands and have a text form.
 
     Raises:
-        GenerateError: there is no such command, it has no value, a name is no word, or a value is not a finite number.
+        GenerateError: there is no such command, it has no value, a name is not a word, or a value is not a finite
+            number.
     """
     for number, chosen in values.items():
         where = owner(number)
@@ -78,7 +79,7 @@ def read_key(key: str) -> int:
 
 
 def read_text(text: str) -> dict[str, float]:
-    """The values of a text such as `pull_n 8.25, grip_s 31.5`. Raises GenerateError if it is no such text."""
+    """The values in a text such as `pull_n 8.25, grip_s 31.5`. Raises GenerateError for any other text."""
     values: dict[str, float] = {}
     for part in text.split(","):
         name, _, number = part.strip().partition(" ")

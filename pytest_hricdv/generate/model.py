@@ -44,7 +44,7 @@ class Model:
         max_rounds: reasoning rounds after which a run is ended.
 
     Raises:
-        GenerateError: no covered agent, no round to run, or actors that are no names.
+        GenerateError: no covered agent, no round to run, or actors that are not names.
     """
 
     path: Path
@@ -96,7 +96,7 @@ class Model:
             sources = {entry.source for entry in read_project(self.path).agents}
         except (BdiError, OSError) as error:
             raise GenerateError(f"BDI model {self.path}: {error}") from error
-        # Include files that are no agent's source: they may be included by one, and changes must be noticed.
+        # Include files that are not an agent's source: they may be included by one, and changes must be noticed.
         return (self.path, *sorted(sources | set(self.path.parent.rglob("*.asl"))))
 
     def parts(self) -> list[list[Json]]:

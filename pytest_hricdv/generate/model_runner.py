@@ -54,7 +54,7 @@ class ModelRunner:
 
     Raises:
         GenerateError: the model cannot be loaded; it lacks an agent or a coverage plan; a belief of the space does not
-            occur in the actor's program, so that choosing it cannot change a test, and is no default belief.
+            occur in the actor's program, so that choosing it cannot change a test, and is not a default belief.
     """
 
     def __init__(self, model: Model, space: BeliefSpace) -> None:

@@ -48,7 +48,7 @@ class Generation:
 
 @dataclass(frozen=True)
 class Suite:
-    """The tests of one method. Equal inputs and seed give equal bytes of JSON; times are no part of it.
+    """The tests of one method. Equal inputs and seed give equal bytes of JSON; times are not part of it.
 
     Raises:
         GenerateError: two tests have the same id, or the name is none of a suite.

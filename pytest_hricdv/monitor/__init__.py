@@ -10,7 +10,7 @@ or the end of the run).
 
 A number may have a unit, `0.25 rad/s`: it is converted to the declared unit of what it is compared with.
 
-A file of requirements may define names for conditions, numbers and texts that its formulas share.
+A file of requirements may define names for conditions, numbers and strings that its formulas share.
 
 Outside of requirements, a formula about the present and the past is a condition: `parse_condition` reads it,
 `MonitorSet.watch` says online when it becomes true and false, `watch` does so for a logged run.

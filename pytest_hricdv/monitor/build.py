@@ -79,7 +79,7 @@ def last(name: str) -> NameValue:
 
 
 def string(name: str) -> TextValue:
-    """A signal, or `topic.field`, that is a text; needed only to compare two of them. Raises ValueError as above."""
+    """A signal, or `topic.field`, that is a string; needed only to compare two of them. Raises ValueError as above."""
     return TextValue((field(name) if "." in name else signal(name)).text)
 
 
@@ -94,7 +94,7 @@ def on(topic: str) -> TruthValue:
 def equal(left: Operand, right: Operand) -> ComparisonValue:
     """`left == right`, of numbers or of texts. (Python's `==` would compare the Python objects.)
 
-    Where one side is a text, or `string(name)`, both are texts.
+    Where one side is a string, or `string(name)`, both are strings.
     """
     return _equality("==", left, right)
 

@@ -168,7 +168,7 @@ class TextValue:
 
 
 class NameValue(TruthValue, NumberValue):
-    """A signal or a field; its position decides whether it is a condition, a number or a text, as in the language."""
+    """A signal or a field; its position decides whether it is a condition, a number or a string, as in the language."""
 
     def __init__(self, name: str) -> None:
         self.text = TextName(name)

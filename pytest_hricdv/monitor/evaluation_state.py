@@ -84,8 +84,8 @@ class EvaluationState:
     def values_before(self) -> Values:
         """The values just before the instant at which an operator starts.
 
-        A first value is taken to have been there before: it is no edge. What may be unknown without an error, such as
-        the text of a message, was not there before the messages of this instant: then it is an edge, as they are.
+        A first value is taken to have been there before: it is not an edge. What may be unknown without an error, such
+        as the text of a message, was not there before the messages of this instant: then it is an edge, as they are.
         """
         return Values({name: value for name, value in self.values.items() if not self._is_new(name, value)})
 

@@ -76,7 +76,7 @@ class MonitorSet:
             self._add(monitor, requirement.id)
 
     def watch(self, condition: PastFormula, changed: Callable[[float, bool], None] | None = None) -> ConditionMonitor:
-        """Follow the truth of a condition, for what is no requirement; to be called before the first update.
+        """Follow the truth of a condition, for what is not a requirement; to be called before the first update.
 
         Args:
             condition: from `parse_condition`, or `.past` of a condition built in Python.

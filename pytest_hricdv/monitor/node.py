@@ -40,7 +40,7 @@ def source_of(name: str) -> str:
 
 
 def is_optional(name: str, kind: Kind) -> bool:
-    """Whether a missing value is no error: of the text of a message, and of a field in the message before."""
+    """Whether a missing value is not an error: of the text of a message, and of a field in the message before."""
     return "." in name and (kind is str or name != field_of(name))
 
 

@@ -44,7 +44,7 @@ def parse_pattern(source: FormulaSource, vocabulary: Vocabulary, *, has_source: 
         has_source: whether the requirement says where its limits come from.
 
     Raises:
-        RequirementError: the text is no pattern, an argument is unknown, missing or wrong, or a limit has no source;
+        RequirementError: the text is not a pattern, an argument is unknown, missing or wrong, or a limit has no source;
             the caret marks the place.
     """
     return RequirementParser(source, vocabulary).pattern(has_source=has_source)

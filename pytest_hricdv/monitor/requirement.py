@@ -71,7 +71,7 @@ class Requirement:
 class RequirementError(InputError, ValueError):
     """A requirement file, or the text of a formula in it, is wrong.
 
-    The text gives the place (file, requirement, line and column), shows the line with a caret under the place, and
+    The message gives the place (file, requirement, line and column), shows the line with a caret under the place, and
     says what was expected, what was found and what to do. `position` is the index of the first wrong character in the
     formula, or None if the error is in the file and not in a formula.
     """
@@ -91,7 +91,7 @@ class FormulaSource:
         path: the file, as the user named it; empty for a formula without a file.
         document: the whole text of that file.
         definition: the name of the definition that it is the formula of; empty for another formula.
-        owner: what the formula belongs to if it is no requirement's and no definition's; named in errors.
+        owner: what the formula belongs to if not to a requirement or a definition; named in errors.
         key: the key of the requirement that has the text in the file.
         is_built: whether it is the text of a formula that was built in Python.
     """

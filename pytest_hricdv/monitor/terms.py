@@ -1,4 +1,4 @@
-"""Terms as data: a number or a text at each time."""
+"""Terms as data: a number or a string at each time."""
 
 from __future__ import annotations
 

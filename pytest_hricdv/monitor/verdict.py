@@ -153,7 +153,7 @@ class VerdictBuilder:
     There may be a violation an event, and nobody reads them before the end: until then they are columns of numbers.
 
     Args:
-        alternatives: the texts of the response's disjuncts; none if it is no disjunction.
+        alternatives: the texts of the response's disjuncts; none if it is not a disjunction.
         most: number of violations and triggers kept, the first ones; the others are only counted.
     """
 

@@ -1,4 +1,4 @@
-"""The vocabulary that requirements are written in: signals, messages, the values of texts, and definitions."""
+"""The vocabulary that requirements are written in: signals, messages, the values of strings, and definitions."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Vocabulary:
     Attributes:
         signals: name -> `bool`, `float` or `str`; piecewise constant in time.
         messages: topic -> fields, each field -> `bool`, `float` or `str`. A field of a nested message has dots.
-        values: text signal, or text field as `topic.field` -> all values that it can have; absent if unknown. A
+        values: string signal, or string field as `topic.field` -> all values that it can have; absent if unknown. A
             comparison with any other value is an error.
         units: numeric signal, or numeric field as `topic.field` -> its unit, such as "m/s"; absent if not declared.
         definitions: name -> what it stands for; of a file of requirements, see `loading.load_definitions`.
@@ -94,7 +94,7 @@ class Vocabulary:
         return unit_of(declared) if declared else None
 
     def full_name(self, name: str) -> str:
-        """The name with the field that it leaves out: a topic with one field, a number or a text, means that field.
+        """The name with the field that it leaves out: a topic with one field, a number or a string, means that field.
 
         A field that is a bool is not left out: the topic alone would look like the arrival of a message.
         """

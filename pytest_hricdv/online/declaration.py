@@ -27,7 +27,8 @@ class InteractiveAgent:
             more actions. Waits of the agent itself (`.wait`) do not count.
 
     Raises:
-        InteractiveAgentError: no name, `percepts` is no tuple of `PerceptMapping`, or `idle_timeout_s` is no time.
+        InteractiveAgentError: no name, `percepts` is not a tuple of `PerceptMapping`, or `idle_timeout_s` is not a
+            time.
     """
 
     agent: str

@@ -161,7 +161,7 @@ class OnlineAgent:
                 so that the same commands without the wait give the same run.
 
         Raises:
-            InteractiveAgentError: the agent cannot continue, has an action that is no command, or perceives an event
+            InteractiveAgentError: the agent cannot continue, has an action that is not a command, or perceives an event
                 with a part that has no value yet.
         """
         try:
@@ -255,7 +255,7 @@ class OnlineActions:
 
         Raises:
             InteractiveAgentError: the agent cannot continue.
-            GenerateError: an action of the agent is no command.
+            GenerateError: an action of the agent is not a command.
         """
         for place in count():
             command = self._next(run)

@@ -157,7 +157,7 @@ class OnlinePeople:
 
         Raises:
             InteractiveAgentError: an agent cannot continue, or hears what has no value yet.
-            GenerateError: it does what is no command.
+            GenerateError: its action is not a command.
         """
         if self._kernel is None:
             self._kernel = run.kernel

@@ -186,7 +186,7 @@ def _type_error(kind: str) -> UnreadableError:
 
 
 def _type_name(field: Any) -> str:
-    """The message type of a field, or of the elements of an array; empty for numbers and texts."""
+    """The message type of a field, or of the elements of an array; empty for numbers and strings."""
     kind, content = field
     if kind.name == "NAME":
         return str(content)

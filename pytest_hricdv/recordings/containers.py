@@ -25,7 +25,7 @@ MAX_TOPICS = 100_000
 
 
 class UnreadableError(ValueError):
-    """A message, or the rest of a file, cannot be read; the text gives the reason."""
+    """A message, or the rest of a file, cannot be read; the error gives the reason."""
 
 
 class RecordedTopic(NamedTuple):

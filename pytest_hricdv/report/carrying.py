@@ -40,7 +40,7 @@ class FileCarrier:
         target: folder of the report that is to have them.
 
     Raises:
-        ReportError: a file cannot be read, or is a symbolic link: what that leads to is no part of a report.
+        ReportError: a file cannot be read, or is a symbolic link: what that leads to is not part of a report.
     """
 
     sources: Iterable[Path]

@@ -22,7 +22,8 @@ class FailureGroup:
 
     Args:
         requirement: its id.
-        situation: the bools and texts that were there at the violation, or what was expected; empty where nothing was.
+        situation: the bools and strings that were there at the violation, or what was expected; empty where nothing
+            was.
         tests: the tests, in the order of their margins, the worst first.
         margin: the worst; None where nothing was compared.
         is_known: these violations are known ones.

@@ -139,7 +139,7 @@ class View:
         return {}
 
     def facts(self, test: TestResult) -> Mapping[str, str]:
-        """Facts on a test, for the table on its page; an empty text is not shown."""
+        """Facts on a test, for the table on its page; an empty string is not shown."""
         return {}
 
     def of_requirement(self, report: Report, name: str) -> RequirementNote | None:

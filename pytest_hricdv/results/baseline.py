@@ -28,7 +28,7 @@ SCHEMA: Final = "hricdv-baseline/2"
 
 
 class BaselineError(InputError):
-    """A baseline cannot be read, written or compared with; the text says which file, why, and what to do."""
+    """A baseline cannot be read, written or compared with; the message says which file, why, and what to do."""
 
 
 class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):

@@ -30,7 +30,7 @@ class Timeline(PlainRecord, frozen=True, kw_only=True):
         signals: name -> "time value time value ...", each value from its time (s) on.
         triggers: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
         checksums: signal -> CRC-32 (hexadecimal) of all its changes, bit for bit, before they were thinned.
-        texts: signals that are texts: name -> (time, text), each from its time (s) on.
+        texts: signals that are strings: name -> (time, text), each from its time (s) on.
     """
 
     end_s: NotNegative

@@ -31,7 +31,7 @@ _CAUSE = re.compile(r"[0-9a-f]{8}")
 
 
 class ThresholdError(InputError, ValueError):
-    """A threshold is malformed; the text says what was expected."""
+    """A threshold is malformed; the message says what was expected."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def parse_threshold(text: str, *, named: bool = True) -> Threshold:
 
 
 class ExemptionError(InputError, ValueError):
-    """A line with an exemption is malformed; the text says what was expected."""
+    """A line with an exemption is malformed; the message says what was expected."""
 
 
 @dataclass(frozen=True)

@@ -89,8 +89,8 @@ MAX_BYTES = 2_000_000_000
 """Greatest size of a journal: four times that of the largest report, for sessions that continued with it."""
 
 MAX_LINE_BYTES = 200_000_000
-"""Greatest size of a line: as of the result of a test that is unpacked. What is longer is no record, as zeros are that
-some file systems leave at the end of a file after a loss of power."""
+"""Greatest size of a line: as of the result of a test that is unpacked. A longer line is not a record, but for instance
+zeros, which some file systems leave at the end of a file after a loss of power."""
 
 _BINARY = getattr(os, "O_BINARY", 0)
 _FLAGS = os.O_RDWR | os.O_CREAT | _BINARY

@@ -33,7 +33,7 @@ _EQUAL = (
 
 
 class MergeError(InputError):
-    """Reports that do not belong together; the text says which, in what they differ, and what to do."""
+    """Reports that do not belong together; the message says which, in what they differ, and what to do."""
 
 
 def merge(reports: Sequence[tuple[str, Report]]) -> Report:

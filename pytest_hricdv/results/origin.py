@@ -65,7 +65,7 @@ _PACKAGES = ("pytest", "pytest-xdist", "coverage")
 
 
 class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
-    """The provenance of one session. It is no result: reports of equal runs differ in it.
+    """The provenance of one session. It is not a result: reports of equal runs differ in it.
 
     Args:
         began: date and time (UTC, ISO 8601, to the second).

@@ -174,7 +174,7 @@ def load(path: Path) -> Replay:
 
 
 def read(path: Path) -> str:
-    """The text of a replay file. Raises ReplayError if there is none or it is no text."""
+    """The text of a replay file. Raises ReplayError if there is none or it is not text."""
     try:
         return read_text(path)
     except FileNotFoundError:

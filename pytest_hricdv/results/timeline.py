@@ -107,7 +107,7 @@ NOTHING = "nothing further"
 
 
 def differing_events(one: TestResult | None, other: TestResult | None) -> tuple[str, str]:
-    """The first different event of each of two runs; two empty texts if none differs."""
+    """The first different event of each of two runs; two empty strings if none differs."""
     timelines = [result.timeline if result is not None else None for result in (one, other)]
     if timelines[0] is None or timelines[1] is None:
         said = tuple(_without_run(result) for result in (one, other))

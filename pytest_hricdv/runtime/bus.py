@@ -182,7 +182,7 @@ class Bus:
             fields: the message's fields, as the record has them.
             deliver: delivers it; called once for each copy that arrives.
             is_heard: whether there is anybody to deliver it to.
-            source: what it is, where it is no message of this bus (see `RecordedMessage`).
+            source: what it is, where it is not a message of this bus (see `RecordedMessage`).
             delay_s: how long it is on its way; a fault comes in its place. It is record_fields as of `disturb`.
             is_lost: whether it never arrives; record_fields as of `disturb`.
 

@@ -144,7 +144,7 @@ class Kernel:
         self.lost_errors: list[str] = []
         """Errors that ended background work that nobody waited for, a sentence each."""
         self.unclaimed: list[Callable[[], str]] = []
-        """Called when the run is over; each returns a sentence about an unclaimed error, or an empty text."""
+        """Called when the run is over; each returns a sentence about an unclaimed error, or an empty string."""
         self.world: World | None = None
         self.after_steps: list[Callable[[], None]] = []
         """Called after each step of the world, for waits for a time at which no step ends."""
@@ -155,7 +155,7 @@ class Kernel:
         self.own: dict[str, object] = {}
         """State of replaced libraries for the run, such as the ROS graph."""
         self.trespasses: list[str] = []
-        """Forbidden acts of threads that are no nodes, a sentence each."""
+        """Forbidden acts of threads that are not nodes, a sentence each."""
         self.refusals: list[KernelError] = []
         """Errors that were raised in nodes because they wait in real time, whether or not the code caught them."""
         self.notice_wake: Callable[[Node], None] | None = None

@@ -2,8 +2,8 @@
 
 Code that repeats an announcement or a reading would keep a run going to its time limit, which may be far away. *New* is
 a message, or a pair of successive messages of one sender, that has not occurred before, apart from its numbers; an
-action; another value of a text signal; a numeric signal outside of its previous range. So a robot that crosses a room,
-a battery that runs down, or a wait until a certain time is no livelock.
+action; another value of a string signal; a numeric signal outside of its previous range. So a robot that crosses a
+room, a battery that runs down, or a wait until a certain time is not a livelock.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _RANGE = 0.1
 _DIGITS = re.compile(r"(?<![A-Za-z_\d])\d+")  # but not those in names, such as `Timeout1`
 
 Token = tuple[str, str, tuple[tuple[str, object], ...]]
-"""A message without its time and numbers: sender, topic, and the text and bool fields."""
+"""A message without its time and numbers: sender, topic, and the string and bool fields."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pytest_hricdv.runtime.source_location import authors_frame
 
 
 class KernelError(Exception):
-    """A node failed or misused the kernel; the text names the node and the simulated time."""
+    """A node failed or misused the kernel; the message names the node and the simulated time."""
 
 
 class TerminalInterrupt(KeyboardInterrupt):

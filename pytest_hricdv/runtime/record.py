@@ -21,7 +21,7 @@ _PLAIN = (bool, int, float, str)
 
 
 def plain(value: object) -> Value | None:
-    """A bool, a number or a text; a scalar of numpy, or an array of one, as the value that it stands for; else None."""
+    """A bool, number or string; a scalar of numpy, or an array of one, as the value that it stands for; else None."""
     if isinstance(value, _PLAIN):
         return value
     item = getattr(value, "item", None)
@@ -30,7 +30,7 @@ def plain(value: object) -> Value | None:
 
 
 def text_of(member: Enum) -> str:
-    """How a member of an enumeration is recorded: by its value if this is a text, else by its name."""
+    """How a member of an enumeration is recorded: by its value if it is a string, else by its name."""
     return member.value if isinstance(member.value, str) else member.name
 
 
@@ -117,7 +117,7 @@ class Recorder:
         A scalar of numpy is recorded as the number or bool that it stands for.
 
         Raises:
-            TypeError: the value is no number, bool or text.
+            TypeError: the value is not a number, bool or string.
             ValueError: the value is NaN or infinite (an error of the world, which no monitor may judge as passed), or
                 a text for a signal that had numbers, or the other way round.
         """

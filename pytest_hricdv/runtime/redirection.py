@@ -84,7 +84,7 @@ class Redirection:
     """Functions that call others while it is installed, and do what they did before at all other times.
 
     Args:
-        pairs: functions, and Python functions that take their place; what is no function is left alone.
+        pairs: functions, and Python functions that take their place; what is not a function is left alone.
     """
 
     def __init__(self, pairs: Iterable[tuple[Any, Any]]) -> None:

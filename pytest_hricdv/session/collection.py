@@ -227,7 +227,7 @@ class Collection:
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_collection_modifyitems(self, config: pytest.Config, items: list[pytest.Item]) -> Iterator[None]:
-        """Deselects items that are no generated tests, before -k and --lf select among the others."""
+        """Deselects items that are not generated tests, before -k and --lf select among the others."""
         if self.only_cases:
             others = [item for item in items if case_of(item) is None]
             self._is_unasked = len(others) == len(items) and bool(self.cases)

@@ -182,7 +182,7 @@ class OptionReader:
         """A whole number from `minimum` to `maximum`, or `default` where the option is not set.
 
         Raises:
-            pytest.UsageError: the value is no whole number or out of range.
+            pytest.UsageError: the value is not a whole number or out of range.
         """
         text = self.text(name)
         if not text:

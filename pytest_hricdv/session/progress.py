@@ -96,7 +96,7 @@ class StatusLine:
 
     @classmethod
     def open(cls) -> StatusLine | None:
-        """Open it on standard output; None if that is no terminal, or one without control sequences.
+        """Open it on standard output; None if that is not a terminal, or one without control sequences.
 
         Call it while pytest does not capture output. The descriptor is a duplicate, so that the line can be drawn while
         the output of a test is captured.

@@ -22,7 +22,7 @@ from pytest_hricdv.session.options import Options
 
 
 class ClusterError(InputError):
-    """The cluster does not exist or cannot work; the text says which, why, and what to do."""
+    """The cluster does not exist or cannot work; the message says which, why, and what to do."""
 
 
 @dataclass(frozen=True)

@@ -313,7 +313,7 @@ class SessionReporter:
         return self.options.shard is not None and bool(self.collection.all_cases) and not self.collection.cases
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Corrects the exit status of a shard without tests, which is no error, and of a session that lost tests.
+        """Corrects the exit status of a shard without tests, which is not an error, and of a session that lost tests.
 
         `pytest.exit(returncode=0)` in the code under test would else look as if all were well.
         """

@@ -43,7 +43,7 @@ ENDING_WITHIN_S = 10.0
 """How long pytest and plugins may take to end the session, besides the report (s): xdist waits as long for workers."""
 
 AGAIN_S = 1.0
-"""A second signal so soon after the first (s) is no second wish: it would cut off what the first one started."""
+"""A second signal so soon after the first (s) is not a second wish: it would cut off what the first one started."""
 
 _ENDING = {
     getattr(signal, name, signal.SIGTERM) for name in ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGXCPU")

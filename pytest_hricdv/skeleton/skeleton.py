@@ -33,7 +33,7 @@ _TAKEN = ("world", "conftest", "meta", "models", "pytest", "pytest_hricdv")
 
 
 class SkeletonError(InputError):
-    """The skeleton cannot be written; the text says why, and what to do."""
+    """The skeleton cannot be written; the message says why, and what to do."""
 
 
 @dataclass(frozen=True)

@@ -210,7 +210,7 @@ def check_calls(tree: object) -> None:
     """Check that all internal actions and functions in a program, or in a part, exist and get as many arguments as they
     take; raises BdiError for the first that does not, with its location and the nearest names known.
 
-    Those that exist elsewhere, in Java or in Jason, are no error until they are called: see :func:`foreign_calls`.
+    Those that exist elsewhere, in Java or in Jason, are not errors until they are called: see :func:`foreign_calls`.
     """
     for call in _calls_of(tree):
         check_call(call)

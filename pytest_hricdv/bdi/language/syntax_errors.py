@@ -121,7 +121,7 @@ def _hint(token: Token, accepted: set[str], text: str) -> str:
 
 
 def _starts_plan(token: Token, text: str) -> bool:
-    """Whether a plan begins where an operand was expected: in ``b +!g`` a full stop is missing, ``b +`` is no sum."""
+    """Whether a plan begins where an operand was expected: in ``b +!g`` a full stop is missing; ``b +`` is no sum."""
     position = token.start_pos or 0
     return str(token) in ("!", "?") and position > 0 and text[position - 1] in "+-"
 

@@ -36,7 +36,7 @@ class Variable(str):
 
 @dataclass(frozen=True, slots=True)
 class String:
-    """A quoted text."""
+    """A quoted string."""
 
     value: str
 

@@ -159,7 +159,7 @@ def goals_without_plan(system: System, agent: AgentModel) -> Iterator[tuple[Ment
 
 
 def _triggers(agent: AgentModel) -> dict[Key | None, list[Structure]]:
-    """The goals that the plans of an agent are for; under None those that are no literals and match any."""
+    """The goals that the plans of an agent are for; under None those that are not literals and match any."""
     found: dict[Key | None, list[Structure]] = {}
     for literal in (plan.trigger.literal for plan in agent.plans if plan.trigger.sign == "+!"):
         if isinstance(literal, Structure):

@@ -336,6 +336,6 @@ def _is_always_applicable(plan: syntax.Plan) -> bool:
 
 
 def _computes(part: object) -> bool:
-    """Whether there is an expression in it, which has no value where an operand is no number."""
+    """Whether there is an expression in it, which has no value where an operand is not a number."""
     inner = part.call.args if isinstance(part, syntax.InternalActionCall) else part
     return any(isinstance(term, (Arithmetic, Call)) for term in parts_of(inner))

@@ -171,7 +171,7 @@ class Auditor:
             return RepeatCause(NOT_FOUND, str(error))
 
     def _mark(self, result: TestResult, repeat: RerunAnswer, cause: RepeatCause) -> TestResult:
-        """The result with its mark; a failure that is not one alone is no violation."""
+        """The result with its mark; a failure that does not occur alone is not a violation."""
         again = repeat.result
         here, there = differing_events(result, again)
         if again is None:

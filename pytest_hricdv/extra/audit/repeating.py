@@ -34,7 +34,7 @@ SILENT = "no answer"
 
 
 class StartError(Exception):
-    """A fresh process did not begin; the text says why."""
+    """A fresh process did not begin; the message says why."""
 
 
 @dataclass(frozen=True)

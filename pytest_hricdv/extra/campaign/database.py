@@ -185,7 +185,7 @@ def error_location(path: Path) -> Iterator[None]:
 
 
 def damage_error(path: Path, why: object) -> CampaignError:
-    """The error of a file that is no campaign's, or no longer."""
+    """The error of a file that is not a campaign's, or no longer."""
     return CampaignError(
         f"{path}: damaged, or not a campaign ({why}): 'sqlite3 {path} .recover' may save its rows; otherwise give "
         "another --state"

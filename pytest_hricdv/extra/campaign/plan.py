@@ -28,7 +28,7 @@ RunKey = tuple[int, int]
 
 
 class CampaignError(InputError):
-    """A campaign cannot begin, or continue; the text says why, and what to do."""
+    """A campaign cannot begin, or continue; the message says why, and what to do."""
 
 
 class PlannedTest(msgspec.Struct, frozen=True):

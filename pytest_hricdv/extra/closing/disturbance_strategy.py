@@ -84,7 +84,7 @@ class DisturbanceStrategy:
         return proposals
 
     def _rarely_tried(self, generation: _Generation) -> Proposal:
-        """A test with disturbances that were rarely tried: for open points that are no bins.
+        """A test with disturbances that were rarely tried: for open points that are not bins.
 
         Each is tried once before any is tried again where the same outcome is nominal: what was not tried there may be
         all that is missing.

@@ -1,8 +1,9 @@
 """Experience of the closing loop from all runs: how interactions ended, and which disturbances were tried where.
 
-An *effect* is a tuple of outcomes, each a tuple of texts. `find_missing` compares an effect with a wanted one. If two
-texts have the same length, such as `1101` and `1001` for four sensors, each differing character is a missing condition;
-other differences may be consequences of these. If no characters differ, the effect as a whole is the condition.
+An *effect* is a tuple of outcomes, each a tuple of strings. `find_missing` compares an effect with a wanted one. If two
+strings have the same length, such as `1101` and `1001` for four sensors, each differing character is a missing
+condition; other differences may be consequences of these. If no characters differ, the effect as a whole is the
+condition.
 """
 
 from __future__ import annotations

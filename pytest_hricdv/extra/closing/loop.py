@@ -56,7 +56,7 @@ class BatchRunner(Protocol):
 
 
 class GivenUpError(Exception):
-    """The process that runs the tests was lost repeatedly; the text says how."""
+    """The process that runs the tests was lost repeatedly; the message says how."""
 
 
 class LoopError(Exception):

@@ -164,7 +164,7 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
         suite: the name of the suite that it led to.
         budget: largest number of runs.
         runs: the runs that were made; `errored_runs` of them did not end.
-        initial_runs: tests that were there before the loop; they are no part of `runs` and `sim_s`.
+        initial_runs: tests that were there before the loop; they are not part of `runs` and `sim_s`.
         sim_s: simulated time of its runs (s).
         bound: upper bound of the probability that a run hits a certain open point; None without runs.
         kinds: kind of points -> how many.

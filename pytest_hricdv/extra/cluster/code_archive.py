@@ -38,7 +38,7 @@ def files_to_send(root: Path, state: Path | None = None, hidden: Sequence[str] =
 
     Args:
         root: the project's folder.
-        state: the file that keeps the campaign, which with those beside it (`-wal`) is no part of the project.
+        state: the file that keeps the campaign, which, like those next to it (`-wal`), is not part of the project.
         hidden: patterns of hidden files that are sent nevertheless, as `pathlib` matches them: `.env`, `arm/.*.toml`.
 
     Raises:

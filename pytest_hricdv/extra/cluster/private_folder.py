@@ -16,7 +16,7 @@ _ALL_IDS = "4294967295"
 
 
 class UnsafeFolderError(OSError):
-    """Another user can replace files in a folder; the text says which folder, why, and what to do."""
+    """Another user can replace files in a folder; the message says which folder, why, and what to do."""
 
 
 @contextmanager

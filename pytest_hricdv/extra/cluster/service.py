@@ -35,7 +35,7 @@ def ask(service: Service, message: bytes) -> Answer:
 
 
 class OtherProjectError(Exception):
-    """A worker has other files; the text says which."""
+    """A worker has other files; the message says which."""
 
 
 def _require_same(wanted: Mapping[str, str], present: Mapping[str, str]) -> None:

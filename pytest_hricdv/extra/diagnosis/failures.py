@@ -28,7 +28,7 @@ class Failure:
     Args:
         nodeid: the test's node id.
         requirement: its id, or `FAULT`.
-        part: distinguishes this from other violations of the requirement: the bools and texts in the formula.
+        part: distinguishes this from other violations of the requirement: the bools and strings in the formula.
         state: the last state that the code under test had published.
         time_s: the time of the violation (s).
         disturbances: those that had begun before, each once, in order.

@@ -39,7 +39,7 @@ class RunEvent(PlainRecord, frozen=True, kw_only=True):
     Args:
         time_s: when.
         stream: sender and topic, or the signal.
-        value: what is no float of a message's fields, or the signal's value.
+        value: what is not a float of a message's fields, or the signal's value.
         text: all of it, for people.
     """
 
@@ -57,7 +57,7 @@ class RunSummary(PlainRecord, frozen=True, kw_only=True):
         outside: of these, the ones with a violation outside of the condition under which violations are known.
         checked: the requirements that it passed.
         begun: time (s) and number (from 0) of each action, in the order in which they began.
-        events: messages, and changes of signals that are bools or texts, in the order of time.
+        events: messages, and changes of signals that are bools or strings, in the order of time.
         times_s: requirement -> when it was violated first.
         traces: requirement that it violated -> what it executed until then; of traced runs only.
         code: what it executed; of measured runs only.

@@ -193,7 +193,7 @@ class Spectra:
 
         Args:
             failing: node ids of the tests.
-            find_violators: of others, which are no passing tests.
+            find_violators: of others, which are not passing tests.
         """
         if self.code is None:
             return ()

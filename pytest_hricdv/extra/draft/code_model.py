@@ -183,9 +183,9 @@ class Port:
     """A parameter of the entry.
 
     Args:
-        role: "bus", "clock", "publish" (a function that is called with each message), "queue", "connection" (a
-            socket or stream that the code makes), "program" (a function that starts one; `annotation` is its dotted
-            name), "parameter" (a number or text), "settings" (an object of numbers and texts), "device" (hardware, or
+        role: "bus", "clock", "publish" (a function that is called with each message), "queue", "connection" (a socket
+            or stream that the code makes), "program" (a function that starts one; `annotation` is its dotted name),
+            "parameter" (a number or string), "settings" (an object of numbers and strings), "device" (hardware, or
             anything else).
         annotation: source text; empty without one.
         default: source text; empty without one.

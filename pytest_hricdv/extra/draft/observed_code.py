@@ -63,7 +63,7 @@ def _methods(seen: Observations, entry: Entry) -> dict[str, Site]:
 
 
 def methods_from_outside(seen: Observations, entry: Entry) -> frozenset[str]:
-    """Methods of the entry that programs called, and are no callbacks."""
+    """Methods of the entry that programs called, and are not callbacks."""
     callbacks = {name for site in seen.calls.values() for shape in site.arguments.values()
                  if shape.kinds.get("callable") for name in shape.classes}  # fmt: skip
     return frozenset(name for name, site in _methods(seen, entry).items() if site.location != LIBRARY

@@ -151,7 +151,7 @@ def _differences(
 
 
 def _open_questions(questions: Sequence[Question], seen: Mapping[str, TopicShapes]) -> tuple[Question, ...]:
-    """The questions without those for texts and numbers that were observed."""
+    """The questions without those for strings and numbers that were observed."""
     answered = {f"{key}.{path}" for key, topic in seen.items() for path, shape in topic.fields.items()
                 if not shape.is_open and topic.count >= MIN_OBSERVATIONS}  # fmt: skip
     return tuple(question for question in questions if question.about not in answered)

@@ -167,7 +167,7 @@ def _run_again(report: Report, project: Path, count: int) -> Iterator[str]:
 
 
 def _run(report: Report, chosen: Sequence[TestResult], project: Path, target: Path) -> str:
-    """Run tests in the project; returns what went wrong, or an empty text."""
+    """Run tests in the project; returns what went wrong, or an empty string."""
     seeds = {suite.name: suite.seed for suite in report.suites}
     options = [f"--hri-suite={report.rerun_options.suite}", *report.rerun_options.options]
     options += [f"--hri-seed={seeds[chosen[0].suite]}", f"--hri-report={target}", "--hri-audit=off", "--hri-diagnose=0"]

@@ -53,7 +53,7 @@ class TopicSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=
     Attributes:
         topic: its name.
         time: the clock of its messages; None for that of the map.
-        gap_s: longest time (s) without data that is no gap; None for that of the map.
+        gap_s: longest time (s) without data that is not a gap; None for that of the map.
         only: field -> the value that it must have; other messages are ignored.
     """
 
@@ -109,7 +109,7 @@ class LogMap(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
     Attributes:
         time: the clock of all topics that do not name one.
-        gap_s: likewise, the longest time (s) without data that is no gap; None: five periods of a periodic topic.
+        gap_s: likewise, the longest time (s) without data that is not a gap; None: five periods of a periodic topic.
         actions: the actions of people, for tests of a log, by names that only people read.
         cross: cross product -> its hits.
     """
@@ -141,7 +141,7 @@ def read_map(path: Path, vocabulary: Vocabulary, products: Mapping[str, CrossPro
         products: its cross products; None to ignore them.
 
     Raises:
-        InputError: there is no such file, it is no map, or it names something that the testbench does not declare.
+        InputError: the file does not exist, it is not a map, or it names something that the testbench does not declare.
     """
     made = read_toml(path, LogMap)
     for problem in (*_problems(made, vocabulary), *_problems_of_cross(made, products)):

@@ -94,7 +94,7 @@ def _texts_with_change(source: Source, names: Names) -> Iterator[tuple[str, int,
 
 
 def _compile(text: str, path: str) -> object:
-    """The code of a text without locations, for comparison; None if it is no Python."""
+    """The code of a text without locations, for comparison; None if it is not Python."""
     try:
         return _content(compile(text, path, "exec", dont_inherit=True))
     except SyntaxError:  # a change that is right by itself and wrong where it stands, such as a break outside of a loop

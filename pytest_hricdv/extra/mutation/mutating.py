@@ -49,7 +49,7 @@ STEPS = 10
 
 
 class MutationError(Exception):
-    """Mutants cannot be tried; the text says why, and what to do."""
+    """Mutants cannot be tried; the message says why, and what to do."""
 
 
 @dataclass

@@ -49,7 +49,7 @@ def _do(options: argparse.Namespace) -> int:
 
 
 def qualify(folder: Path, answers: Sequence[tuple[str, Callable[[Workshop], None]]]) -> Iterator[tuple[str, str]]:
-    """Check answers; yields each title with the fault, or an empty text.
+    """Check answers; yields each title with the fault, or an empty string.
 
     Args:
         folder: empty, for the sessions.

@@ -116,7 +116,7 @@ def parse(arguments: Sequence[str]) -> Arguments:
     Raises:
         InvalidROSArgsError: one lacks its value, or has a wrong one.
         UnknownROSArgsError: one is not known.
-        UnicodeEncodeError: one is no text.
+        UnicodeEncodeError: an argument is not text.
     """
     for word in arguments:
         word.encode()  # as the extension, which refuses what has half a surrogate pair

@@ -89,7 +89,7 @@ def _result(response: Any) -> Mapping[str, Value]:
 
 
 def _log_fields(entry: Any) -> Mapping[str, Value]:
-    """Without the location of the log call: files and lines are no behaviour."""
+    """Without the location of the log call: files and lines are not behaviour."""
     return {"level": entry.level, "name": entry.name, "msg": entry.msg}
 
 

@@ -94,7 +94,7 @@ class Delivery:
         """When a message that is sent now will arrive.
 
         Args:
-            reliable: describes the reliable connection; returns an empty text for one that may lose messages.
+            reliable: describes the reliable connection; returns an empty string for one that may lose messages.
 
         Raises:
             Ros2Error: loss or reordering is declared for exactly this name, but the connection is reliable.

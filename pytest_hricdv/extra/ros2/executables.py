@@ -212,7 +212,7 @@ def _not_a_script(node: RosNode, scripts: Sequence[str], sources: Mapping[str, S
 
 
 def _describe_program(package: str, executable: str) -> str:
-    """A description of an installed program that is no console script; empty if there is none."""
+    """A description of an installed program that is not a console script; empty if there is none."""
     file = find_executable(package, executable)
     if file is None:
         return ""

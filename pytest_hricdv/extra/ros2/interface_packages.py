@@ -59,7 +59,7 @@ class _InterfaceFinder:
         return ModuleSpec(name, self, is_package=not kind)  # type: ignore[arg-type]  # it has what a loader needs
 
     def _is_ours(self, package: str, kind: str) -> bool:
-        """Whether no package of this name is installed. Its folder of interface files, on the path, is no package.
+        """Whether no package of this name is installed. Its folder of interface files, on the path, is not a package.
 
         A package of code that has interface files, too, is imported as it is: only these parts of it are ours.
         """

@@ -185,7 +185,7 @@ class Transport:
         """None: an executable that is left out, and runs until it is signalled."""
         self.process: Process | None = None
         self.is_expected_to_fail = False
-        """Whether the launch file says what happens when it ends: then an exit code is no failure of the run."""
+        """Whether the launch file says what happens when it ends: then an exit code is not a failure of the run."""
 
     def get_pid(self) -> int:
         """A number: those of a run are numbered from 1."""

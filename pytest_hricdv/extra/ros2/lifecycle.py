@@ -95,7 +95,7 @@ class LifecycleStateMachine(Destroyable):
     """Like `rcl_lifecycle_state_machine_t`, with its services if it is to have them. It begins as "unconfigured".
 
     Raises:
-        TypeError: `enable_com_interface` is no bool.
+        TypeError: `enable_com_interface` is not a bool.
     """
 
     def __init__(self, node: GraphNode, enable_com_interface: bool) -> None:

@@ -142,7 +142,7 @@ def write(severity: int, name: str, message: object, function: str, file: str, l
     """Log a message. What is logged outside of a run, as while a module is imported, is not kept.
 
     Raises:
-        TypeError: the message is no text: `rclpy` takes str, bytes and None only, for C's `const char *`.
+        TypeError: the message is not text: `rclpy` takes str, bytes and None only, for C's `const char *`.
     """
     if message is None:
         message = "(null)"

@@ -108,7 +108,7 @@ def type_name(kind: type[Any]) -> str:
 
 _PLAIN = (bool, int, float, str)
 _CHECKS = "_check_fields"
-"""A slot of generated classes that is no field: whether setters check what they are given."""
+"""A slot of generated classes that is not a field: whether setters check what they are given."""
 
 
 def fields_of(message: Any, above: str = "") -> dict[str, Value]:
@@ -167,7 +167,7 @@ _FORMATS = {
 
 
 class CdrError(ValueError):
-    """Bytes that are no message of the type, or a type that has no representation here."""
+    """Bytes that are not a message of the type, or a type that has no representation here."""
 
 
 def serialize(message: Any, kind: type[Any]) -> bytes:

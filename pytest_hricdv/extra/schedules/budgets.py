@@ -68,7 +68,7 @@ def _budget(
 
 
 def _breaks(run: RunTest, candidate: ScheduleCandidate, places: Sequence[str], delay_s: float) -> str | None:
-    """The requirement that a delay at each place breaks, or an empty text for a fault; None where all pass."""
+    """The requirement that a delay at each place breaks, or an empty string for a fault; None where all pass."""
     ran = run(slow_down(candidate.test, places, delay_s))
     if ran is None:
         return ""

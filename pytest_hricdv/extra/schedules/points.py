@@ -110,7 +110,7 @@ class _PointInserter(ast.NodeTransformer):
         self._names: list[str] = []
 
     def visit_Module(self, node: ast.Module) -> ast.AST:
-        """What its names stand for once and for all is no data."""
+        """What its names stand for once and for all is not data."""
         self._fixed = _constant_names(node)
         return self.generic_visit(node)
 

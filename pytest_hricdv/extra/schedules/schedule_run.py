@@ -68,7 +68,7 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
 
     @property
     def fails(self) -> frozenset[str]:
-        """Requirements, and an empty text for a fault."""
+        """Requirements, and an empty string for a fault."""
         return frozenset(self.violated) | ({""} if self.faults else set())
 
     @property

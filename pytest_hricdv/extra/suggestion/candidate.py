@@ -10,7 +10,7 @@ Form = Literal["response", "precedence", "bound", "absence"]
 """Its template; see docs/patterns.md."""
 
 MIN_SUPPORT = 3
-"""What happened less often is no evidence."""
+"""What happened less often is not evidence."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ MAX_EVENTS = 60
 """Events are combined in pairs, so their number is limited: complete topics first, then the most frequent."""
 
 MAX_A_RUN = 200
-"""What happens more often in a run is a stream of samples, whose single messages are no events."""
+"""What happens more often in a run is a stream of samples, whose single messages are not events."""
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ FIRST_VARIANT = 1_000
 
 
 class RecordingError(Exception):
-    """Runs cannot be recorded; the text says why."""
+    """Runs cannot be recorded; the message says why."""
 
 
 @dataclass
@@ -60,7 +60,7 @@ class Recordings:
         here = identity(Path(self.context.collection.config.rootpath), self.context.provenance.code)
         simulation = self.context.collection.testbench.simulation
         engine = simulation.engine, simulation.fidelity
-        # What is judged is no part of a run, but of what is stored of it: which requirements failed.
+        # What is judged is not part of a run, but of what is stored of it: which requirements failed.
         texts = {name: text.text for name, text in self.context.texts.items()}
         self._key = digest(sorted(here.project.items()), sorted(here.versions.items()), engine, sorted(texts.items()))
 

@@ -43,7 +43,7 @@ class StoredRun(msgspec.Struct, frozen=True, kw_only=True):
         messages: the messages, in the order of time.
         own_topics: the topics that the code under test has sent.
         own_signals: the signals that only the code under test has changed, at work itself.
-        other_signals: the signals that only nodes have changed that are no code under test, such as a person.
+        other_signals: the signals that only nodes have changed that are not code under test, such as a person.
     """
 
     test: str
@@ -94,7 +94,7 @@ class Authorship:
             self.topics.add(topic)
 
     def signal(self, time_s: float, name: str, value: Value) -> None:
-        """See `monitor.MonitorSet`. A signal's first value is no change."""
+        """See `monitor.MonitorSet`. A signal's first value is not a change."""
         authors = self.changed_by.get(name)
         if authors is None or self.code is None:
             self.changed_by[name] = set()

@@ -33,7 +33,7 @@ MAX_TESTS = 60
 """Tests whose runs are mined, drawn with the seed."""
 
 MIN_TESTS = 3
-"""Fewer runs are no evidence."""
+"""Fewer runs are not evidence."""
 
 MAX_ROUNDS = 5
 """Most rounds in which suggestions that fail when a run continues are replaced by the next ones."""

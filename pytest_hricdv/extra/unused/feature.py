@@ -80,7 +80,7 @@ def complain_of_unreached_code(results: Sequence[TestResult]) -> Iterator[str]:
 def warn_of_unbegun_actions(results: Sequence[TestResult]) -> Iterator[str]:
     """A sentence, where tests have actions and none began in any of several runs.
 
-    A testbench may do them without `run.actions()`, so it is no fault.
+    A testbench may do them without `run.actions()`, so it is not a fault.
     """
     runs = [result for result in results if result.timeline is not None and result.abstract]
     if len(runs) > 1 and not any(result.action_times_s for result in runs):

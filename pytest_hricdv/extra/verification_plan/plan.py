@@ -91,7 +91,7 @@ class _GoalTable(_Table, forbid_unknown_fields=True):
 
 
 class PlanError(InputError):
-    """A plan cannot be read, or names what does not exist; the text says where, and what was expected."""
+    """A plan cannot be read, or names what does not exist; the message says where, and what was expected."""
 
 
 _SHARES = ("cross", "plans")

@@ -2,7 +2,7 @@
 ISO/TS 15066:2016, and ISO 13482:2014 for personal care robots.
 
 The clauses that are named are those of the editions named with them. A requirement made from a pattern says what a run
-is checked for; it is no evidence of conformity to a standard, which asks for a risk assessment and for measurements.
+is checked for; it is not evidence of conformity to a standard, which asks for a risk assessment and for measurements.
 No limit is built in: distances, speeds, times, forces and pressures are arguments, and come from the user's own
 assessment.
 

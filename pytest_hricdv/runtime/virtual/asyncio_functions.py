@@ -68,7 +68,7 @@ class VirtualRunner(asyncio.Runner):  # type: ignore[misc]  # final, and still t
         super().__init__(debug=debug, loop_factory=loop_factory or new_event_loop)
 
     def run(self, coro: Coroutine[Any, Any, Any], *, context: Any = None) -> Any:
-        """Like that of asyncio, which also says what else is no coroutine."""
+        """Like that of asyncio, which also says what else is not a coroutine."""
         if current_node() is None or not asyncio.iscoroutine(coro):
             return super().run(coro, context=context)
         with _close_if_refused(coro):

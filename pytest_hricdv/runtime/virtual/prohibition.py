@@ -49,7 +49,7 @@ def is_keyboard(value: Any) -> bool:
 
 
 class RefusingModule(ModuleType):
-    """A module whose functions and classes no node may call; what is no code, as `curses.KEY_UP`, is as it is."""
+    """A module whose functions and classes no node may call; what is not code, as `curses.KEY_UP`, is as it is."""
 
     def __init__(self, real: ModuleType) -> None:
         super().__init__(real.__name__, real.__doc__)

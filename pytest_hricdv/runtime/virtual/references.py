@@ -289,5 +289,5 @@ def _put_base(kind: type, index: int, value: Any) -> None:
 
 def _put_attribute(kind: type, name: str, value: Any) -> None:
     is_bound = type(value) is FunctionType and type(_members(kind)[name]) is BuiltinFunctionType
-    # A function in C is no method of its class, but one in Python is.
+    # A function in C is not a method of its class, but one in Python is.
     setattr(kind, name, staticmethod(value) if is_bound else value)

@@ -71,7 +71,7 @@ class Terminal:
             keys: characters as "w" or "W", or names: "enter", "up", "esc", "ctrl-c", ... (`KEYS`).
 
         Raises:
-            KernelError: a text of several characters that is no name of a key.
+            KernelError: a text of several characters that is not a name of a key.
         """
         for key in keys:
             if len(key) != 1 and key not in KEYS:

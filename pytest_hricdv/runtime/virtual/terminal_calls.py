@@ -58,7 +58,7 @@ _READING = frozenset(
 
 
 class _Nobody:
-    """Standard input without a person: it is no terminal."""
+    """Standard input without a person: it is not a terminal."""
 
     def __init__(self, outside: Any) -> None:
         self._outside = outside

@@ -44,7 +44,7 @@ class AttributeStates:
             yield from (machine for machine, is_enum in self._machines_of(scope) if is_enum)
 
     def decides(self, scope: Scope, machine: StateMachine) -> bool:
-        """Whether a class compares an attribute of its own, or sets it to objects that are no messages: else it is
+        """Whether a class compares an attribute of its own, or sets it to objects that are not messages: else it is
         what the object does, and no state."""
         for name, assigned in self._values_of(scope):
             made = [self._sources.class_of(where.module, getattr(value, "func", None)) for where, value in assigned]

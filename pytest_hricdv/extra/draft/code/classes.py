@@ -68,7 +68,7 @@ def methods_of(sources: Sources, scope: Scope) -> dict[str, Scope]:
 
 
 def parse_annotation(annotation: ast.expr | None) -> ast.expr | None:
-    """An annotation; of one that is written as a text, what the text says."""
+    """An annotation; of one that is written as a string, its content."""
     if isinstance(annotation, ast.Constant) and isinstance(annotation.value, str):
         try:
             return ast.parse(annotation.value, mode="eval").body

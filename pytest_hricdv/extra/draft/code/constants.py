@@ -35,7 +35,7 @@ class Member:
 
     @property
     def text(self) -> str:
-        """Its text in the record: its value if this is a text, else its name."""
+        """Its text in the record: its value if this is a string, else its name."""
         return self.value if isinstance(self.value, str) else self.name
 
 

@@ -68,7 +68,7 @@ class ContentReader:
         return []
 
     def variants(self, scope: Scope, name: str) -> list[tuple[str, Argument]]:
-        """The variants of a named value in a function, each with its text; a single variant has an empty text."""
+        """The variants of a named value in a function, each with its text; a single variant has an empty string."""
         return self._variants_of(lambda: self.of_name(scope, name))
 
     def _variants_of(self, read: Callable[[], Argument | None]) -> list[tuple[str, Argument]]:

@@ -266,7 +266,7 @@ class Flow:
 
 
 def texts(constants: list[tuple[Any, CodeLine]]) -> dict[str, CodeLine]:
-    """The constants that are texts or members of enumerations, in the record's words; also those of tuples and
+    """The constants that are strings or members of enumerations, in the record's words; also those of tuples and
     dicts."""
     found: dict[str, CodeLine] = {}
     for value, location in constants:
@@ -322,7 +322,7 @@ def argument_of(call: ast.Call, function: Function, name: str, is_method: bool) 
 
 
 def last_name(node: ast.AST) -> str:
-    """The last part of a name: `self._bus.publish` -> `publish`; empty for what is no name."""
+    """The last part of a name: `self._bus.publish` -> `publish`; empty for what is not a name."""
     if isinstance(node, ast.Name):
         return node.id
     return node.attr if isinstance(node, ast.Attribute) else ""

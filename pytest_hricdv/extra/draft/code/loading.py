@@ -14,13 +14,13 @@ from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Sources
 from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 
 MAX_BYTES = 2_000_000
-"""A longer file is no code that anybody wrote."""
+"""A longer file is not code that anybody wrote."""
 
 MAX_NESTED = 2_000
 """Nodes of a syntax tree within each other: each takes the analyses up to ten calls of the 30,000 that they have."""
 
 NOT_CODE = ("test", "tests", "conftest", "setup", "docs", "demo", "demos", "example", "examples", "__main__")
-"""Modules of these names, and those that begin with `test_`, use the code under test and are no part of it."""
+"""Modules of these names, and those that begin with `test_`, use the code under test and are not part of it."""
 
 
 def find(package: str, start: Path) -> Sources:

@@ -25,7 +25,7 @@ _QUEUE = {"get", "put", "get_nowait", "put_nowait", "empty", "qsize", "task_done
 _CLOCK = {"sleep", "now_s", "now", "time", "monotonic"}
 
 _PLAIN = ("int", "float", "str", "bool", "dict", "list", "tuple", "set", "frozenset", "Mapping", "Sequence")
-"""Annotations of values that are no objects."""
+"""Annotations of values that are not objects."""
 
 MAX_HANDOVERS = 3
 """Calls and attributes through which a port is followed."""

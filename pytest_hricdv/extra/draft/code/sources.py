@@ -15,7 +15,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 class DraftError(InputError):
-    """No draft can be made; the text says why, and what to do."""
+    """No draft can be made; the message says why, and what to do."""
 
 
 @dataclass(frozen=True)

@@ -185,7 +185,7 @@ class StimulusReader:
                           (scope.location,), "call", scope.node.name, made, imports)  # fmt: skip
 
     def _arguments(self, scope: Scope, part: ast.arg) -> list[tuple[str, Argument]]:
-        """The variants of a parameter, each with its text; a single variant has an empty text."""
+        """The variants of a parameter, each with its text; a single variant has an empty string."""
         annotation = parse_annotation(part.annotation)
         is_open = annotation is None or name_with_dots(annotation) in ("dict", "str", "bytes", "object", "Any")
         is_open |= isinstance(annotation, ast.Subscript) and name_with_dots(annotation.value) in ("dict", "Mapping")

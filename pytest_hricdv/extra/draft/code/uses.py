@@ -1,4 +1,4 @@
-"""Infers the kind of a value from its uses: where it is a condition, a number or a text.
+"""Infers the kind of a value from its uses: where it is a condition, a number or a string.
 
 Also which statements do not run where a value is one of several texts.
 """

@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.observe.shape import Shape
 
 VERSION = 2
 MAX_BYTES = 20_000_000
-"""A longer file is no recording of this kind."""
+"""A longer file is not a recording of this kind."""
 
 MAX_SITES = 2_000
 """Functions and attributes that are kept."""
@@ -143,7 +143,7 @@ def read_observations(path: Path) -> Observations:
     """Read a file.
 
     Raises:
-        ValueError: it is none; the text says what was expected.
+        ValueError: it is none; the message says what was expected.
         OSError: it cannot be read.
     """
     if path.stat().st_size > MAX_BYTES:

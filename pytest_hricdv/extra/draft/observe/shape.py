@@ -1,4 +1,4 @@
-"""The shape of observed values: their kinds, ranges, texts, fields and keys, merged over all observations."""
+"""The shape of observed values: their kinds, ranges, strings, fields and keys, merged over all observations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 from pytest_hricdv._base.input_file import check_keys
 
 MAX_TEXTS, MAX_LENGTH = 16, 60
-"""Texts that are kept of a value, and their longest length (characters): more or longer ones are no choice."""
+"""Texts that are kept of a value, and their longest length (characters): more or longer ones are not a choice."""
 
 MAX_FIELDS, MAX_DEPTH = 40, 4
 """Keys of a dict and fields of an object that are kept, and how deep."""

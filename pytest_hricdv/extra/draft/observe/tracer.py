@@ -210,7 +210,7 @@ def _is_tree(value: Any) -> bool:
 
 
 def texts_of(owner: Any) -> Mapping[str, str]:
-    """The attributes of an object, and of those in it, that are texts, members of enumerations, or own objects."""
+    """The attributes of an object, and of those in it, that are strings, members of enumerations, or own objects."""
     found: dict[str, str] = {}
     for name, value in list(getattr(owner, "__dict__", {}).items())[:100]:
         inner = getattr(value, "__dict__", None)

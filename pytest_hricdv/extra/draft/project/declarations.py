@@ -87,7 +87,7 @@ def import_lines(module: str, names: Sequence[str], indent: str = "") -> list[st
 
 
 def tuple_text(names: Iterable[str], *, quoted: bool = True) -> str:
-    """Source text of a tuple of texts, or of names."""
+    """Source text of a tuple of strings, or of names."""
     listed = [json.dumps(name, ensure_ascii=False) if quoted else name for name in names]
     return "(" + ", ".join(listed) + ("," if len(listed) == 1 else "") + ")"
 

@@ -44,7 +44,7 @@ MAX_LEVELS = 6
 
 @dataclass(frozen=True)
 class Sensor:
-    """A truth, number or text that a device returns, as its class declares or the code uses it."""
+    """A truth, number or string that a device returns, as its class declares or the code uses it."""
 
     port: str
     operation: Operation

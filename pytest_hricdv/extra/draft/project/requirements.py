@@ -156,7 +156,7 @@ def _repetition(message: Message) -> DraftedRequirement:
 
 
 def _differs(field: str, kind: str) -> str:
-    """A condition that a field has changed; only numbers and texts can be compared."""
+    """A condition that a field has changed; only numbers and strings can be compared."""
     return f"last({field}) & !{field} | !last({field}) & {field}" if kind == "bool" else f"last({field}) != {field}"
 
 

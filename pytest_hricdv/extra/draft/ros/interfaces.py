@@ -41,7 +41,7 @@ def _install_prefixes(package: str) -> Sequence[Path]:
 
 
 def is_installed(package: str) -> bool:
-    """Whether a package can be imported; it is not. A folder of interface files, on the path, is no package."""
+    """Whether a package can be imported; it is not. A folder of interface files, on the path, is not a package."""
     spec = PathFinder.find_spec(package)
     return spec is not None and spec.origin is not None
 
@@ -54,7 +54,7 @@ def fields(kind: str, part: int, packages: Mapping[str, Path], location: CodeLin
         location: the location that the fields get: where the code uses the type.
 
     Returns:
-        Its truths, texts and numbers, those of messages in it by paths (`linear.x`); None if no file declares them.
+        Its truths, strings and numbers, those of messages in it by paths (`linear.x`); None if no file declares them.
     """
     definition = _definition(kind, part, packages)
     if definition is None:

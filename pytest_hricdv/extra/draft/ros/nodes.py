@@ -97,7 +97,7 @@ def _values(flow: Flow, call: CallSite, expression: ast.expr | None) -> list[obj
 
 
 def _default(flow: Flow, names: list[object]) -> list[object]:
-    """The default of a parameter that is a text or a number."""
+    """The default of a parameter that is a string or a number."""
     wanted = [name for name in names if isinstance(name, str)]
     defaults: list[object] = []
     for parameter in ros_parameters(flow) if wanted else ():

@@ -198,7 +198,7 @@ class Visit:
                     self.say(self.says[what], parameters)
 
     def _forget(self) -> None:
-        """What was said before is no answer."""
+        """What was said before is not an answer."""
         for answer in self.answers:
             _take_all(answer)
 

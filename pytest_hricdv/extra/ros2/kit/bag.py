@@ -155,7 +155,7 @@ _SUFFIXES = (".mcap", ".db3")
 
 
 class BagError(Ros2Error):
-    """A bag cannot be read or played; the text says which, where, and what to do."""
+    """A bag cannot be read or played; the message says which, where, and what to do."""
 
 
 @dataclass(frozen=True)
