@@ -170,7 +170,7 @@ def _repeats(workshop: Workshop) -> None:
 def _is_flaky(workshop: Workshop) -> None:
     edits = [
         (ROBOT, "import time\n", "import os\nimport time\n"),
-        (ROBOT, "moved_s = 0.0", "moved_s = os.getpid() % 251 / 1000"),
+        (ROBOT, "time.sleep(LOOK_EVERY_S)", "time.sleep(LOOK_EVERY_S + os.getpid() % 997 / 10_000)"),
     ]
     end = workshop.run(workshop.project(edits), "--hri-audit=4")
     expect(end.status, 1, "exit status")
