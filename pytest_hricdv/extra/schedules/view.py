@@ -46,7 +46,7 @@ class SchedulesView(View):
 
     def findings(self, report: Report) -> Iterator[Line]:
         """Each race, then how much was tried; the smallest time budgets."""
-        yield from _budget_lines(BUDGETS.of(report), report.rerun_options.options)
+        yield from budget_lines(BUDGETS.of(report), report.rerun_options.options)
         result = SCHEDULES.of(report)
         if result is None:
             return
@@ -78,7 +78,7 @@ class SchedulesView(View):
 VIEW = SchedulesView()
 
 
-def _budget_lines(budgets: Sequence[BudgetRecord], options: Sequence[str]) -> Iterator[Line]:
+def budget_lines(budgets: Sequence[BudgetRecord], options: Sequence[str]) -> Iterator[Line]:
     """A line for each of the smallest, of those that break a requirement; how to see the first one break it."""
     broken = [budget for budget in budgets if budget.test is not None]
     if budgets:
@@ -89,8 +89,10 @@ def _budget_lines(budgets: Sequence[BudgetRecord], options: Sequence[str]) -> It
         yield Line(visible(f"  {budget.budget_s:9.3f} s  {what:8} {budget.place} {both} ({budget.test})"))
     if broken and broken[0].replay:
         yield Line(visible(f"  the first, a millisecond slower: {replay_command(broken[0].replay, options)}"), "dim")
-    if left := len(budgets) - min(len(broken), MAX_BUDGETS):
+    if (left := len(broken) - MAX_BUDGETS) > 0:
         yield Line(f"  {left} more: see the report")
+    if never := [budget.budget_s for budget in budgets if budget.test is None]:
+        yield Line(f"  {len(never)} of them: no requirement breaks up to {min(never):g} s")
 
 
 def title(race: RaceRecord) -> str:
