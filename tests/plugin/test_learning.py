@@ -48,6 +48,17 @@ def test_a_saved_table_is_learned_on_from(lamps: pytest.Pytester) -> None:
     assert written["rerun_options"]["options"] == ["--hri-rl-start=tables/q.json"]
 
 
+def test_a_table_of_the_ini_file_is_relative_to_that_file(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with (lamps.path / "pytest.ini").open("a", encoding="utf-8") as ini:
+        ini.write("\nhri_rl_save = q.json\n")
+    monkeypatch.chdir(lamps.mkdir("below"))
+    assert lamps.runpytest_inprocess("..", *COLLECT).ret == 0
+    assert (lamps.path / "q.json").is_file()
+    assert not (lamps.path / "below" / "q.json").exists()
+
+
 def test_a_table_of_another_model_is_refused(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*COLLECT, "--hri-rl-save=q.json")
     change(lamps.path, "models/visitor.asl", "greet; set_lamp(level, 10)", "greet; greet; set_lamp(level, 10)")
