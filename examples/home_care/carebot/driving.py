@@ -6,7 +6,7 @@ import asyncio
 from math import atan2, copysign, hypot, pi
 
 from carebot.config import Config
-from carebot.flatmap import HULL_M, FlatMap
+from carebot.flatmap import HULL_M, SEAT, FlatMap
 from carebot.messages import Pose, Velocity
 from carebot.ports import Base
 from carebot.watching import Seen, is_in_the_way, unknown
@@ -37,6 +37,8 @@ LOOK_AGAIN_S = 2.0
 SLOW_AFTER_S = 1.0
 """So long it stays slow after it has seen somebody near (chosen: a person walks out of `near_m` meanwhile)."""
 
+SEAT_M = 1.25
+"""So near to the seat it is slow: somebody may sit there (chosen: 0.6 m of room, hull, person, one period's way)."""
 
 TOO_NEAR_M = 0.2
 """Who is nearer to the hull than this while it drives makes it stop (chosen: it drives so far in a second)."""
@@ -159,14 +161,15 @@ class Driver:
             return Velocity(0.0, copysign(min(self._config.turn_rad_s, abs(error) / self._config.period_s), error))
         if blocked:
             return None
-        speed_m_s = self._config.near_speed_m_s if self._is_slow(bool(seen)) else self._config.speed_m_s
+        near = bool(seen) or _distance_m(pose, SEAT) < SEAT_M
+        speed_m_s = self._config.near_speed_m_s if self._is_slow(near) else self._config.speed_m_s
         forward = min(speed_m_s, distance_m / self._config.period_s)
         return Velocity(forward, max(-self._config.turn_rad_s, min(2 * error, self._config.turn_rad_s)))
 
-    def _is_slow(self, sees_somebody: bool) -> bool:
-        """Whether somebody is near, or was a moment ago: beside furniture they are taken for a part of it."""
+    def _is_slow(self, is_near: bool) -> bool:
+        """Whether somebody may be near, or was a moment ago: beside furniture they are taken for a part of it."""
         now_s = asyncio.get_running_loop().time()
-        if sees_somebody:
+        if is_near:
             self._slow_until_s = now_s + SLOW_AFTER_S
         return now_s < self._slow_until_s
 

@@ -18,6 +18,9 @@ PLACES = {
 }
 """Where the robot stands for its work (published)."""
 
+SEAT = (-3.7, -4.0)
+"""Where people sit: the laser cannot tell them from the sofa."""
+
 DOORWAY = (-0.25, -0.5)
 """By which the published program drives from room to room."""
 

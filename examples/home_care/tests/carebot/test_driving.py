@@ -10,7 +10,7 @@ import pytest
 from carebot import driving
 from carebot.config import Config
 from carebot.driving import Driver
-from carebot.flatmap import CHARGER, PLACES, SINK, FlatMap
+from carebot.flatmap import CHARGER, HULL_M, PLACES, SEAT, SINK, FlatMap
 from carebot.messages import Pose, Scan, Velocity
 
 PERIOD_S = 0.001
@@ -32,6 +32,7 @@ class PlainBase:
     def __init__(self, pose: Pose, people: Sequence[tuple[tuple[float, float], float]]) -> None:
         self.at = pose
         self.driven_m = 0.0
+        self.speeds_m_s: list[tuple[Pose, float]] = []
         self._people = people
 
     def pose(self) -> Pose:
@@ -42,6 +43,7 @@ class PlainBase:
         ahead_m = velocity.forward * PERIOD_S
         self.at = Pose(x + ahead_m * cos(heading), y + ahead_m * sin(heading), heading)
         self.driven_m += ahead_m
+        self.speeds_m_s.append((self.at, velocity.forward / FASTER))
 
     def scan(self) -> Scan:
         return Scan(tuple(self._range_m(self.at.heading - pi + 2 * pi * ray / RAYS) for ray in range(RAYS)))
@@ -69,6 +71,16 @@ def test_it_does_not_go_back_and_forth_between_two(monkeypatch: pytest.MonkeyPat
     base = PlainBase(Pose(-0.95, -1.74, heading), IN_THE_DOORWAY)
     drive(base, CHARGER, monkeypatch)
     assert base.driven_m < 8.0  # it was 10.5 m: back to the person, and to the dog once more
+
+
+def test_it_is_slow_beside_the_seat(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who sits there is a part of the sofa to the laser; it drove off at full speed."""
+    monkeypatch.setattr(driving, "SLOW_AFTER_S", 5 * PERIOD_S)
+    base = PlainBase(Pose(-2.95, -3.3, 0.5), [(PERSON, PERSON_M)])
+    drive(base, CHARGER, monkeypatch)
+    beside = [speed for at, speed in base.speeds_m_s if hypot(at.x - SEAT[0], at.y - SEAT[1]) < 0.6 + HULL_M + 0.23]
+    assert 0.0 < max(beside) < 0.15
+    assert max(speed for _, speed in base.speeds_m_s) > 0.2
 
 
 def drive(base: PlainBase, place: str, monkeypatch: pytest.MonkeyPatch) -> None:
