@@ -89,7 +89,7 @@ class CodeMap:
 
     Args:
         packages: the packages that it is made of.
-        files: by path.
+        files: path -> file.
         sha256: over the contents of all files, measured or not: equal hashes, comparable bits.
         contents: name of a file, measured or not -> SHA-256 of what is in it.
         unmeasured: name of a file that is not measured, though nobody left it out -> why.

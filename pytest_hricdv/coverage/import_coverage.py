@@ -194,7 +194,7 @@ class ImportCoverage:
 
         Args:
             bits: the bits that it covered itself.
-            files: in which it covered any.
+            files: the files in which it covered a bit.
             asked: names of the modules that it imported.
         """
         of_files = self.watch.of_files(set(map(Path, files)))

@@ -139,7 +139,7 @@ class JoinedMeasurement:
 
     Args:
         current: the running measurement.
-        contexts_by_test: the user's options switch contexts already (`--cov-context=test`), so this does not.
+        contexts_by_test: whether the user's options already switch contexts (`--cov-context=test`).
     """
 
     def __init__(

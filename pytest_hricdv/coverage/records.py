@@ -176,7 +176,7 @@ class Gap(PlainRecord, frozen=True):
     """Something that no test covers.
 
     Args:
-        kind: of what is missing.
+        kind: what is missing.
         location: where: a file and function, an agent, a cross product, a requirement.
         items: what: lines, branches as `30->31`, a plan, a bin.
         reason: why it is not covered, as far as that is known.

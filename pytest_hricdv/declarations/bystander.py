@@ -60,7 +60,7 @@ class Bystander:
     node takes its acts: `for action in run.actions("dog")`.
 
     Args:
-        name: of the actor: a small letter, then letters, digits and underscores.
+        name: the actor's name: a lower-case letter, then letters, digits and underscores.
         acts: what it can do, one word each, with the ranges of the parameters.
         fewest: acts in a run.
         most: acts in a run.

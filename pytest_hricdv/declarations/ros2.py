@@ -79,7 +79,7 @@ class RosNode:
         entry: instead of both, where its code is: "package.module:main" for a function without arguments, or
             "package.module:Class" for a class of nodes, which is made without arguments, and spun.
         name: the node's name instead of its own.
-        namespace: it is in, such as "/arm".
+        namespace: its namespace, such as "/arm".
         remappings: pairs of names, from and to.
         parameters: mappings of names to values, or paths of YAML files; later ones win.
         arguments: further ones of its command line.

@@ -47,7 +47,7 @@ def judge_run(
         result: the run's result, with that on a second engine where engines check each other; None if it did not end.
         known_violations: requirement -> why its violation is known; none in a strict session.
         differences: between this run and the one on the second engine.
-        mismatch: that the run of a replay is another one than the recorded one, without a reason for it.
+        mismatch: why the run of a replay is not the recorded one, without an excuse; empty if it is.
     """
     if result is None:
         return Judgement("error")

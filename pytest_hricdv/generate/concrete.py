@@ -326,7 +326,7 @@ def abstract_from(test: ConcreteTest, target: str, *, name: str = "", keeps_id: 
         test: the test, with the actions that were taken.
         target: what the test is to exercise, in a few words.
         name: a title for people; may be empty.
-        keeps_id: has the id of the concrete test; otherwise one from target and content, as a draft has.
+        keeps_id: whether it has the id of the concrete test; otherwise one from target and content, as a draft has.
     """
     lines, values = tuple(action.command for action in test.actions), values_of(test)
     code = content_digest(test.suite, (), lines, test.seed, 0, values, test.after)

@@ -33,8 +33,8 @@ class ScheduleDecision:
         place: the statement's place, `file:line`; of a delivery, the topic; empty for `order`.
         occurrence: which execution of the statement, message of the topic, or choice of the run, from 1; or
             `EACH_TIME`.
-        delay_s: of a preemption, at most how long (s); of a delay or delivery, how long (s).
-        choice: of an order, which node goes on, from 0.
+        delay_s: maximum length of a preemption, or length of a delay or delivery (s).
+        choice: for an order, the index of the node that continues.
         node: the node that waited or sent the message; nothing depends on it.
     """
 

@@ -25,7 +25,7 @@ def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], lo
     """The verdicts with what they did not see, and with the nearest miss of requirements that were never triggered.
 
     Args:
-        verdicts: on the logged run.
+        verdicts: the verdicts on the logged run.
         requirements: the requirements of the verdicts, in the same order.
         log: the run.
     """

@@ -39,7 +39,7 @@ class MonitorSet:
     result is known, so `on(reading) & reading.gaze` is safe before the first reading.
 
     Args:
-        requirements: to be monitored.
+        requirements: the requirements to monitor.
         most: number of violations and triggers of each that are kept, the first ones; the others are only counted.
 
     >>> from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
@@ -153,7 +153,7 @@ class MonitorSet:
         Args:
             time_s: simulated time (s).
             name: the signal's name.
-            value: in the signal's unit.
+            value: its value, in the signal's unit.
 
         Raises:
             MonitorError: time goes back, or the value is of the wrong type, NaN or infinite.

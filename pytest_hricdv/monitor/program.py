@@ -21,7 +21,8 @@ class MonitorProgram:
     Attributes:
         condition: a past formula by itself; of a requirement, the formula inside the response.
         run_operators: constructors of the operators over the run, in the order in which they have to be stepped.
-        right_continuous: the value at an instant is also the value right after it (`PastFormula.is_right_continuous`).
+        right_continuous: whether the value at an instant is also the value right after it
+            (`PastFormula.is_right_continuous`).
         kinds: signals and fields read -> type.
         topics: topics whose messages are read.
         always_sources: sources whose updates always require an evaluation.

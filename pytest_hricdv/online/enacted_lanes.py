@@ -19,7 +19,7 @@ class ActionStart:
     """An action that has begun.
 
     Args:
-        number: in the test, from 1.
+        number: its number in the test, from 1.
         actor: who does it.
         free_us: since when its actor was free.
         begun_us: when it began.

@@ -44,7 +44,7 @@ class Recording:
         topics: name -> type.
         parts: its messages in the order of time; a new part begins where the clock jumped.
         problems: a sentence each.
-        notes: on its times, likewise.
+        notes: notes on its times, likewise.
         is_cut: whether a part of it could not be read.
     """
 
@@ -107,7 +107,7 @@ class RecordingReader:
 
     Args:
         asked: the path that the user gave.
-        path: of the file or bag: the same, or inside of that folder.
+        path: the path of the file or bag: the same, or inside that folder.
         file_of: see `read_recordings`.
 
     Attributes:

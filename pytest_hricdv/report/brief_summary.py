@@ -150,7 +150,7 @@ def brief_lines(report: Report, columns: int, notes: int = 0, *, is_red: bool = 
 
     Args:
         notes: number of other lines shown.
-        is_red: the session fails.
+        is_red: whether the session fails.
     """
     parts = [_requirements(report, columns), _describe_gaps(report, columns), [*behaviour_view.lines(report, columns)]]
     parts += [_feature_part([*view.lines(report, columns)]) for view in views()]

@@ -57,7 +57,7 @@ def failure(
         rerun_options: further options for the command that runs the test again.
         file: the test's replay file, if it has one.
         logged: what was logged in the run.
-        brief: without formulas, and without what others lack that were not checked.
+        brief: whether to leave out formulas, and what unchecked requirements lack.
 
     Returns:
         Several lines without a last end of line; control characters of names are shown as escapes.

@@ -68,7 +68,7 @@ class FailingTests:
 
         Args:
             columns: as many as a line may have; None for any number.
-            all_rows: all causes, with a line for each of their tests.
+            all_rows: whether to list all causes, with a line for each of their tests.
         """
         groups = self.groups
         shown, more = split_first(groups, len(groups) if all_rows else MAX_CAUSES)

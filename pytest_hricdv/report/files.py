@@ -59,7 +59,7 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
     So nothing looks as if it were of the session that begins now, however this ends. Films and replay files stay.
 
     Args:
-        of_this_journal: the session continues with the journal, which stays.
+        of_this_journal: whether the session continues with the journal, which stays.
 
     Returns:
         Whether there was anything to move.

@@ -52,7 +52,7 @@ class RequirementView:
         pending: those that were undecided at the end of a run.
         tight: tests that passed with the least margins.
         near_misses: tests that did not trigger it, by how near they came.
-        notes: of features.
+        notes: the notes of features.
         unit: the unit of its margin; empty if that is not known.
         least: the least margin of all tests; None where nothing was compared.
     """

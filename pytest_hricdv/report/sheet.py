@@ -32,7 +32,7 @@ class Sheet:
         tables: the tables of features, such as the verification plan.
         listed: requirements with a row.
         passed: the names of the others: they passed.
-        waivers: with those of several lines of a file, for one reason, together.
+        waivers: the waivers; those on several lines of a file with the same reason are one.
     """
 
     date: str

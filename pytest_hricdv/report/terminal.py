@@ -69,8 +69,8 @@ def summary(
     Lines with a path or a command may be longer: one that is cut cannot be opened, and not be used.
 
     Args:
-        brief: on a screen, whatever the size of the suites: counts, and the first of all that is counted.
-        notes: of the session.
+        brief: whether the summary has to fit on a screen: counts, with the first item of each.
+        notes: the session's notes.
         problems: why the session fails besides its tests.
     """
     if brief:

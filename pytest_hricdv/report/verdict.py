@@ -26,7 +26,7 @@ class FailureGroup:
             was.
         tests: the tests, in the order of their margins, the worst first.
         margin: the worst; None where nothing was compared.
-        is_known: these violations are known ones.
+        is_known: whether these violations are known ones.
     """
 
     requirement: str

@@ -24,7 +24,7 @@ class PageSection:
 
     Args:
         id: the id of its element, and of its address.
-        title: in the navigation; empty if it is a part of another view.
+        title: its title in the navigation; empty if it is part of another view.
         template: its file in the feature's folder `page`, as `PART/NAME.html.jinja`.
         values: what the template reads as `part`.
         place: where it stands.
@@ -51,7 +51,7 @@ class FailureCause:
         lines: the terminal's text on it, the title first.
         tests: node ids, the best example first.
         place: the file and line of the code where it probably is; None if nobody knows.
-        is_known: all of its violations are known ones.
+        is_known: whether all of its violations are known ones.
         anchor: id of its element on the page; empty if it has none.
         decides: what makes the difference between failing and passing; empty if nobody knows.
     """
@@ -118,7 +118,7 @@ class View:
         """The causes of its failures, which the terminal shows first; None if no feature looked for them.
 
         Args:
-            columns: the columns of the terminal; None where lines may have any width.
+            columns: number of columns of the terminal; None where lines may have any width.
         """
         return None
 

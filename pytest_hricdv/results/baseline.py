@@ -181,10 +181,10 @@ def check_suites(baseline: Baseline, seeds: Mapping[str, int], where: str, *, be
     """Check that a baseline can be compared with a run.
 
     Args:
-        baseline: to compare with.
+        baseline: the baseline to compare with.
         seeds: suite -> seed, of the run.
         where: the baseline's file, for errors.
-        behaviour: the behaviour of the tests has to be compared, not only what they reached.
+        behaviour: whether the behaviour of the tests has to be compared, not only what they reached.
 
     Raises:
         BaselineError: it has none of the run's suites, or one of another seed or without the behaviour of its tests.

@@ -123,10 +123,10 @@ class Difference(PlainRecord, frozen=True, kw_only=True):
     Args:
         suite: the run's suite.
         what: for instance "R3 violated by", "statements" or "bins of handover".
-        before: in the baseline, as a number with its unit.
-        now: in this run, likewise.
+        before: the value in the baseline, with its unit.
+        now: the value in this run, likewise.
         items: the tests, plans or bins that came or went; empty if it is about a number only.
-        worse: it fails the session; otherwise it is better.
+        worse: whether it fails the session; otherwise it is better.
         text: the same as a sentence, with the first items only.
     """
 

@@ -25,7 +25,7 @@ def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> Beh
     """Compare what each test of a report did with a baseline. Tests that were not run are left out.
 
     Args:
-        whole: all tests of the suites were selected.
+        whole: whether all tests of the suites were selected.
     """
     suites = {suite.name: baseline.suites.get(suite.name) for suite in report.suites}
     run = [test for test in report.tests if test.outcome != "not-run"]
@@ -49,7 +49,7 @@ def compare_with_session_before(report: Report, before: Report, *, whole: bool) 
     Tests that were not run then, as of a session that was interrupted and is resumed, are left out.
 
     Args:
-        whole: all tests of the suites were selected: a cause that none of them fails for is gone.
+        whole: whether all tests of the suites were selected: a cause that none of them fails for is gone.
     """
     seeds = {suite.name: suite.seed for suite in report.suites}
     suites = tuple(suite for suite in before.suites if seeds.get(suite.name) == suite.seed)

@@ -164,7 +164,7 @@ def gates_of(
 
     Args:
         thresholds: replace those of the policy of the same kinds.
-        fail_on_nc: in addition to the policy, like `fail_on_change` and `fail_on_pending`.
+        fail_on_nc: whether NC fails in addition to the policy; likewise `fail_on_change` and `fail_on_pending`.
         allowed: further requirements that need not be triggered.
 
     Raises:

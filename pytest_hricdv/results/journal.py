@@ -130,8 +130,8 @@ class Journal:
         results: node id -> result as JSON, compressed; the last one counts.
         reasons: node id -> why it has no result, or what went wrong after it.
         kept: part -> key -> what it worked out after the tests, as JSON, compressed.
-        is_ended: its last session ended, or its report was rebuilt, and nothing came after.
-        is_whole: and it ran all tests of its suites.
+        is_ended: whether its last session ended, or its report was rebuilt, and nothing came after.
+        is_whole: whether it also ran all tests of its suites.
         wall_s: how long the sessions took, as far as it says.
         earlier_s: the same without the last session.
         damaged: number of torn or changed lines, whose content is missing.

@@ -87,13 +87,13 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         action_indices: of a test with several actors, which actions began at these times, as indices from 1; None
             where there is one actor: they begin in the order of `abstract`.
         bystander_events: what bystanders began, and when (s), as `[4.0, "dog: walk"]`.
-        after: of a test with several actors: number of an action (from 1) -> those that have to be done before.
+        after: in a test with several actors, number of an action (from 1) -> those that have to be done before.
         cross: cross product -> the bins that the run hit, one for each hit.
         replay: what to give to `--hri-replay` to run this test again.
         values: parameters that were chosen instead of drawn: number of the command (from 1), or `run` -> parameter ->
             value.
         engine: the physics engine; empty if the testbench has none.
-        repeats: of a merged report: the runs that differ from this one, which is the worst.
+        repeats: in a merged report, the runs that differ from this one, which is the worst.
     """
 
     __test__: ClassVar[bool] = False
@@ -208,7 +208,7 @@ class RequirementText(PlainRecord, frozen=True, kw_only=True):
         group: what it belongs to; empty where nothing was said.
         reads: signals, `topic.field` and topics in its formula, and what a violation shows beside; empty if it has
             no formula, and in reports of older versions.
-        limits: in its formula.
+        limits: the limits in its formula.
         suggested: what a requirement rests on that was suggested from runs; empty for others.
         accepted: who accepted such a requirement, and when.
     """
@@ -287,7 +287,7 @@ class Report(PlainRecord, frozen=True, kw_only=True):
         known_when: requirement -> the condition under which its violation is known; the others are known everywhere.
         allowed_untriggered: requirement -> why it need not be triggered.
         known_until: requirement -> the last day (YYYY-MM-DD) on which its violation is known.
-        strict: the list of known violations was ignored.
+        strict: whether the list of known violations was ignored.
         state: the message and field that tell the robot's state, as `topic.field`.
         models: agent -> source, of the agents whose plans are covered.
         closure: over the tests of all suites.
@@ -295,7 +295,7 @@ class Report(PlainRecord, frozen=True, kw_only=True):
         sampled_while: signal -> the bool signal that is on while the world measures it; between, plots have a gap.
         outcome_label: what the testbench calls the interactions, which views list by their outcomes.
         shard: of a session that ran one part of the suites: which, as in 2/3.
-        sessions: of a merged report: the sessions it was merged from.
+        sessions: in a merged report, the sessions from which it was merged.
         gates: None if the session did not come to its end, or ran a shard.
         environment: name -> version, what records can depend on besides code and testbench; of a merged report, where
             all sessions had the same.

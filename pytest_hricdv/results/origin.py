@@ -71,7 +71,7 @@ class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
         began: date and time (UTC, ISO 8601, to the second).
         command: the arguments that pytest was given.
         revision: the revision of the project's git repository; empty if there is none.
-        dirty: tracked files differed from the revision.
+        dirty: whether tracked files differed from the revision.
         ini: the file with the options and waivers, relative to the project's root; empty if there is none.
         versions: name -> version, of what runs and measures the tests.
         hash_seed: the hash seed of the processes that ran the tests, in decimal digits; "random" where Python drew it,

@@ -31,11 +31,11 @@ class ReplayOrigin(msgspec.Struct, frozen=True):
     """Where a test outside the suites came from.
 
     Args:
-        how: it was made.
+        how: how it was made.
         test: id of the test it was made from.
         requirement: id of the requirement that it is about.
         runs: how many runs it took.
-        failure_kind: of a test with a schedule.
+        failure_kind: the kind of failure of a test with a schedule.
     """
 
     how: Literal["shrunk", "search", "schedule"]

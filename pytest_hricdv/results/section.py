@@ -59,10 +59,10 @@ class TestSection(Section[Value]):
     """A key of each test.
 
     Args:
-        identifies: two runs of a test that differ in it are different runs; otherwise reports of one run may differ
-            in it, and a merged report keeps one of its values.
+        identifies: whether two runs of a test that differ in it are different runs; otherwise reports of one run may
+            differ in it, and a merged report keeps one of its values.
         folder: the report's folder, with the files that it refers to; empty if it has none of its own.
-        suffixes: of these files; no others are copied into a merged report.
+        suffixes: suffixes of these files; no others are copied into a merged report.
     """
 
     __test__ = False

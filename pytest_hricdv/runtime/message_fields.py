@@ -56,7 +56,7 @@ def record_fields(message: object, names: Iterable[str], above: str = "") -> dic
     as `name.crc`, so that runs with equal hashes had equal messages. So it is with messages of ROS 2.
 
     Args:
-        message: to be record_fields.
+        message: the message to record.
         names: the names of its fields.
         above: the path of the message, with a dot at its end.
 

@@ -74,7 +74,7 @@ class WatchState:
         progress: any number that changes while time passes.
         may_wait_s: how long it may wait (s of real time). may_work_s: how long it may work without progress (s of
             processor time).
-        adds_up: waiting adds up although there is progress.
+        adds_up: whether waiting adds up although there is progress.
         second: the second of simulated time.
         may_take_s: how long a second of simulated time may take (s of processor time).
     """
@@ -92,7 +92,7 @@ class Hang:
     """A hang that has to end.
 
     Args:
-        kind: it waits, it works without end, or it crawls: a second of simulated time takes too long.
+        kind: whether it waits, works without end, or crawls (a second of simulated time takes too long).
         taken_s: its duration (s of real time, or of processor time).
     """
 

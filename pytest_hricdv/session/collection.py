@@ -293,7 +293,7 @@ def explain_missing_items(arguments: Sequence[str], options: Options | None) -> 
 
     Args:
         arguments: paths and node ids of the command line.
-        options: in force; None when no suite is active.
+        options: the options in force; None if no suite is active.
     """
     named = [match["id"] for argument in arguments if (match := _NAMED.search(argument))]
     if not named:

@@ -282,7 +282,7 @@ def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
     """The timeline with one line per event: time (s), who, what. A line notes an incomplete run.
 
     Args:
-        test: with its timeline.
+        test: a test, with its timeline.
         units: signal -> unit, for the values at violations.
     """
     if test.timeline is None:

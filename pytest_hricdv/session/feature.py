@@ -55,8 +55,8 @@ class FeatureSession:
         aggregation: the tests that were selected, and their results.
         signals: handles Ctrl-C.
         results: the results of the tests, once the last one has ended.
-        is_whole: all tests of the suites, or of the shard, were selected and run.
-        interrupted: at Ctrl-C: nothing long is begun any more. An interrupted feature sets it.
+        is_whole: whether all tests of the suites, or of the shard, were selected and run.
+        interrupted: whether Ctrl-C was pressed; then nothing long is begun. A feature that is interrupted sets it.
         problems: what went wrong, a sentence each; they fail the session.
         warnings: what is said without failing it, a sentence each.
         sections: key -> value, of the report that is being made.
@@ -158,7 +158,7 @@ class Feature(FeatureOptions[Settings]):
         """After the last test: the results, with additions of the feature.
 
         Args:
-            stopped: the session ended before its last test.
+            stopped: whether the session ended before its last test.
         """
         return results
 

@@ -74,7 +74,7 @@ class JournalKeeper:
 
         Args:
             depends_on: what results depend on, name -> value.
-            resume: continue with the journal that is there; it is touched only when the first test begins.
+            resume: whether to continue the existing journal, which is touched only when the first test begins.
 
         Raises:
             pytest.UsageError: another session writes into the folder, the earlier report cannot be moved, or the
@@ -174,7 +174,7 @@ class JournalKeeper:
         """Keep the last report of whole suites beside one of a part of them; a new one of whole suites replaces it.
 
         Args:
-            is_whole: this session ran all tests of its suites.
+            is_whole: whether this session ran all tests of its suites.
 
         Returns:
             The page of the report that is kept, relative to the folder; empty if there is none.

@@ -96,7 +96,7 @@ class Repeatable:
     """An option `--hri-NAME` that may be given several times; its ini key has one entry a line.
 
     Args:
-        key_help: of the ini key.
+        key_help: help text of the ini key.
         key: the key of the ini file, where it is not the option's name.
     """
 

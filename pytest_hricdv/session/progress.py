@@ -41,7 +41,7 @@ class Status:
     Args:
         done: tests that have ended.
         total: selected tests.
-        failed: of those that have ended, how many failed.
+        failed: number of those that failed.
         left_s: estimated seconds to the end of the last test; None as long as too few have ended.
         running: ids of the tests that are running.
     """

@@ -180,7 +180,7 @@ class Remote(ABC):
         """A cluster with at least one worker.
 
         Args:
-            address: in full.
+            address: the complete address.
             say: receives what a person should know, a sentence each.
 
         Raises:

@@ -40,7 +40,7 @@ class RunContext:
     """Builds each part of the context when it is first needed, and keeps it.
 
     Args:
-        collection: of the session: its options, testbench and tests.
+        collection: the session's options, testbench and tests.
     """
 
     def __init__(self, collection: Collection) -> None:

@@ -131,7 +131,7 @@ class WithoutTestbench:
 
     Args:
         suites: the suites of the ini file.
-        is_worker: of xdist.
+        is_worker: whether this is an xdist worker.
     """
 
     def __init__(self, config: pytest.Config, suites: str, *, is_worker: bool) -> None:

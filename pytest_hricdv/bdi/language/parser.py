@@ -70,7 +70,7 @@ class SourceText:
     """The text of a source or project file.
 
     Args:
-        text: with plain line ends.
+        text: the text, with plain line ends.
         not_utf8: the place of the first byte that is not UTF-8, where the text was read as Latin-1; else empty.
     """
 

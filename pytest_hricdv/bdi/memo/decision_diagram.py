@@ -37,7 +37,7 @@ class Segment:
 
     Args:
         rounds: the rounds it takes.
-        ticks: the ticks of the virtual clock.
+        ticks: number of ticks of the virtual clock.
         prints: what is printed.
         actions: the external actions.
         warnings: the warnings.

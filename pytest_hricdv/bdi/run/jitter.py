@@ -24,7 +24,7 @@ class JitteredRun(SystemRun):
     Args:
         environment: what the agents perceive and act on.
         seed: the seed of the delays and, in a stream of its own, of the agents' random numbers.
-        jitter: by how many rounds something is late at most; if 0, it is a run like any other.
+        jitter: maximum delay in rounds; 0 for a run without jitter.
     """
 
     def __init__(self, environment: Environment, seed: int, jitter: int) -> None:

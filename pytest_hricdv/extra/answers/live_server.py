@@ -53,7 +53,7 @@ class LiveState:
         workers: processes that run them.
         rate_s: mean time for one of them (s); None if it is not known yet.
         report: of what was done; None if there is no result yet, and for a loop.
-        loop: of a loop.
+        loop: the progress of a closing loop.
         silent_s: time since it last wrote something (s).
     """
 
@@ -108,7 +108,7 @@ class LiveSource:
     """Reads the progress from a report folder, or from the file of a campaign.
 
     Args:
-        path: of it.
+        path: its path.
     """
 
     def __init__(self, path: Path) -> None:

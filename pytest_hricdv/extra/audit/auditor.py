@@ -44,7 +44,7 @@ class Auditor:
 
     Args:
         session: the session that has run its tests.
-        number: of tests to run again; None: as many as cost little.
+        number: number of tests to rerun; None: as many as cost little.
         begin: what the session was like before its first test.
     """
 

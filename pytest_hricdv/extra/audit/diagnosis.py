@@ -214,7 +214,7 @@ class CauseSearch:
 
         Args:
             reference: how it runs with it.
-            everywhere: not only files of the project that were written since the session began.
+            everywhere: whether to list more than the project's files that were written since the session began.
         """
         paths = dict.fromkeys(reading.path for reading in self._readings())
         for path in (path for path in paths if path in self.changed or (everywhere and _may_be_left(path))):

@@ -30,7 +30,7 @@ class RerunOrder(msgspec.Struct, frozen=True):
     Args:
         nodeids: the node ids of the tests, in order; the result of the last one is sent back.
         still: types of sources, such as clocks, that always give the same value.
-        watched: record which sources are read.
+        watched: whether to record which sources are read.
         hidden: files that appear to be missing.
     """
 

@@ -14,7 +14,7 @@ class Unrepeatable(PlainRecord, frozen=True, kw_only=True):
             showed it.
         detail: a sentence on the cause: which experiment showed it, and where it is in the code.
         left_by: node id of the test that left what makes the difference; empty for other causes.
-        outcome: in the session.
+        outcome: the outcome in the session.
         outcome_alone: alone, in a fresh process; "none" where it had none.
         in_session: the first event that differs, in the session.
         alone: the same, alone.

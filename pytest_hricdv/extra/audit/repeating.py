@@ -52,7 +52,7 @@ class Start:
     Args:
         session: its first message.
         directory: where pytest was started.
-        begin: of the session.
+        begin: time at which the session began.
         reusable: whether it can run several orders, each in a fork.
     """
 

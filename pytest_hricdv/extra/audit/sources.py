@@ -136,7 +136,7 @@ class SourceWatch:
     Args:
         root: folder of the project.
         still: kinds that stand still.
-        watched: notice what is read.
+        watched: whether to notice what is read.
         hidden: paths of files that are not there.
     """
 

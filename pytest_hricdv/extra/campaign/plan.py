@@ -47,7 +47,7 @@ class CampaignBasis(msgspec.Struct, frozen=True):
         root: the folder that it was started in.
         tests: the tests, in the order of collection.
         project: its files, and those of the code under test, name -> hash.
-        versions: of what is installed.
+        versions: versions of installed packages.
         declared: the report before the first result.
         rootdir: the project's folder, relative to `root`.
         left_out: what follows the last test of a session, and no campaign.
@@ -67,7 +67,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, dict=True):
     """The plan of a campaign.
 
     Args:
-        planned: tests and settings that pytest found. concretizations: of each test.
+        planned: tests and settings that pytest found. concretizations: number of concrete tests for each abstract one.
     """
 
     planned: CampaignBasis
@@ -145,8 +145,8 @@ def make_plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> C
     """Let pytest collect the tests of a campaign.
 
     Args:
-        arguments: of pytest: the suite, its seed and so on.
-        concretizations: of each test.
+        arguments: the arguments of pytest: the suite, its seed and so on.
+        concretizations: number of concrete tests for each abstract one.
         root: the project's folder.
 
     Raises:

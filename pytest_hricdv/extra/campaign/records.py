@@ -93,14 +93,14 @@ class CampaignResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         expected: runs; `stored` have an outcome.
         sim_s: simulated by all (s).
-        is_listed: the report lists all runs as tests, not only those to keep.
+        is_listed: whether the report lists all runs as tests, not only those to keep.
         outcomes: outcome -> runs.
         endings: end of an interaction -> count.
         requirements: requirement -> over all runs.
-        tests: by suite and id.
+        tests: the tests, by suite and id.
         lost: the lost runs, in order.
         repeated: runs that were done again, on another worker where there is one.
-        differing: of them, those that gave another record.
+        differing: number of repeated runs that gave another record.
     """
 
     expected: Count

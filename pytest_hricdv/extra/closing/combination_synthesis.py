@@ -149,7 +149,7 @@ class CombinationSynthesis:
 
         Args:
             condition: the condition that is missing.
-            commands: of the interaction: interventions come within it.
+            commands: number of commands of the interaction, within which interventions come.
         """
         key = condition, commands
         if key not in self._chances:

@@ -236,7 +236,7 @@ def search_violations(loop: Loop, ended: ClosingEnd, runs: int | None) -> Closin
     Args:
         loop: the loop that has ended, with a searcher.
         ended: why.
-        runs: at most, if as many are left; None: a tenth of those made, and at least a generation.
+        runs: maximum number of runs, if as many are left; None: a tenth of those made, and at least a generation.
     """
     budget = loop.budget
     wanted = max(GENERATION, budget.used // 10) if runs is None else runs

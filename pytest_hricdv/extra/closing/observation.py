@@ -104,7 +104,7 @@ def describe(point: Point, runs: int, test: str) -> ViolationKind:
 
     Args:
         point: a point of this kind.
-        runs: the runs that had one.
+        runs: number of runs that had one.
         test: the id of one that has it.
     """
     if point[0] == FAULT:

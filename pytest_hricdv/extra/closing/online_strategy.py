@@ -65,9 +65,9 @@ class OnlineRun:
     """A run in which interactive agents decide.
 
     Args:
-        roles: of those who decide.
+        roles: the roles of the people who decide.
         commands: the commands, with the ranges of their parameters.
-        seed: of the test: of its parameters, and of what is chosen.
+        seed: the test's seed, for its parameters and choices.
         weights: the weights of choices.
     """
 

@@ -172,7 +172,7 @@ class OutcomeModel:
         Args:
             planned: the coordinates of the interaction.
             outcome: the outcome that it is to lead to.
-            commands: of the interaction: a combination has to fit in.
+            commands: number of commands of the interaction, into which a combination has to fit.
         """
         best: CombinationCandidate | None = None
         for like in self.leading.get(outcome, {}):

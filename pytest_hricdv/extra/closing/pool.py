@@ -60,7 +60,7 @@ class Interaction(NamedTuple):
         planned: the first coordinates of its bin.
         combination: its interventions.
         effect: how it ended.
-        is_isolated: no earlier interaction of the run had interventions whose effects could carry over.
+        is_isolated: whether no earlier interaction of the run had interventions whose effects could carry over.
     """
 
     planned: Bin

@@ -130,7 +130,7 @@ class TestBatch:
 
     Args:
         number: the number of this request, which its answers repeat.
-        tests: to run, as `AbstractTest.to_data` gives them.
+        tests: the tests to run, as `AbstractTest.to_data` gives them.
         online: the numbers of those in which the person decides during the run.
     """
 

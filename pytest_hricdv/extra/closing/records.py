@@ -73,8 +73,8 @@ class ViolationKind(PlainRecord, frozen=True, kw_only=True):
         part: the conditions that were false.
         state: the state of the code under test; empty if it names none.
         outcome: how the interaction ended in which it happened; empty if there was none, or where it did not end.
-        known: such violations are known.
-        runs: with one.
+        known: whether such violations are known.
+        runs: number of runs with a violation of the kind.
         test: the id of a test that has one: of the suite, or of one that was there before the loop.
     """
 
@@ -126,7 +126,7 @@ class NearestRun(PlainRecord, frozen=True, kw_only=True):
         margin: the least one of all runs, in its unit; None where nothing was compared.
         spread: by how much the least margins of runs differ, in the same unit.
         test: the id of the test that had the least margin; empty if none had one.
-        runs: the runs that triggered it.
+        runs: number of runs that triggered it.
         searched: runs that were made to violate it.
         vacuous_alternatives: the alternatives of its response by which it never held.
     """
@@ -145,9 +145,9 @@ class ViolationEstimate(PlainRecord, frozen=True, kw_only=True):
     species, Biometrika 40.
 
     Args:
-        kinds: the kinds of violations that are not known, in all runs.
-        once: of these, those in exactly one run.
-        runs: the runs that came to their end.
+        kinds: number of kinds of violations that are not known, in all runs.
+        once: number of these that occurred in exactly one run.
+        runs: number of runs that came to their end.
         new: once / runs: how many further kinds a further run is expected to show.
     """
 
@@ -163,16 +163,16 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         suite: the name of the suite that it led to.
         budget: largest number of runs.
-        runs: the runs that were made; `errored_runs` of them did not end.
+        runs: number of runs that were made; `errored_runs` of them did not end.
         initial_runs: tests that were there before the loop; they are not part of `runs` and `sim_s`.
         sim_s: simulated time of its runs (s).
         bound: upper bound of the probability that a run hits a certain open point; None without runs.
         kinds: kind of points -> how many.
         strategies: what each strategy has brought.
         growth: the runs that hit new points, in order.
-        violations: of each kind that a run had, those that are not known first.
+        violations: the kinds of violations in runs, unknown ones first.
         searched: runs that searched for violations.
-        closest_runs: of each requirement that a run triggered, how near runs came to violating it.
+        closest_runs: for each requirement that a run triggered, how close runs came to violating it.
         estimated_undetected: how many further kinds of violations there probably are; None without runs.
         closest_tests: tests that came nearest to an open point, or to a violation, and are in no suite: id -> text, as
             `--hri-suite=FILE` reads it.
@@ -216,8 +216,8 @@ class ClosingOptions:
     """Whether there is a closing loop, and its budget.
 
     Args:
-        asked: there is one.
-        given: it closes what these leave open, instead of everything.
+        asked: whether the loop runs.
+        given: whether the loop closes only what other suites leave open.
         runs: largest number of runs. See docs/studies/closure.md for how many a loop takes.
         search: runs that search for violations after it, if as many are left; None: a tenth of the runs that the
             loop made, and at least a generation. A loop that closes costs little more, and a fault that one run

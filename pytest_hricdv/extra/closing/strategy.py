@@ -93,7 +93,7 @@ class Proposal:
         draft: the test, with the values that are chosen for it.
         strategy: the name of the strategy that proposes it.
         targets: the points that it is to hit.
-        is_online: the person decides during the run. The test is then what it became.
+        is_online: whether the person decides during the run. The test is then what it became.
     """
 
     draft: AbstractDraft

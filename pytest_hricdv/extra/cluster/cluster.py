@@ -36,7 +36,7 @@ class Cluster:
     Args:
         address: the cluster's address.
         say: receives what a person should know, a sentence each.
-        connection: to its scheduler.
+        connection: the connection to its scheduler.
     """
 
     address: Address

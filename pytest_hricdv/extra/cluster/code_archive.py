@@ -89,7 +89,7 @@ def pack(root: Path, files: Iterable[Path]) -> bytes:
 
     Args:
         root: the project's folder.
-        files: in it, as `files_to_send` gives them.
+        files: the files in it, as `files_to_send` gives them.
 
     Raises:
         ClusterError: they are too many to be sent.
@@ -138,7 +138,7 @@ class WorkerProject:
         directory: where they start; with an archive, relative to the folder with its files.
         root: the project's folder, relative to that.
         sources: its files that runs depend on, name -> hash: compared before anything of it is imported.
-        archive: with all of its files; empty where workers have them.
+        archive: the archive of all its files; empty if workers have them.
         left_out: names of sources that are not sent.
     """
 

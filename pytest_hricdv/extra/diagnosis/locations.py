@@ -266,7 +266,7 @@ def locate(
         subject: the subject whose code they are of.
         ranked: the most suspicious first.
         switched: file and line of decisions with which tests pass, reversed.
-        is_compared: the code was measured in a run that fails for the cause, and in one that passes.
+        is_compared: whether the code was measured in a run that fails for the cause, and in one that passes.
     """
     sources = {file.file: file.source for file in subject.report.code_under_test.map}
     return tuple(

@@ -76,7 +76,7 @@ def associate(report: Report, *, is_of_all_runs: bool) -> Report:
     """The report of a campaign with the causes of its failures, by association over its runs, without experiments.
 
     Args:
-        is_of_all_runs: the report lists all runs, so the probability of each cause is known.
+        is_of_all_runs: whether the report lists all runs, so the probability of each cause is known.
     """
     subject = Subject.of(report)
     if not any(test.fails for test in report.tests) or not subject.failures:

@@ -32,7 +32,7 @@ class Minimal:
         ran: its run.
         requirement: the requirement that it violates, as the whole test does.
         runs: how many it took.
-        is_done: nothing more can be taken away; otherwise the runs were used up.
+        is_done: whether nothing more can be taken away; otherwise the runs were used up.
     """
 
     test: ConcreteTest

@@ -54,7 +54,7 @@ class RunSummary(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         violated: the requirements that it violated, `failures.FAULT` among them.
-        outside: of these, the ones with a violation outside of the condition under which violations are known.
+        outside: those of them with a violation outside the condition under which violations are known.
         checked: the requirements that it passed.
         begun: time (s) and number (from 0) of each action, in the order in which they began.
         events: messages, and changes of signals that are bools or strings, in the order of time.
@@ -163,7 +163,7 @@ def ran(result: CaseResult, settings: RunSettings, statements: int = 0) -> RunSu
     Args:
         result: the run's result.
         settings: the settings that it ran with.
-        statements: the statements of the code under test.
+        statements: number of statements of the code under test.
     """
     bools = {name for name, kind in settings.testbench.vocabulary().signals.items() if kind is bool}
     violated = (*result.failed, *((FAULT,) if result.errors else ()))

@@ -129,7 +129,7 @@ class ExecutionTable:
 
     Args:
         bit_of: node id -> the bit of the test.
-        statements: of each statement of the code map, in its order, the tests that execute it.
+        statements: for each statement of the code map, in order, the tests that execute it.
         branches: the same of branches.
     """
 
@@ -193,7 +193,7 @@ class Spectra:
 
         Args:
             failing: node ids of the tests.
-            find_violators: of others, which are not passing tests.
+            find_violators: finds the tests with other failures, which are not passing tests.
         """
         if self.code is None:
             return ()

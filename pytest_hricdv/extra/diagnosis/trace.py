@@ -69,7 +69,7 @@ class ViolationTrace(PlainRecord, frozen=True, kw_only=True):
         until_s: this time (s of simulated time).
         executed: each statement once, the last one first.
         branches: the branches that it took: file, and from which line to which one; 0 for the end of the function.
-        stood: of each node, where it stood then: file and first line of statements, the innermost first.
+        stood: where each node stood then: file and first line of statements, the innermost first.
         raised: the innermost statement of the code under test that an error came through, which ended the run.
         is_said: whether it ends with a message, which only says what was decided before.
     """
@@ -178,7 +178,7 @@ class Tracer:
         Args:
             time_s: when (s of simulated time).
             names: topics and signals of which one violates the requirement; None: any message may.
-            to_end: to the end of the run, whose time may be rounded: what is wrong with all of it.
+            to_end: up to the end of the run, whose time may be rounded, as for a fault of the whole run.
         """
         end, is_said = (len(self._places), False) if to_end else self._end(time_s, names)
         last: dict[int, int] = {}

@@ -91,7 +91,7 @@ class TriageEntry:
     Args:
         requirement: its id.
         condition: the condition that holds in its violations; None if none could be learned.
-        line: to be pasted; empty if no condition separates.
+        line: the line to paste; empty if no condition separates the cause.
         replaces: the condition of the entry that the requirement has now; empty if it has none.
         note: what is to be said of it; may be empty.
     """
@@ -115,8 +115,8 @@ def proposals(report: Report, diagnosis: Diagnosis) -> tuple[TriageProposal, ...
     """A proposal for each cause that is not known.
 
     Args:
-        report: with failing tests.
-        diagnosis: of it.
+        report: a report with failing tests.
+        diagnosis: its diagnosis.
     """
     subject = Subject.of(report)
     # Known violations take no experiments: a later session compares causes by association alone.
@@ -256,7 +256,7 @@ def compare_with_entries(report: Report, entries: Mapping[str, Exemption]) -> It
     """Differences between the causes of known violations and their entries: whether the cause is new, and a sentence.
 
     Args:
-        report: of all tests: association over a part of them may come to other causes.
+        report: the report of all tests: association over a part of them may give other causes.
         entries: requirement -> its entry; those that name no causes say nothing of them.
     """
     subject = Subject.of(report)

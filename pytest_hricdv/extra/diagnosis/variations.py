@@ -29,11 +29,11 @@ class Variation:
     """A test that differs from another one in one thing.
 
     Args:
-        kind: in what.
+        kind: what differs.
         words: the same, as they follow "passes".
         test: the other test.
-        spot: of a value, which.
-        value: of a value, what it is instead.
+        spot: which value, if a value differs.
+        value: the other value, if a value differs.
     """
 
     kind: Literal["schedule", "disturbance", "order", "value", "command", "action"]

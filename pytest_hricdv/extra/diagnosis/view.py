@@ -31,9 +31,9 @@ def cause_lines(
     Args:
         number: the number of the cause, from 1.
         report: the report that has it.
-        columns: the columns of the terminal; None where lines may have any width.
+        columns: number of columns of the terminal; None where lines may have any width.
         status: as `new`, compared with a baseline; empty if there is nothing to say.
-        is_first: with two lines where others have one.
+        is_first: whether it is the first cause, which gets two lines where others get one.
     """
     most = 2 if is_first else 1
     title = title_of(number, cause if columns is None else replace(cause, state=""), status)

@@ -189,7 +189,7 @@ class Port:
             anything else).
         annotation: source text; empty without one.
         default: source text; empty without one.
-        direction: of a queue: received or published; empty if unknown.
+        direction: the direction of a queue, received or published; empty if unknown.
         neutral: source text of a neutral value of its type; empty if the type is unknown.
         imports: names that the neutral value needs.
         made_from: the class of an object that the code makes itself, as "package.module:mqtt.Client".

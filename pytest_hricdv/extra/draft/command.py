@@ -59,7 +59,7 @@ class FirstDraft:
     """A draft before its first runs.
 
     Args:
-        draft: of what the code and recordings say.
+        draft: the draft from code and recordings.
         lines: for the terminal: what was read.
         reread: reads the code again with what first runs show; None where nothing more can be known of it.
         is_runnable: whether first runs can be made.

@@ -20,7 +20,7 @@ class Drift:
         kind: message: it is not on the bus of the testbench; value: of a text or state, not declared; transition: not
             declared; gone: declared, and no longer in the code.
         name: as the code calls it.
-        location: in the code, as `barista.py:12`; empty if it is gone.
+        location: its location in the code, such as `barista.py:12`; empty if it is gone.
         text: a sentence for people.
     """
 

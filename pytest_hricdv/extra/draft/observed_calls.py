@@ -170,7 +170,7 @@ def absent_ports(seen: Observations, root: Path) -> Iterator[Port]:
     """A device for each class and module that the code uses; what it tests or compares is a sensor.
 
     Args:
-        seen: in first runs.
+        seen: observations in first runs.
         root: folder of the code.
     """
     registered = {key.removeprefix(CALLBACK).partition(" ")[0] for key in seen.methods if key.startswith(CALLBACK)}

@@ -42,7 +42,7 @@ def settle(
     """The draft after its first runs: it passes, with less where it did not.
 
     Args:
-        draft: to be settled.
+        draft: the draft to settle.
         reread: reads the code again with what was observed.
         budget_s: processor time of all runs.
         progress: called with a sentence for each step.

@@ -38,7 +38,7 @@ class EngineDifference(PlainRecord, frozen=True, kw_only=True):
     Args:
         what: the name of the requirement, `end`, or what the testbench calls the interactions.
         text: the result on each engine, for people.
-        tolerated: margins differ by no more than the testbench allows engines to differ.
+        tolerated: whether margins differ by no more than the testbench allows engines to differ.
     """
 
     what: str

@@ -20,9 +20,9 @@ class VerdictAgreement:
     """How far two engines agree on a requirement.
 
     Args:
-        tests: the tests that ran on both.
-        same: of them with the same verdict.
-        tolerated: of the others, those whose margins differ by no more than the testbench allows.
+        tests: number of tests that ran on both.
+        same: those of them with the same verdict.
+        tolerated: the others whose margins differ by no more than the testbench allows.
         triggers: tests with the same number of triggers.
         margin: largest difference of margins, in the requirement's own unit; None if no test has both.
     """
@@ -40,8 +40,8 @@ class Agreement:
 
     Args:
         engines: their names.
-        tests: the tests that ran on both.
-        interactions: of these tests, on the engine where there are more.
+        tests: number of tests that ran on both.
+        interactions: number of interactions of these tests, on the engine with more of them.
         same: those that ended alike.
         verdicts: requirement -> how far its verdicts agree.
         differing: test id -> what depends on the engine, a sentence each.

@@ -66,7 +66,7 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
         vacuous: alternatives of its response by which it held in no test.
         faults: mutants of the code that it detected; None if none were tried.
         only_faults: those that nothing else detected.
-        checked_by: of a listed requirement, those of the testbench that name it.
+        checked_by: for a listed requirement, those of the testbench that name it.
         conditions: number of truth values that the conjuncts of its antecedent can have, and of those that a test gave
             them; None if they were not measured, which only a closing loop does.
         open_conditions: the values that no test gave them, as `person_near: false`.

@@ -61,8 +61,8 @@ class Caption:
         state: the state of the robot; empty if unknown.
         verdicts: requirement -> verdict so far.
         event: the last message, or the present violation.
-        alarm: a violation is shown; the picture has a red frame.
-        slow: the film is in slow motion.
+        alarm: whether a violation is shown; the picture has a red frame.
+        slow: whether the film is in slow motion.
     """
 
     time_s: float
@@ -207,7 +207,7 @@ class FilmRecorder:
     """Takes the pictures of one run.
 
     Args:
-        camera: in the world of the run.
+        camera: the camera in the world of the run.
         schedule: when to take pictures.
         run: the run whose messages and verdicts captions show.
         state: the message and field that are the robot's state, as in "state.name"; empty for none.

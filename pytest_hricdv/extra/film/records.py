@@ -25,7 +25,7 @@ class FilmResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         seconds: how long it lasts.
         note: why there is none, or what is wrong with it.
-        times_s: of each of its frames, the simulated time (s); empty in reports of older versions.
+        times_s: the simulated time of each frame (s); empty in reports of older versions.
     """
 
     video: VideoName | None

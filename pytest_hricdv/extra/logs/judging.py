@@ -72,7 +72,7 @@ def judge(
         reader: the reader of the log.
         requirements: the testbench's requirements.
         known_when: requirement -> the condition under which its violation is known.
-        actions: to collect the commands of people; None to ignore them.
+        actions: collects the commands of people; None to ignore them.
         draws: whether to draw timelines.
 
     Raises:

@@ -36,7 +36,7 @@ class FieldSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=
 
     Attributes:
         path: the field's path, with dots.
-        expression: in place of a path: a number computed from fields, such as `hypot(speed.x, speed.y)`.
+        expression: instead of a path, a number computed from fields, such as `hypot(speed.x, speed.y)`.
         unit: the unit of the value in the log; it is converted to the declared unit.
         equals: for a truth value: the value of the field for which it is true.
     """
@@ -219,7 +219,7 @@ def reading_of(name: str, source: FieldSource, kind: Kind | None, declared: Unit
 
     Args:
         name: the name of the value, for errors.
-        source: in the message.
+        source: the source in the message.
         kind: type of the value; None if the testbench does not declare it.
         declared: its unit.
     """

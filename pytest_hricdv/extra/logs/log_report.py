@@ -48,7 +48,7 @@ class Occurrences:
         Args:
             report: the report of logs, or of tests.
             requirements: the requirements that are of interest.
-            actions: of the runs; None: the lines of the tests.
+            actions: actions of the runs; None: the lines of the tests.
         """
         runs = [run for test in report.tests for run in test.runs]
         return cls(

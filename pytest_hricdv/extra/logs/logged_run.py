@@ -93,7 +93,7 @@ class LoggedRun:
 
     Args:
         name: the name of the log, for people.
-        begin_s: on the clock of the log (s).
+        begin_s: its beginning on the clock of the log (s).
         end_s: (s).
         topics: topic of the log -> times of its messages.
         gaps: signal or message of the testbench -> its gaps.

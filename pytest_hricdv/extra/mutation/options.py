@@ -11,10 +11,10 @@ class MutationOptions:
 
     Args:
         asked: whether they are.
-        tests: at most this many of each suite; None: all.
-        mutants: at most this many; None: all.
+        tests: maximum number of tests of each suite; None: all.
+        mutants: maximum number of mutants; None: all.
         seconds: none is begun later; None: no limit.
-        matrix: try more tests after one has failed.
+        matrix: whether to try more tests after one has failed.
     """
 
     asked: bool = False

@@ -78,7 +78,7 @@ class MutationJob:
         processes: number of processes at the same time.
         run_s: a run that takes more processor time (s) does not end.
         seconds: no mutant is begun after this time; None: no limit.
-        matrix: try a mutant on all of its tests; otherwise up to the first of each suite that fails.
+        matrix: whether to try a mutant on all of its tests; otherwise up to the first of each suite that fails.
     """
 
     arguments: tuple[str, ...]

@@ -51,8 +51,8 @@ class MutantResult(PlainRecord, frozen=True, kw_only=True):
         status: what became of it in all tests together.
         executing: suite -> how many of its tests execute the statement.
         runs: the runs, in the order in which they were tried.
-        complete: all runs that were planned were done, or not needed any more.
-        difference: of a mutant that survived: the first difference of a test's behaviour.
+        complete: whether all runs that were planned were done, or not needed any more.
+        difference: for a mutant that survived, the first difference of a test's behaviour.
     """
 
     id: str
@@ -82,8 +82,8 @@ def mutant_status(runs: Iterable[MutantRun], *, executed: bool, complete: bool) 
     """The status of a mutant in these runs.
 
     Args:
-        executed: a test executes its statement.
-        complete: all runs that were planned were done, or not needed any more.
+        executed: whether a test executes its statement.
+        complete: whether all runs that were planned were done, or not needed any more.
     """
     runs = list(runs)
     if any(run.assertions for run in runs):
@@ -122,9 +122,9 @@ class MutationResult(PlainRecord, frozen=True, kw_only=True):
         generated: how many there are; more than `mutants` where only some were drawn.
         seed: the seed that the order of trials was drawn with.
         tests_per_mutant: most tests of a suite on which a mutant was tried; None: all that execute it.
-        matrix: a mutant was tried on further tests after one failed.
+        matrix: whether a mutant was tried on further tests after one failed.
         excluded_tests: tests that fail, or were not measured, in the original code.
-        processes: in which the runs were made.
+        processes: number of processes that made the runs.
         wall_s: how long it took.
         end_reason: why it ended.
         total: the score of all tests together.

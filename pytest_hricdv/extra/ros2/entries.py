@@ -23,7 +23,7 @@ def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
     """Import a function, or a class of nodes; what its process is to call.
 
     Args:
-        what: that is started, for messages.
+        what: what is started, for messages.
         entry: "package.module:name".
         argv: command line of its process.
 

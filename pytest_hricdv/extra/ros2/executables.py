@@ -41,7 +41,7 @@ class ForeignExecutableError(LaunchError):
     """An executable that is not Python, and for which nothing stands.
 
     Args:
-        name: in `Launch.executables`.
+        name: its name in `Launch.executables`.
         message: the message that says so.
     """
 

@@ -23,7 +23,7 @@ class FieldType:
         name: the name of a basic type in IDL, or "package/folder/Name".
         size: the size of an array with a fixed size, or the maximum number of elements; None: unbounded.
         is_fixed: whether there are exactly `size` elements.
-        max_length: of a string; None: unbounded.
+        max_length: maximum length of a string; None: unbounded.
     """
 
     name: str

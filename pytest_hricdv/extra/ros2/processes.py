@@ -138,7 +138,7 @@ class Process:
         """Make a body for a node of the kernel that runs in this process, as do threads that it starts.
 
         Args:
-            body: to run.
+            body: the function to run.
             daemon: whether the process ends without waiting for it.
         """
         self._unfinished += not daemon

@@ -205,7 +205,7 @@ class Ros2Overlay:
     """`rclpy` in virtual time, for one run.
 
     Args:
-        declared: by the testbench.
+        declared: the testbench's declaration.
         code: the packages under test.
 
     Raises:

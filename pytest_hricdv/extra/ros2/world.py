@@ -54,9 +54,9 @@ class WorldNode(RosWorldNode):
 
     Args:
         kernel: the run's kernel.
-        name: in the graph, and of the sender in the record.
-        namespace: it is in.
-        context: with remappings, of a process that it replaces.
+        name: its name in the graph, and of the sender in the record.
+        namespace: its namespace.
+        context: the context, with remappings, of a process that it replaces.
     """
 
     def __init__(self, kernel: Kernel, name: str, namespace: str = "/", context: Context | None = None) -> None:

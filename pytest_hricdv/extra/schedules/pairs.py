@@ -27,7 +27,7 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
         previous: what the first one's thread executes before, and which execution of it that is: perhaps it takes a
             lock that the second one needs.
         next: likewise, what it executes next: the second one may come right after the first one.
-        is_in_one_node: both are tasks of one loop: neither continues while the other one is held up.
+        is_in_one_node: whether both are tasks of one loop: neither continues while the other one is held up.
         awaited: what another node executes before the first one's task continues, and which execution of it that is.
     """
 
@@ -59,7 +59,7 @@ class ExecutedSteps:
 
     Args:
         steps: the steps of all threads.
-        nodes: of each thread, by its number, the number of its node.
+        nodes: thread number -> number of its node.
         places: the places of points, by their numbers.
         accesses: place -> what its statements read and write.
     """

@@ -66,7 +66,7 @@ class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
     Args:
         place: the place of its first statement.
         name: the function's name.
-        budget_s: with this delay all tests pass (s); with a millisecond more, one fails.
+        budget_s: the longest delay with which all tests pass (s); with a millisecond more, one fails.
         requirement: the requirement that it violates then; empty for a fault, or where none fails.
         test: the test that violates it; None where none does up to `budget_s`.
         other: place and name of another one that is as slow at the same time.
@@ -86,12 +86,13 @@ class ScheduleResult(PlainRecord, frozen=True, kw_only=True):
     """The result of a search for schedules.
 
     Args:
-        runs: with schedules, of those asked for.
+        runs: number of runs with schedules that were made.
         tests: the tests whose runs were noted.
         slowest_s: the longest time for which a node was held up (s).
         races: the first of each kind.
-        pairs: the pairs of statements of different nodes on the same data that came right after each other in some run.
-        both: of these, how many came in either order.
+        pairs: number of pairs of statements of different nodes on the same data that came right after each other in
+            some run.
+        both: number of these that came in either order.
         open: pairs that came in one order only, `first before second`; the first of them.
         left_out: tests whose run in a process of its own is not that of the session.
         lost: runs with schedules that came to no end.

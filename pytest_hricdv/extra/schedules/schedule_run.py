@@ -36,13 +36,13 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         threads: how many threads of the code, or tasks of asyncio, executed anything.
         conflicts: some of each pair.
         executed: place -> how often.
-        ready: of each choice between nodes, how many were ready, and the place that was executed next.
+        ready: for each choice between nodes, how many were ready, and the place that was executed next.
         messages: topic -> how many were published.
         arrivals: topics of messages in the order of their arrival, where one was late.
         actions: when they began (s), and their numbers from 1.
         held: what decisions did.
         steps: thread and point of what was executed, one after the other, as `pack_steps` packs the first ones.
-        is_deadlock: nodes waited for locks of each other when it was over.
+        is_deadlock: whether nodes waited for locks of each other when it was over.
         waits: waits without end when the run was over, a sentence each.
         record: SHA-256 of the record.
         ended: how it ended.

@@ -110,7 +110,7 @@ class ScheduleSearch:
         Args:
             run: the run of a test.
             candidate: the candidate that the test was made of, if it has a schedule.
-            test: with this schedule.
+            test: the test with this schedule.
         """
         if candidate is None or test is None:
             self.near.update(conflict.pair for conflict in run.conflicts if self._is_near(conflict))

@@ -155,7 +155,7 @@ class RemoteRuns:
 
     Args:
         address: the cluster's address.
-        workers: of it.
+        workers: its workers.
         service: the service that is asked.
     """
 
@@ -223,7 +223,7 @@ class PostSession:
         settings: how to shrink and to search.
         chosen: node id -> test, of the session.
         say: receives progress messages.
-        remote: of a cluster that runs tests of searches; None: they run here.
+        remote: the cluster that runs tests of searches; None: they run here.
     """
 
     rerunner: TestRerunner

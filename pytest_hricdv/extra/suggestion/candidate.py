@@ -26,7 +26,7 @@ class RequirementCandidate:
         support: how often it was triggered in the runs that it was mined from.
         observed: the extreme that a bound was made of, for people; empty for none.
         surprise: from 0 (it excludes hardly anything) to 1.
-        of_state: it reads the state that the code under test reports.
+        of_state: whether it reads the state that the code under test reports.
     """
 
     form: Form

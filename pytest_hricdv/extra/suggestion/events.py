@@ -42,7 +42,7 @@ class RecordedEvent:
         author: who causes it.
         times: per run, when it happened (s), ascending.
         is_part: whether it is a part of what happens to its subject, such as messages with one value of a field.
-        is_state: the code under test reports its own state by it.
+        is_state: whether the code under test reports its own state by it.
         words: for people.
     """
 

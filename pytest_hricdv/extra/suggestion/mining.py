@@ -27,8 +27,8 @@ class Tally:
 
     Attributes:
         triggers: how often it asked for something.
-        decisive: in how many runs it passed.
-        failed: in how many runs it was violated.
+        decisive: number of runs in which it passed.
+        failed: number of runs in which it was violated.
         least: its least margin, in its unit; None where nothing was compared.
     """
 

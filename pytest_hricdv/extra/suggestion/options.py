@@ -11,11 +11,11 @@ class SuggestionOptions:
 
     Args:
         asked: whether they are.
-        most: at most this many are shown.
+        most: maximum number of suggestions.
         faults: number of seeded bugs that rank them, drawn with the seed.
         further: number of tests with other parameters that they hold in, too.
         seconds: no bug is started later; None: no limit.
-        anew: as if there were no requirements.
+        anew: whether to ignore existing requirements.
     """
 
     asked: bool = False

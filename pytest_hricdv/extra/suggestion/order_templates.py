@@ -154,7 +154,7 @@ class _Delays:
     """The delays of a reaction after a trigger.
 
     Args:
-        delays_s: of each case (s).
+        delays_s: the delay of each case (s).
         prompt: how many came before the next trigger.
         open_s: how long (s) triggers without a reaction waited until the end of their run.
         by_people: number of cases in which a person acts between trigger and reaction.

@@ -58,7 +58,7 @@ class Version:
         name: name of the bug; empty for the code as it is.
         path: the path of the changed file; empty for the code as it is.
         text: the text of the changed file.
-        runs: to be made.
+        runs: the runs to make.
     """
 
     name: str

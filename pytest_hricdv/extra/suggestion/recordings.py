@@ -80,7 +80,7 @@ class Recordings:
 
         Args:
             tests: the tests to run.
-            what: they are, for people.
+            what: what they are, for people.
             formulas: further requirements; a run continues until they are decided, and `failed` has those that failed.
 
         Raises:

@@ -19,7 +19,7 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
         formula: the formula of the language of requirements.
         form: response, precedence, bound or absence.
         triggers: how often it applied, in all runs of the original code.
-        decisive: in how many of these runs it was passed; in the others it was not checked.
+        decisive: number of these runs in which it passed; in the others it was not checked.
         margin: the least one, in the unit of its comparison; None where nothing is compared.
         observed: the extreme that its bound was made of; empty for none.
         faults: number of seeded bugs that it notices.
@@ -48,7 +48,7 @@ class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
         more: how many further ones there were.
         runs: number of runs of the session's tests, in the original code, that they were learned from.
         validation_runs: the same, of tests with other parameters.
-        candidates: the candidates that these runs satisfied.
+        candidates: number of candidates that these runs satisfied.
         refuted: candidates that failed where a run continued until they were decided.
         faults: number of seeded bugs that changed a record.
         noticed: those of them that requirements notice, or that end a run by an exception.

@@ -41,9 +41,9 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
     Args:
         began: date and time (UTC, ISO 8601).
         revision: the revision of the project's repository; empty if there is none.
-        dirty: tracked files were changed.
-        compared_by: has to be equal for sessions to be compared: testbench, suites with seeds, and options.
-        complete: all tests of the suites ran.
+        dirty: whether tracked files were changed.
+        compared_by: testbench, suites with seeds, and options, which are equal in sessions that are compared.
+        complete: whether all tests of the suites ran.
         tests: how many ran.
         outcomes: how many tests had each outcome.
         causes: why tests fail, except for known violations: id -> words; None if nobody looked for it.
@@ -75,7 +75,7 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
         """What a history keeps of a report, which has an origin.
 
         Args:
-            is_whole: all tests of its suites ran.
+            is_whole: whether all tests of its suites ran.
         """
         from pytest_hricdv.results.derivation import code_covered
 

@@ -103,7 +103,7 @@ class StimulusReader:
 
         Args:
             port: a queue or device.
-            methods: of it that return something.
+            methods: its methods that return something.
         """
         for module, scope, node in self._flow.nodes:
             is_call = isinstance(node, ast.Call) and last_name(node.func) in methods

@@ -29,7 +29,7 @@ class Site:
 
     Args:
         count: number of crossings. location: file and line of the first one, in the code.
-        arguments: by parameter, or by number.
+        arguments: the arguments, by parameter or index.
         result: the result of the call.
         compared: numbers that the code compares the result with, at most `MAX_COMPARED`.
     """

@@ -190,8 +190,8 @@ class RunBorder:
         Args:
             port: the port that is called.
             name: the name of the method.
-            arguments: in their order.
-            named: by name.
+            arguments: the positional arguments.
+            named: the keyword arguments.
             place: where the code calls it; empty unless it is of a module that is not installed.
         """
         self.pass_time()

@@ -34,7 +34,7 @@ class Say:
 
     Args:
         kind: its class; of a node, the name of the topic, service or action.
-        values: of its fields: a value, or a range from which a number is drawn.
+        values: field -> a value, or a range from which a number is drawn.
 
     >>> from dataclasses import dataclass
     >>> from pytest_hricdv.testbench import Uniform

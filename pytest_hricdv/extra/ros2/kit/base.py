@@ -64,10 +64,10 @@ class PlanarBase:
         pose: where it begins.
         cmd_vel: the topic that it obeys, with a type: `geometry_msgs/msg/Twist` or `TwistStamped`.
         period_s: between two messages on `/odom` and `/tf`. 20 Hz by default, as of small robots.
-        stops_after_s: it stops after this time without a command; infinity: never.
+        stops_after_s: time without a command after which it stops (s); infinity: never.
         odom: topic; empty: none.
         tf: topic; empty: none.
-        frames: of `/odom` and `/tf`: parent and child.
+        frames: the frames of `/odom` and `/tf`, parent and child.
         node: its name in the graph.
     """
 
