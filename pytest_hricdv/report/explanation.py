@@ -210,7 +210,7 @@ def _requirement(
     if known_as is not None and result.outside:
         yield f"  known only {_one_line(known_as)}"
     elif known_as is not None:
-        yield f"  a known violation{f' ({_one_line(known_as)})' if known_as else ''}: it does not fail the run"
+        yield f"  a known violation{f' ({_one_line(known_as)})' if known_as else ''}, which does not fail the run"
     if texts and texts.text and not brief:
         yield f"  checked as  {_one_line(texts.text)}"
     if texts and texts.source and not brief:

@@ -41,9 +41,9 @@ TESTS = (
     Value(
         "sampling",
         "NAME",
-        "how parameters are drawn from their ranges: uniform (default), or corners (every second time extreme values)",
+        "how parameters are drawn from their ranges: uniform (default), or corners (extreme values every other time)",
     ),
-    Value("fidelity", "NAME", "how the world is simulated, of the testbench's fidelities"),
+    Value("fidelity", "NAME", "how the world is simulated: one of the testbench's fidelities"),
     Value(
         "shard",
         "INDEX/OF",
@@ -93,18 +93,18 @@ GATES = (
     Repeatable(
         "known",
         "REQUIREMENT",
-        "a requirement with a known violation, or 'REQUIREMENT when CONDITION' for its violations at which the "
-        "condition holds: they are reported, but do not fail the run",
+        "a requirement whose violations are known, or 'REQUIREMENT when CONDITION' if only those are at which the "
+        "condition holds; known violations are reported, but do not fail the run",
         f"one a line, 'R3: reason', or {WHEN}: does not fail the run",
         key="hri_known_violations",
         shown=False,
     ),
-    Flag("strict", "fail on known violations, too"),
+    Flag("strict", "also fail on known violations"),
     Value(
         FAIL_ON,
         "KIND[,...]",
-        "fail for these, too: nc (a requirement that no test triggered), pending (a trigger undecided at the end "
-        "of a run), change (a test that behaves differently from the baseline)",
+        "also fail for nc (a requirement that no test triggered), pending (a trigger undecided at the end of a run), "
+        "or change (a test that behaves differently from the baseline)",
     ),
     Flag(
         "fail-on-nc",
@@ -137,8 +137,8 @@ AFTER_THE_TESTS = (
     Value(
         "break-on-violation",
         "REQUIREMENT[,...]",
-        "stop in a debugger at the instant at which a test violates it, inside the code under test; hri_state has the "
-        "time, signals, messages, the state and the verdicts",
+        "stop in a debugger at the instant of a violation, inside the code under test; hri_state has time, signals, "
+        "messages, state and verdicts",
         key=False,
     ),
 )
@@ -151,8 +151,8 @@ RUNS = (
         key=False,
     ),
     Flag("no-cov", "do not measure the code under test"),
-    Flag("no-waivers", "count no statement as unreachable: comments in the code were written for another testbench"),
-    Flag("isolate", "run each test in a process of its own, so that no test sees state left by another"),
+    Flag("no-waivers", "ignore comments '# unreachable:' in the code, which were written for another testbench"),
+    Flag("isolate", "run each test in its own process, so that no test sees state left behind by another"),
 )
 
 OUTPUT = (Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),)

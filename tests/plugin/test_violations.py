@@ -40,7 +40,7 @@ def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None
             "R1 Failed: A wish shall be fulfilled within a second",
             "  triggered at * violated at *",
             "R2 Failed: The lamp shall never glare",
-            "  a known violation (the hall has no dimmer): it does not fail the run",
+            "  a known violation (the hall has no dimmer), which does not fail the run",
         ]
     )
 

@@ -66,7 +66,7 @@ def test_actions_are_listed_up_to_the_violation_with_their_times() -> None:
 def test_a_known_violation_is_listed_after_the_cause() -> None:
     text = failure(_failing("R1", "R3"), REQUIREMENTS, seed=0, known_violations={"R1": "slow release"})
     assert text.startswith("R3 failed at 51.5 s by 0.02\n\nR3 Failed")
-    assert "a known violation (slow release): it does not fail the run" in text[text.index("R1 Failed") :]
+    assert "a known violation (slow release), which does not fail the run" in text[text.index("R1 Failed") :]
 
 
 @pytest.mark.parametrize(

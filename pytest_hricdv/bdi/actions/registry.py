@@ -165,7 +165,7 @@ def call_action(invocation: Invocation) -> Outcome:
     """Call an internal action, whose name and number of arguments have been checked when the program was loaded.
 
     Raises:
-        BdiError: there is none of this name here, as those of Java: the run cannot continue.
+        BdiError: the action is unknown here, as those of Java are: the run cannot continue.
     """
     action = ACTIONS.get(invocation.call.name)
     if action is None:

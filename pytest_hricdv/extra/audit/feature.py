@@ -41,9 +41,9 @@ class AuditFeature(Feature[AuditOptions]):
         Value(
             "audit",
             "N|off",
-            "after all tests, run N of them again, failures first, each alone in a fresh process under another hash "
-            "seed; one that differs fails the session, with the cause (default: 3, or more where they take "
-            "less than 3 %% of the time)",
+            "after all tests, rerun N of them, failures first, each alone in a fresh process under another hash seed; "
+            "a difference fails the session, and its cause is named (default: 3, or more if they take less than 3 %% "
+            "of the time)",
         ),
     )
 

@@ -31,7 +31,7 @@ class ClosingFeature(Feature[ClosingOptions]):
     name = "closing"
     suites = (NAME,)
     options = (
-        Flag("close", "after the suites, generate the suite closure, which covers what these leave open", key=False),
+        Flag("close", "after the suites, generate the suite closure, which covers what they leave open", key=False),
         Value("close-runs", "N", f"closure: end the closing loop after N runs (default {ClosingOptions.runs})"),
         Value(
             "close-seconds",

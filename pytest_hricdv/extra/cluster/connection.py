@@ -253,7 +253,7 @@ class Connection:
             why = str(error).partition("\n")[0]
             raise ClusterError(
                 f"{self._address}: no scheduler answers there ({why}): start one with 'dask scheduler', or give local; "
-                "one that has TLS has a tls:// address"
+                "the address of a scheduler with TLS begins with tls://"
             ) from None
 
     def _close_client(self) -> None:

@@ -73,9 +73,9 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
         Value(
             "diagnose",
             "N",
-            "after all tests, where some fail: group failures by cause, and confirm this in at most N runs of failing "
-            "tests without what they are thought to fail for; 0: no causes (default: one for twenty of the session's "
-            "runs, at least 48)",
+            "if tests fail, group their failures by cause, and confirm the causes in at most N runs of failing tests "
+            "without what they are suspected to fail for; 0: no causes (default: one per twenty runs of the session, "
+            "at least 48)",
         ),
     )
 

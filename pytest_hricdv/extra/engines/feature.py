@@ -156,8 +156,8 @@ class EnginesFeature(Feature[str]):
         Value(
             "engine",
             "NAME|both",
-            "the physics engine, of the testbench's engines (default: the first that is installed); both: each test "
-            "runs on the first two, and a verdict that depends on the engine does not pass",
+            "one of the testbench's physics engines (default: the first one installed); both: each test runs on the "
+            "first two, and does not pass if its verdict depends on the engine",
         ),
     )
 

@@ -111,7 +111,7 @@ class PatchFeature(Feature[PatchOptions]):
         Value(
             "patch",
             "REV",
-            "report which statements that changed since REV, a branch, tag or commit of git, the tests execute",
+            "report which of the statements changed since REV (a git branch, tag or commit) the tests execute",
         ),
     )
 

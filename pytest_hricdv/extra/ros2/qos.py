@@ -139,7 +139,7 @@ ACTION_STATUS = Profile(depth=1, durability=TRANSIENT_LOCAL)
 
 
 def _profile_named(name: str) -> Profile:
-    """A profile of rmw. Raises ValueError if there is none of this name."""
+    """A profile of rmw. Raises ValueError for an unknown name."""
     if name not in PREDEFINED:
         raise ValueError(f"Requested unknown rmw_qos_profile: {name}")
     return PREDEFINED[name]

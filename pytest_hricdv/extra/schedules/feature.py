@@ -39,14 +39,14 @@ class SchedulesFeature(Feature[ScheduleOptions]):
         Value(
             "schedules",
             "N",
-            "after all tests, run those that passed N times with other schedules: threads, tasks and callbacks of the "
-            "code are held up where they share data (default 0)",
+            "after all tests, make N more runs of passing tests with other schedules: threads, tasks and callbacks of "
+            "the code are held up where they share data (default 0)",
         ),
         Value(
             "budgets",
             "N",
-            "after all tests, measure with N of them how slow each function and loop of the code may be until a "
-            "requirement breaks (default 0)",
+            "after all tests, measure with N passing ones how slow each function and loop of the code may be before a "
+            "requirement fails (default 0)",
         ),
     )
 
