@@ -158,7 +158,7 @@ class Lanes:
 
 
 def _disturbances(actors: list[str]) -> tuple[dict[int, list[int]], list[int]]:
-    """Lines without an actor: those right above each line of an actor, and those at the end."""
+    """Lines without an actor: the lines right above each line of an actor, and the lines at the end."""
     above: dict[int, list[int]] = {}
     pending: list[int] = []
     for number, actor in enumerate(actors):

@@ -115,7 +115,7 @@ _OWN |= {"pluggy", "pytest", "pytest_hricdv", "xdist"}
 
 
 def _finds(finder: Any) -> bool:
-    """Whether a module finder works: one that raises would break every import of the session."""
+    """Whether a module finder works: a finder that raises would break every import of the session."""
     try:
         spec = finder.find_spec(_NO_MODULE, None)
     except Exception:  # whatever it raises

@@ -126,7 +126,7 @@ class PlanCoverage(PlainRecord, frozen=True, kw_only=True):
 class RequirementTally(PlainRecord, frozen=True, kw_only=True):
     """One requirement over the tests of a suite.
 
-    `passed`, `failed`, `nc` count tests by verdict; one that was not run has none. `triggers` counts how often the
+    `passed`, `failed`, `nc` count tests by verdict; a test that was not run has none. `triggers` counts how often the
     antecedent was triggered: `passes`, `failures` and `pending` ones. `untriggered` counts runs in which the antecedent
     never held. `outside` counts the failed tests with a violation outside of the condition under which violations of
     the requirement are known. `vacuous_alternatives` are the alternatives of its response by which it held

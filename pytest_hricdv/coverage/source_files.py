@@ -2,7 +2,7 @@
 
 The configuration of coverage.py leaves some out. It is read by coverage.py itself, from the file that it would
 take (`.coveragerc`, `setup.cfg`, `tox.ini`, `pyproject.toml`, or the one of `--cov-config`). How things are
-traced (`parallel`, `concurrency`, `core`, `patch`, contexts) has no part in this: that is for the user's own
+traced (`parallel`, `concurrency`, `core`, `patch`, contexts) does not apply here: it is for the user's own
 measurement only.
 """
 

@@ -74,7 +74,7 @@ class TestCoverage:
 
     @property
     def requirements(self) -> Mapping[str, RequirementResult]:
-        """The verdicts that count: those of the first run."""
+        """The verdicts that count, from the first run."""
         return self.runs[0].requirements
 
     @cached_property

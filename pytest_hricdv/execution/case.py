@@ -315,7 +315,7 @@ def _leave_host_loop() -> Iterator[None]:
 
 
 def _acts(name: str, testbench: Testbench) -> bool:
-    """Whether an actor can do anything: one of the model may only send messages to others."""
+    """Whether an actor can do anything: an actor of the model may only send messages to others."""
     return name not in testbench.model.actors or name in actors_of(testbench.concretization.commands)
 
 

@@ -124,7 +124,7 @@ def check_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) 
 
 
 def check_actors(idle: Iterable[str]) -> Iterator[str]:
-    """Faults of actors, a sentence each: those whose actions nobody took."""
+    """Faults of actors whose actions nobody took, a sentence each."""
     for actor in idle:
         yield (
             f"no node enacts the actions of {actor}: expected a node of the testbench's run that takes "

@@ -1,4 +1,4 @@
-"""`HriCase`, the fixture `hri_case`: one generated test, as its test function runs and checks it."""
+"""`HriCase`, the fixture `hri_case`: a generated test, as its test function runs and checks it."""
 
 from __future__ import annotations
 

@@ -178,7 +178,7 @@ def _lanes(test: ConcreteTest) -> list[Places]:
 def _turns(actions: Sequence[ConcreteAction]) -> list[Places]:
     """The places of the actions in parts, each of which begins with the command that the first one begins with.
 
-    Disturbances begin no part: those before the first command belong to the first part.
+    Disturbances begin no part: disturbances before the first command belong to the first part.
     """
     first = next((action.command for action in actions if action.disturbance is None), "")
     starts = [0, *(place for place, action in enumerate(actions) if place and action.command == first)]

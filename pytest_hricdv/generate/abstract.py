@@ -232,7 +232,7 @@ def _spell(parts: Sequence[str | None]) -> str:
 class AbstractDraft:
     """An abstract test without an id, as a method generates it; the fields are those of `AbstractTest`.
 
-    Its seed comes from its content, unless it has one: that of the test whose beginning it has.
+    Its seed comes from its content, unless it has the seed of the test whose beginning it is.
     """
 
     target: str

@@ -22,7 +22,7 @@ _COVERED = ("human", "robot_code")
 
 EXPLORATION_SCHEMA = "hricdv-exploration/1"
 _FIRST_CODE = ord("0")
-"""In the cache, commands are single characters from this one on: none of these is a comma or ends a line."""
+"""In the cache, commands are single characters from this one on, of which none is a comma or ends a line."""
 
 
 _NAME = re.compile(r"[a-z]\w*\Z", re.ASCII)  # it begins lines of tests: `nurse: press call`
@@ -78,7 +78,7 @@ class Model:
 
     @property
     def who_acts(self) -> tuple[str, ...]:
-        """The actors: one or several."""
+        """The actors, at least one."""
         return self.actors or (self.actor,)
 
     def files(self) -> tuple[Path, ...]:

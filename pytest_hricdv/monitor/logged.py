@@ -38,7 +38,7 @@ def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], lo
 
 
 def evaluate(requirements: Sequence[Requirement], log: Log) -> tuple[Verdict, ...]:
-    """The verdicts on a logged run, in the order of the requirements; those that were not triggered are explained.
+    """The verdicts on a logged run, in the order of the requirements; untriggered ones are explained.
 
     Raises:
         MonitorError: as from a `MonitorSet`; or a signal of the log has not one value for each time, or a bool is

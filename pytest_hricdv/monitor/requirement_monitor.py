@@ -256,7 +256,7 @@ class EventuallyMonitor(ObligationMonitor):
     ) -> None:
         super().__init__(program, state, shows, start_s, end_s)
         self._missed: list[Nanoseconds] = []
-        """The deadlines of the last violations: those whose response has not come yet, as far as they are kept."""
+        """The deadlines of the last violations whose response has not come yet, as far as they are kept."""
         self._first_missed = 0
         """The number of the first of them."""
 
@@ -287,7 +287,7 @@ class EventuallyMonitor(ObligationMonitor):
             self._close(now_ns, passed=True)
 
     def _miss(self, now_ns: Nanoseconds, outputs: Outputs) -> None:
-        """The condition does not hold: those have failed whose windows are over."""
+        """The condition does not hold: triggers whose windows are over have failed."""
         while self._due and (deadline_ns := self._due[0] + self._end_ns) <= now_ns:
             if not self._missed:
                 self._first_missed = self._verdict.violations

@@ -71,7 +71,7 @@ Time inside the monitors is in whole nanoseconds."""
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit; one of an unknown name is a base unit of its own.
+    """A unit; an unknown name is a base unit of its own.
 
     Attributes:
         text: as written; of a product of units, an explanation.

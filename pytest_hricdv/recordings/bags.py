@@ -101,7 +101,7 @@ class Decoder:
         self._readers: dict[str, Callable[[bytes], Any]] = {}
 
     def fields(self, message: BagMessage, paths: Paths | None = None) -> dict[str, Value]:
-        """The fields of a message; those of inner messages by paths (`linear.x`).
+        """The fields of a message, of inner messages by paths (`linear.x`).
 
         Args:
             paths: the fields to decode; None for all.

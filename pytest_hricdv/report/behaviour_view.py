@@ -12,7 +12,7 @@ from pytest_hricdv.results.model import Report, TestResult
 
 
 def lines(report: Report, columns: int) -> Iterator[Line]:
-    """How the tests behave, compared with the baseline, in lines of limited width; none without a baseline."""
+    """How the tests behave, compared with the baseline, in lines of limited width; empty without a baseline."""
     changes = report.changes
     if changes is None or not report.reported:
         return

@@ -46,7 +46,7 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Itera
 
 
 def requirement_table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
-    """A line of figures for each requirement, with its title where there is room; those that passed without colour."""
+    """A line of figures for each requirement, with its title where there is room; passed ones without colour."""
     margins = any(row.margin is not None for row in rows)
     known_width = 7 if any(row.is_tolerated for row in rows) else 0
     triggers = 10 if columns >= _WIDE else 0

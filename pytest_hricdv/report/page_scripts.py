@@ -83,7 +83,7 @@ def _hash_of_script(text: str) -> str:
 
 
 def _scripts() -> Iterator[str]:
-    """All scripts; those of features come before the core's last one, which starts to show the page."""
+    """All scripts; features' scripts come before the core's last one, which starts to show the page."""
     yield from (asset(f"{name}.js") for name in _SCRIPTS[:-1])
     for view in views():
         yield from (folder_of(view.name).joinpath(f"{name}.js").read_text(encoding="utf-8") for name in view.scripts)

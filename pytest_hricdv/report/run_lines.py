@@ -116,7 +116,7 @@ class RunLog(logging.Handler):
         logging.getLogger().removeHandler(self)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Take a message; one that cannot be written is as its author has it, before its arguments."""
+        """Take a message; if its arguments cannot be formatted, it is shown without them."""
         try:
             message = record.getMessage()
         except Exception:  # pytest and logging itself say so

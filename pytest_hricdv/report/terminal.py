@@ -66,7 +66,7 @@ def summary(
 ) -> tuple[Line, ...]:
     """The report in lines of at most `width` columns, its verdict last.
 
-    Lines with a path or a command may be longer: one that is cut cannot be opened, and not be used.
+    Lines with a path or a command may be longer: if cut, they cannot be opened or used.
 
     Args:
         brief: whether the summary has to fit on a screen: counts, with the first item of each.

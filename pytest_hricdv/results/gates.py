@@ -36,7 +36,7 @@ class ThresholdError(InputError, ValueError):
 
 @dataclass(frozen=True)
 class Threshold:
-    """A lower bound, in percent; one `named` on the command line applies to any selection of tests."""
+    """A lower bound, in percent; a bound `named` on the command line applies to any selection of tests."""
 
     kind: str
     percent: float

@@ -202,7 +202,7 @@ def _open(path: Path) -> BinaryIO:
 
 
 def _lines(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
-    """The lines, and how many bytes each has in the file; one that is too long is empty."""
+    """The lines, and how many bytes each has in the file; a line that is too long is empty."""
     while text := file.readline(MAX_LINE_BYTES):
         size = len(text)
         while len(text) == MAX_LINE_BYTES and not text.endswith(b"\n"):

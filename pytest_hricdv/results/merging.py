@@ -267,7 +267,7 @@ def _most_measured(share: CodeShare | None, other: CodeShare | None) -> CodeShar
 
 
 def _with_repeats(runs: list[TestResult]) -> TestResult:
-    """The worst run, with the others; one that was not run stands for a test only where there is no other."""
+    """The worst run, with the others; a missing run stands for a test only if there is no other."""
     done = [run for run in runs if run.outcome != "not-run"] or runs[:]
     done.sort(key=lambda run: (OUTCOMES.index(run.outcome), _text(run)))
     if done[0].outcome == "not-run":

@@ -1,4 +1,4 @@
-"""Replay files: one concrete test, with everything needed to repeat its run and to compare the result."""
+"""Replay files: a concrete test, with everything needed to repeat its run and to compare the result."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ EXPECTED = "a number, a bool, a string, a message, or a list, tuple, set or dict
 
 
 def record_fields(message: object, names: Iterable[str], above: str = "") -> dict[str, Value]:
-    """The fields of a message; those of a message in it have paths, and one that is None is left out.
+    """The fields of a message; fields of a nested message have paths, and fields that are None are left out.
 
     Of a list, a tuple, a set, a dict or an array there is the length, as `name.length`, and a checksum of its content,
     as `name.crc`, so that runs with equal hashes had equal messages. So it is with messages of ROS 2.

@@ -51,7 +51,7 @@ class _Entropy:
         return threading.get_ident() == self._thread
 
     def of_this_thread(self) -> random.Random | None:
-        """None for a thread that is none of the run's: those of xdist, for instance, have real entropy."""
+        """None for a thread outside the run: threads of xdist, for instance, have real entropy."""
         if self.is_of_this_thread:
             return self._stream
         thread = threading.current_thread()

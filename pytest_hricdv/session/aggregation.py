@@ -159,7 +159,7 @@ class Aggregation:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: object) -> None:
-        """With xdist: stores a worker's hash seed: one on another machine does not take it from this process."""
+        """With xdist: stores a worker's hash seed, which on another machine is not that of this process."""
         seed = getattr(node, "workeroutput", {}).get(WORKER_HASH_SEED)
         self.worker_hash_seeds |= {seed} if seed else set()
 
@@ -203,7 +203,7 @@ class Aggregation:
         times.stop_s = report.stop
 
     def _with_replay(self, text: str) -> str:
-        """Writes the replay file of a failed test; that of a replayed test exists already."""
+        """Writes the replay file of a failed test, unless it was replayed and so has one."""
         if msgspec.json.decode(text, type=_Outcome).outcome == "passed":
             return text
         result = decode(text)

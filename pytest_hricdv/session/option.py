@@ -155,7 +155,7 @@ class OptionReader:
         return f"--hri-{name.replace('_', '-')}={text}"
 
     def texts(self, name: str) -> tuple[str, ...]:
-        """The texts of a repeatable option: those of the ini file, one per line, then those of the command line."""
+        """The values of a repeatable option: first of the ini file, one per line, then of the command line."""
         value = self.command_line_value(name)
         of_command = value if isinstance(value, list) else []
         return tuple(str(text) for text in [*self.config.getini(f"hri_{name}"), *of_command])
@@ -165,7 +165,7 @@ class OptionReader:
         return tuple(word.strip() for word in self.text(name).split(",") if word.strip())
 
     def flag(self, name: str) -> bool:
-        """Whether a flag is set; those that `--hri-fail-on` can name, also by that."""
+        """Whether a flag is set, also by `--hri-fail-on` if that can name it."""
         if name.startswith(_FAIL_ON) and name.removeprefix(_FAIL_ON) in self.words(FAIL_ON.replace("-", "_")):
             return True
         value = self.command_line_value(name)

@@ -287,7 +287,7 @@ class SessionReporter:
         return msgspec.convert(listed, dict[str, ModelSource])
 
     def _warn_of_untested_beliefs(self) -> list[str]:
-        """Names in the belief space that are in vain; that a model is broken is said elsewhere."""
+        """Names in the belief space without effect; a broken model is reported elsewhere."""
         space = self.collection.testbench.beliefs
         named = [belief for belief in space.beliefs if belief not in space.default_beliefs]
         try:

@@ -307,7 +307,7 @@ def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:
 
 
 def raise_for(judgement: Judgement, result: CaseResult, explain: Callable[[], str]) -> None:
-    """End a test as its run was judged; one that passed continues.
+    """End a test as its run was judged; a passing test continues.
 
     Args:
         judgement: the run's judgement.

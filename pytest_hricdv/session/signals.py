@@ -280,7 +280,7 @@ _WAKING: set[int] = set()
 
 
 def _deaf() -> None:
-    """A fork's signals are not those of the process that it was forked from; one of a node ends by them as any."""
+    """A fork handles signals on its own, unlike the process that it was forked from; a node's fork ends by them."""
     for number in _REPLACED if current_node() is not None else ():
         if str(getattr(signal.getsignal(number), "__module__", None)) == __name__:
             signal.signal(number, _REPLACED[number])

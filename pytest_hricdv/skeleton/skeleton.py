@@ -110,7 +110,7 @@ def _files(folder: Path) -> dict[str, str]:
 
 
 def name_like(text: str) -> str:
-    """A name of a module that is like a text; that of the template where nothing is left of it.
+    """A module name made from a text; the template's if nothing is left of it.
 
     >>> name_like("Kitchen-Robot 2")
     'kitchen_robot_2'

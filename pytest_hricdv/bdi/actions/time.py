@@ -77,7 +77,7 @@ def _deadline(invocation: Invocation, milliseconds: float) -> float | None:
 def _at(invocation: Invocation) -> Outcome:
     """``.at("now +3 seconds", {+!g})``: an event in some time; the units are ``s``, ``m``, ``h`` and ``d``, else ms.
 
-    It is only the event that comes: none of a belief changes what the agent believes.
+    Only the event comes: an event of a belief does not change what the agent believes.
     """
     agent, run, place = invocation.agent, invocation.agent.run, invocation.call.location
     when = _DELAY.fullmatch(invocation.text(0))

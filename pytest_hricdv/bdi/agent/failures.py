@@ -2,7 +2,7 @@
 
 A failed goal ``+!g`` is handled by the nearest plan for ``-!g``: its own, or that of a goal below it in the
 intention. As in Jason, a failure in the body of a handling plan or of what it calls, or directly in the body
-of a plan for a belief event, is not handled: that intention is dropped with a warning, and the agent continues.
+of a plan for a belief event, is not handled: the intention is dropped with a warning, and the agent continues.
 """
 
 from __future__ import annotations

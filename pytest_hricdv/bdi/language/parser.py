@@ -79,7 +79,7 @@ class SourceText:
 
 
 def read_source(path: Path) -> SourceText:
-    """Read a source or project file; one that is not UTF-8 is read as Latin-1, in which any bytes are a text.
+    """Read a source or project file, if it is not UTF-8 as Latin-1, in which any bytes are text.
 
     Raises:
         FileNotFoundError: there is no such file.

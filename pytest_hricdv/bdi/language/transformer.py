@@ -31,7 +31,7 @@ _NO_NAME = "_plan"
 
 @v_args(meta=True)
 class AgentSpeakTransformer(TermTransformer):
-    """One method for each grammar rule of a program; those of its terms are inherited."""
+    """One method for each grammar rule of a program; methods for its terms are inherited."""
 
     def start(self, meta: Meta, items: Children) -> Children:
         self._without_conditions()

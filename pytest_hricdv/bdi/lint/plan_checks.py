@@ -1,4 +1,4 @@
-"""Checks of plans: those that are never selected, that repeat without end, or for failures that cannot occur."""
+"""Checks of plans: plans that are never selected, repeat without end, or handle failures that cannot occur."""
 
 from __future__ import annotations
 

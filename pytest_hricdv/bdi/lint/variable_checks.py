@@ -1,4 +1,4 @@
-"""The check of variables: those without a value in comparisons and expressions."""
+"""The check of variables: variables without a value in comparisons and expressions."""
 
 from __future__ import annotations
 

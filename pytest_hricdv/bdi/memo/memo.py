@@ -186,7 +186,7 @@ class Memo:
     def _segments(
         self, forwarding: ForwardingRule, atoms: Set[str], environment: Environment, seed: int, max_rounds: int
     ) -> Segments | None:
-        """The segments of a run, whatever rounds they take; those not known yet are executed.
+        """The segments of a run, whatever rounds they take; unknown segments are executed.
 
         None if that is not possible.
         """

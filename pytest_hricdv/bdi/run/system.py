@@ -262,7 +262,7 @@ def _result(run: SystemRun, ended: str) -> Result:
 
 
 def read_templates(project: Project) -> tuple[AgentTemplate, ...]:
-    """Read the sources of a project's agents; those with the same source share their plans.
+    """Read the sources of a project's agents; agents with the same source share their plans.
 
     Raises:
         BdiError: a source is missing, cannot be read, or uses an unknown internal action.

@@ -35,7 +35,7 @@ from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import LivelockDetector, name_endless_plans
 
 FRESH_OF_MESSAGES = 16
-"""Variables that Jason 1.4.2 numbers for each agent's plans for messages: those that a run makes come after them."""
+"""Variables that Jason 1.4.2 numbers for each agent's plans for messages; the run's own variables come after them."""
 
 
 class SystemRun:
@@ -123,7 +123,7 @@ class SystemRun:
         return self._random.random()
 
     def note_variables(self, last_number: int) -> None:
-        """Reserve the first numbers for an agent's source: those made in the run come after them, as in Jason."""
+        """Reserve the first numbers for an agent's source; numbers made in the run come after them, as in Jason."""
         self._fresh += FRESH_OF_MESSAGES + last_number
         self._first_fresh = self._fresh
 

@@ -138,7 +138,7 @@ class Auditor:
     def _compare(
         self, repeating: Repeater, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, RerunAnswer]]
     ) -> None:
-        """Run tests again; those that come otherwise are added."""
+        """Rerun tests; tests with a different result are added."""
         tell = self._session.wait("rerunning tests, to check that they are repeatable")
         for number, test in enumerate(tests, 1):
             tell(f"{number} of {len(tests)}")

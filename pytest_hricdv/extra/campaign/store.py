@@ -162,7 +162,7 @@ class Store:
             return self._get("cancelled") is not None
 
     def add(self, key: RunKey, result: TestResult, replay: str, worker: WorkerName) -> None:
-        """Keep a run; one that is there already stays, and where it differs, both are kept."""
+        """Keep a run; if there is one already that differs, both are kept."""
         with error_location(self.path), self._connection:
             number, sha256 = self._worker(worker), result.record_sha256 or ""
             if not self._insert(key, result.outcome, result.sim_s, sha256, number, RowSummary.of_result(result)):

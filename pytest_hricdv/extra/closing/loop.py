@@ -192,7 +192,7 @@ class Loop:
         return len(last) == STALLED and not any(entry.new for entry in last)
 
     def _ask(self, strategy: Strategy, share: int, rng: Random) -> list[Proposal]:
-        """The proposals of a strategy; none any more once it has failed."""
+        """The proposals of a strategy; none once it has failed."""
         if strategy.name in self._left_out:
             return []
         try:

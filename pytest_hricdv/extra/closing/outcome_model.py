@@ -37,7 +37,7 @@ PRIOR_SAME, PRIOR_COMPARED = 1.0, 2.0
 """Comparisons that showed the same effect, and all, before the first one: Laplace's rule of succession."""
 
 MIN_SIMILARITY = (PRIOR_SAME / PRIOR_COMPARED) ** 2
-"""Smallest similarity of coordinates from which a nominal effect is taken: that of one that was never compared."""
+"""Smallest similarity of coordinates from which a nominal effect is taken: that of never compared ones."""
 
 
 @dataclass

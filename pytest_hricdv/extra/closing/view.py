@@ -61,7 +61,7 @@ class ClosingView(View):
     scripts = ("closing",)
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """The points by kind, and those left open; none if there was no closing loop."""
+        """The points by kind, and the open ones; empty if there was no closing loop."""
         result = CLOSING.of(report)
         if result is None:
             return
@@ -90,7 +90,7 @@ class ClosingView(View):
         )
 
     def aim(self, report: Report) -> str:
-        """A closing loop after the same suites; after a loop, with twice its budget; none after one that closed."""
+        """A closing loop after the same suites; after a loop, with twice its budget; none after a loop that closed."""
         if not report.rerun_options.suite or not report.suites:
             return ""
         result = CLOSING.of(report)

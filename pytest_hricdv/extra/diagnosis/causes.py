@@ -40,7 +40,7 @@ from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.feature import FeatureSession
 
 SWITCHED_TESTS = 2
-"""A reversed decision must let this many tests of a cause pass, if it has as many: one may pass by chance."""
+"""A reversed decision must let this many tests of a cause pass, if it has as many: a single test may pass by chance."""
 
 
 def switch_decisions(
@@ -236,7 +236,7 @@ def _kinds(names: Mapping[str, type]) -> dict[str, KindName]:
 
 
 def _trace(experiments: Experiments, groups: Sequence[Group]) -> None:
-    """Run a test of each cause of which none was run as it was, while runs are left: such runs are traced."""
+    """Run, traced, a test of each cause of which no test was run unchanged, while runs are left."""
     for group in groups:
         names = sorted(experiments.tests.keys() & {*group.nodeids}, key=experiments.length)
         if names and not group.is_known and experiments.controls.keys().isdisjoint(names):

@@ -85,7 +85,7 @@ def _bursts(steps: Iterable[TraceStep]) -> Iterator[_Burst]:
 
 
 def _around(bursts: Sequence[_Burst], violation_s: float | None) -> Sequence[_Burst]:
-    """The bursts to keep: those until shortly after the violation, or else the last ones."""
+    """The bursts to keep: until shortly after the violation, or else the last ones."""
     if len(bursts) <= MAX_BURSTS:
         return bursts
     end = len(bursts)

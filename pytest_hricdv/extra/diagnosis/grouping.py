@@ -55,7 +55,7 @@ class ExperimentEvidence:
 
     With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come. `apart`
     has a node id and two requirements: where the first passed, the second still failed, so it does not follow from it.
-    `together` has the same: one reversed decision lets both pass, also in different tests.
+    `together` has pairs that one reversed decision lets pass, also in different tests.
     """
 
     confirmed: Mapping[tuple[str, str], Change] = field(default_factory=dict)
@@ -84,7 +84,7 @@ class Group:
 
     @cached_property
     def telling(self) -> frozenset[str]:
-        """The ids of the tests that show it: those with violations that are not known, or all."""
+        """The ids of the tests that show it: tests with unknown violations, or else all."""
         return frozenset(failure.nodeid for failure in self.failures if self.is_known or not failure.is_known)
 
     @cached_property
@@ -252,7 +252,7 @@ def _unite_nominal(
     tests: int,
     evidence: ExperimentEvidence,
 ) -> None:
-    """Unite failures without a disturbance: those that follow from another, or violate the same at the same places in
+    """Unite failures without a disturbance that follow from another failure, or violate the same at the same places in
     the code.
 
     Requirements that fail in different tests are one cause only if an experiment has shown it. One overrules what comes

@@ -176,7 +176,7 @@ class PairSearch:
         return self.neighbour_runner(neighbour)
 
     def shortest(self, group: Group) -> str | None:
-        """The test to look at: one that shows it and that experiments have confirmed, if any; the shortest of these."""
+        """The test to look at: the shortest that shows it, if possible one that experiments have confirmed."""
         experiments = self.experiments
         names = [name for name in group.nodeids if name in experiments.tests]
         confirmed = {name for name, _ in experiments.confirmed}

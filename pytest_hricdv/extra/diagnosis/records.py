@@ -14,7 +14,7 @@ from pytest_hricdv.results.behaviour import Timeline
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 DiagnosisEnd = Literal["done", "runs", "interrupted"]
-"""Why experiments ended: none was left, or the budget of runs was used up, or Ctrl-C."""
+"""Why experiments ended: no experiment was left, the budget of runs was used up, or Ctrl-C."""
 
 DIAGNOSIS_ENDS: tuple[DiagnosisEnd, ...] = ("done", "runs", "interrupted")
 """In increasing order of precedence, for merged reports."""

@@ -151,7 +151,7 @@ class ExecutionTable:
         return (1 << len(self.bit_of)) - 1
 
     def tests(self, names: Iterable[str]) -> int:
-        """A set of tests; those that were not measured are not in it."""
+        """A set of measured tests."""
         return sum(self.bit_of[name] for name in {*names} if name in self.bit_of)
 
     def counts(self, elements: Collection[int], failing: int, passing: int) -> list[ExecutionCounts]:

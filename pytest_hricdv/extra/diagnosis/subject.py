@@ -37,7 +37,7 @@ class Subject:
         return group_failures(disturbances, self.failures, self.spectra, evidence)
 
     def find_violators(self, group: Group) -> set[str]:
-        """Node ids of tests that violate the same requirements, for this cause or another: none of them has passed."""
+        """Node ids of tests that violate the same requirements, for this cause or another, and so have not passed."""
         return {failure.nodeid for failure in self.failures if failure.requirement in group.requirements}
 
     def compares(self, group: Group) -> bool:

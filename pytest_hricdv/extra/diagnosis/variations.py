@@ -62,7 +62,7 @@ def variations(test: ConcreteTest, space: Concretization, begun: Sequence[int] |
 
 
 def values(test: ConcreteTest, space: Concretization, places: Sequence[int]) -> Iterator[Variation]:
-    """Variations with another value of a parameter: one of each first, then the second ones.
+    """Variations with another value of a parameter: the first one of each parameter, then the second ones.
 
     Args:
         test: the test that fails.
@@ -123,7 +123,7 @@ def _swap(test: ConcreteTest) -> Iterator[Variation]:
 
 
 def _spots(test: ConcreteTest, places: Sequence[int]) -> tuple[Spot, ...]:
-    """The parameters: those of disturbances first, then the run's, then of other actions.
+    """The parameters: first of disturbances, then of the run, then of other actions.
 
     Turns are not among them: `_swap` has all orders of neighbours.
     """

@@ -80,7 +80,7 @@ def _unique(machines: Iterator[StateMachine]) -> list[StateMachine]:
 
 
 def _with_fields(machines: Sequence[StateMachine], messages: Sequence[Message], flow: Flow) -> tuple[StateMachine, ...]:
-    """The machines, each with the field in which the code publishes its state; those with one first."""
+    """The machines, each with the field in which the code publishes its state; machines with a field first."""
     published = [message for message in messages if message.direction != "received"]
     with_fields = [replace(machine, field=_field_of(machine, published, flow)) for machine in machines]
     return tuple(sorted(with_fields, key=lambda machine: not machine.field))
@@ -124,7 +124,7 @@ def _with_states(messages: Sequence[Message], machines: Sequence[StateMachine]) 
 
 
 def questions(model: CodeModel) -> Iterator[Question]:
-    """Questions that only a person can answer; those on received and published messages come first."""
+    """Questions that only a person can answer, first about received and published messages."""
     for endpoint in model.ros.endpoints:
         yield from _endpoint_questions(endpoint)
     for endpoint in model.ros.of("client", "action client"):

@@ -169,7 +169,7 @@ class Operation:
 
     @property
     def key(self) -> str:
-        """Its path from the port, as stand-ins have it: that of a method has parentheses."""
+        """Its path from the port, as stand-ins have it; the path of a method has parentheses."""
         name = self.name.removeprefix("__call__")
         return f"{name}()" if self.is_method and not name.endswith(")") else name
 

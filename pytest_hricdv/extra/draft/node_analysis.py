@@ -167,7 +167,7 @@ def _with_values(messages: Sequence[Message], endpoints: Sequence[Endpoint], sou
 
 
 def _json_texts(part: MessageField, functions: Sequence[Scope], contents: ContentReader) -> tuple[FieldValue, ...]:
-    """The texts of JSON that a callback takes a field for: one for each kind and each value that it distinguishes."""
+    """The JSON texts of which a callback takes a field: one for each kind and each value that it distinguishes."""
     found: dict[str, FieldValue] = {}
     for function in functions:
         assert not isinstance(function.node, ast.ClassDef)

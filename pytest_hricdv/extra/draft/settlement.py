@@ -281,7 +281,7 @@ class Settlement:
         return True
 
     def _ask(self, text: str, about: str, trial: FirstRuns) -> None:
-        """Ask of what was taken out; one question for each cause, as more of it is taken out."""
+        """Ask about what was removed: one question for each cause, as more of it is removed."""
         entry = self.draft.declared.entry
         location = trial.raised_at or (entry.location if entry is not None else None)
         self.asked[trial.cause, about] = Question(text[:400], about, location)

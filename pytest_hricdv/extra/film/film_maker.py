@@ -174,7 +174,7 @@ def _events(record: Record) -> list[tuple[float, str]]:
 
 
 def alarms_of(result: CaseResult, known_violations: Container[str]) -> list[Alarm]:
-    """The violations that a film of a run shows, in the order of time: those that are not known, or else all."""
+    """The violations that a film of a run shows, in the order of time: the unknown ones, or else all."""
     unknown = list_undeclared_violations(result, known_violations)
     shown = set(unknown) & set(result.failed) or set(result.failed)
     alarms = [

@@ -63,7 +63,7 @@ _CERTAIN = (ast.Expr, ast.Assign, ast.AnnAssign, ast.With, ast.Return)
 
 
 def list_nodes(run: object) -> Iterator[RosNode]:
-    """The nodes that a run function starts in any test: those it names with constants, outside of conditions."""
+    """The nodes that a run function starts in any test: it names them with constants, outside conditions."""
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(run)))  # type: ignore[arg-type]
     except (OSError, TypeError, SyntaxError, ValueError):

@@ -188,7 +188,7 @@ class Transport:
         """Whether the launch file says what happens when it ends: then an exit code is not a failure of the run."""
 
     def get_pid(self) -> int:
-        """A number: those of a run are numbered from 1."""
+        """A number, from 1 in each run."""
         return self._pid
 
     def get_returncode(self) -> int | None:

@@ -91,7 +91,7 @@ _MAX_IMPORTERS = 3
 
 
 def _importers() -> list[str]:
-    """Files that have names of `rclpy`, other than its own: those of the project and of plugins first."""
+    """Files other than its own that have names of `rclpy`, first those of the project and of plugins."""
     files = []
     for name, module in list(sys.modules.items()):
         file = vars(module).get("__file__") if isinstance(module, ModuleType) else None

@@ -106,7 +106,7 @@ class BufferCore:
         return self._tree.can_transform(fixed_frame, source_frame, _ns(source_time)) if result[0] else result
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
-        """The transform from the source to the target frame, as a `TransformStamped`; that of time 0 is the latest.
+        """The transform from the source to the target frame, as a `TransformStamped`; time 0 means the latest.
 
         Raises:
             LookupException: there is no such frame.

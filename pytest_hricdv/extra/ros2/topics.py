@@ -53,7 +53,7 @@ class _TopicEndpoint(GraphEntity):
 
 
 def _match(publisher: Publisher, subscription: TopicSubscription) -> None:
-    """Count an event at both: that they match, or why they do not; to be called when one of them is new."""
+    """Count an event at both ends, which match or do not; to be called when one of them is new."""
     same_type = type_name(publisher.kind) == type_name(subscription.kind)
     faults = mismatches(publisher.profile, subscription.profile)
     for endpoint in (publisher, subscription):

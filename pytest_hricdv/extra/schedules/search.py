@@ -164,7 +164,7 @@ class ScheduleSearch:
         return is_new
 
     def _pair(self, rng: Random, candidates: Sequence[ScheduleCandidate]) -> TestSchedule | None:
-        """The pair that was tried least, in one of the tests that have it; those first that need no move."""
+        """The pair that was tried least, in a test that has it, if possible without a move."""
         found = [
             ((self.tried[conflict.pair], self._needs_move(conflict)), candidate, conflict)
             for candidate in candidates

@@ -30,7 +30,7 @@ class ViolationSearch:
     """Searches for violations in addition to a suite: varies the tests that came nearest to violating a requirement.
 
     The suite has checked its own tests already, so every run of a search is a new test. A requirement that the suite
-    itself violates needs no search; one that no test triggers has no margin to follow.
+    itself violates needs no search; a requirement that no test triggers has no margin to follow.
 
     Args:
         rerunner: runs tests.

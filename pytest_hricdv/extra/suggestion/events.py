@@ -155,7 +155,7 @@ class Runs:
         return [_last_of_instants(*log.signals.get(name, ((), ()))) for log in self.logs]
 
     def values(self, name: str) -> list[str]:
-        """The values that a text had in the runs, sorted; none where these are too many."""
+        """The values that a string had in the runs, sorted; none if there are too many."""
         topic, dot, member = name.partition(".")
         if dot:
             seen = {str(message.fields[member]) for run in self.messages[topic] for message in run}

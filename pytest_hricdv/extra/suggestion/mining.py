@@ -14,7 +14,7 @@ from pytest_hricdv.extra.suggestion.stored_run import StoredRun
 from pytest_hricdv.monitor import Log, MonitorError, Requirement, RequirementError, Verdict, evaluate, parse_formula
 
 MAX_CANDIDATES = 320
-"""Candidates that are judged, the most useful first: one takes 3 ms for a run of the case study."""
+"""Candidates that are judged, the most useful first: a candidate takes 3 ms for a run of the case study."""
 
 STATE_WEIGHT = 0.4
 """Weight of bugs that a candidate about the code's own state notices: people ask for what a robot does. Of the case
@@ -158,7 +158,7 @@ def _parse(candidate: RequirementCandidate, runs: Runs) -> Requirement | None:
 
 @dataclass
 class _Judge:
-    """Judges logs by candidates; one that reads what a log does not have is broken, and left out."""
+    """Judges logs by candidates; a candidate that reads what a log does not have is broken, and left out."""
 
     broken: set[str] = field(default_factory=set)
 

@@ -15,7 +15,7 @@ from pytest_hricdv.extra.suggestion.events import RecordedEvent, Runs, last_befo
 from pytest_hricdv.report.formatting import capitalize
 
 MAX_OF_EVENT = 4
-"""Causes of an event that become candidates: those nearest to it."""
+"""Number of an event's nearest causes that become candidates."""
 
 
 def precedences(events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:

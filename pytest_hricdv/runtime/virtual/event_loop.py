@@ -131,7 +131,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             node.leaving.remove(leave_loop)
 
     def abandon_tasks(self) -> None:
-        """The run is over, at any moment: that tasks wait is not a fault of theirs, so nothing is to be said of it."""
+        """The run may be over at any moment, so waiting tasks are not reported."""
         waiting = [*asyncio.all_tasks(self)]
         self._tell_lost(waiting)
         for task in waiting:

@@ -165,7 +165,7 @@ class _Guard:
         return real(*args, **keywords)
 
     def start(self, thread: threading.Thread) -> None:
-        """Like `Thread.start`; those that nodes start are remembered."""
+        """Like `Thread.start`; threads that nodes start are remembered."""
         node = current_node()
         if node is not None:
             place = place_of(sys._getframe(1))

@@ -181,7 +181,7 @@ def is_of_session(name: str, args: tuple[Any, ...], caller: FrameType) -> bool:
 
 
 def ends_session(name: str, args: tuple[Any, ...]) -> bool:
-    """Whether a call ends this process, or sends it a signal by which the session ends: one that it handles.
+    """Whether a call ends this process, or sends it a signal that the session handles and ends by.
 
     Not SIGINT: the code may catch the exception, and else it has the line.
     """

@@ -342,7 +342,7 @@ def sits_at(node: Node, name: str, *, is_main: bool) -> None:
 
 
 def terminal_of(node: Node) -> Terminal | None:
-    """The terminal that a node reads: that of its process, of its own name, or that without a name; None: none."""
+    """The terminal that a node reads: its process's, the one of its own name, or the one without a name; else None."""
     terminals = terminals_of(node.kernel)
     terminal = next((terminals[name] for name in (node.own.get(_NAME), node.name, "") if name in terminals), None)
     if terminal is not None:

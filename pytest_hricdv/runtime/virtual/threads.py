@@ -328,7 +328,7 @@ _LIKE: dict[type, type] = {}
 
 
 def _renew(thread: Any) -> object:
-    """A thread like one that a module has made; one that was started stays itself."""
+    """A thread like one that a module has made; a started thread stays itself."""
     if thread.ident is not None:
         return thread
     made = Thread(None, getattr(thread, "_target", None), thread.name, thread._args, thread._kwargs)

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Scope, So
 from pytest_hricdv.extra.draft.code_model import SCRIPT, Entry
 
 GUARDED, IMPORTED = 2.0, 10.0
-"""How likely a program is the entry, compared with functions and classes; one without a guard cannot be imported."""
+"""How likely a program is the entry, compared with functions and classes; without a guard, it cannot be imported."""
 
 
 def find_scripts(sources: Sources) -> Iterator[tuple[Entry, float]]:
@@ -178,7 +178,7 @@ class EntryFinder:
 
 
 def _run_method(methods: dict[str, Scope]) -> str:
-    """The method that runs the robot: one with a name that says so, or the only public one with a loop that waits."""
+    """The method that runs the robot: its name says so, or it is the only public one with a loop that waits."""
     named = next((name for name in _RUNS if name in methods), "")
     loops = [name for name, method in methods.items()
              if not name.startswith("_") and _is_loop(method)]  # fmt: skip

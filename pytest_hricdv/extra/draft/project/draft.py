@@ -283,5 +283,5 @@ class Draft:
 
 
 def robot_name(code: CodeModel) -> str:
-    """A name for the project: that of the entry's module, or of the package."""
+    """A name for the project: the name of the entry's module, or of the package."""
     return name_like(code.package.rstrip("/").rpartition("/")[2].removesuffix(".py").rpartition(".")[2])

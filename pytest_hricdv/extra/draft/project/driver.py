@@ -58,7 +58,7 @@ def _say_rows(draft: Draft, things: Iterable[Input], table: ImportTable) -> Iter
 
 
 def _values(draft: Draft, thing: Input, variant: Variant, table: ImportTable) -> Iterator[tuple[str, str]]:
-    """The fields of a message, each with a note; those of which nothing is known have their default, or are neutral."""
+    """The fields of a message, each with a note; unknown fields have their default, or are neutral."""
     values, ranges = dict(variant.values), dict(variant.ranges)
     for part in thing.message.fields:
         if part.name in values:

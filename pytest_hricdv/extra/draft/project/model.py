@@ -15,7 +15,7 @@ STAY = "stay long"
 """The command of a person who is only present, with a robot whose inputs are unknown."""
 
 LEAVES = ("leaves_when_quiet", "leaves_at_once")
-"""Whether a person waits at the end until the robot has been quiet for a while: one that has accepted an order has not
+"""Whether a person waits at the end until the robot has been quiet for a while: after accepting an order, it has not
 carried it out yet."""
 
 ORDERS = ("each_once", "all_in_order", "all_quickly")

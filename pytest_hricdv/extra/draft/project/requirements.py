@@ -47,7 +47,7 @@ def requirement_ids(draft: Draft) -> dict[str, str]:
 
 
 def requirements(draft: Draft) -> str:
-    """The file of requirements; one that did not hold in the first runs is a comment, with a question."""
+    """The file of requirements; a requirement that did not hold in the first runs is a comment, with a question."""
     parts = [HEAD]
     for number, requirement in enumerate(_requirements(draft), 1):
         lines = [

@@ -171,7 +171,7 @@ class TextStandIn(StreamStandIn):
 
 
 class ServerStandIn(Lenient):
-    """A fake of a server: one client has connected."""
+    """A fake of a server to which one client has connected."""
 
     sockets: tuple[Any, ...] = ()
     _client: asyncio.Future[Any] | None = None

@@ -137,7 +137,7 @@ def _classes(content: BagContent, topics: set[str]) -> dict[str, Any]:
 
 
 def _shift(message: Any, move: Callable[[int], int]) -> None:
-    """Move the stamps of all headers in a message; those that are 0 mean that there is none."""
+    """Move the stamps of all headers in a message; a stamp of 0 means that there is none."""
     if type(message).__name__ == "Header":
         if ns := stamp_ns(message.stamp):
             set_stamp(message.stamp, max(move(ns), 0))

@@ -26,7 +26,7 @@ Reaches = Callable[[PlanarPose], bool]
 
 
 def set_those_there_are(message: Any, **values: Any) -> None:
-    """Set the fields that this version of a message has: those of Nav2 differ between distributions."""
+    """Set the fields that this version of a message has: messages of Nav2 differ between distributions."""
     there_are = message.get_fields_and_field_types()
     for name, value in values.items():
         if name in there_are:
