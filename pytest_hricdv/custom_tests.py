@@ -90,7 +90,7 @@ class HriRun:
         return result
 
     def check(self, result: CaseResult) -> None:
-        """Fail, with all explained, when a requirement failed that is not a known violation, or at a fault."""
+        """Fail, with an explanation, for violations that are not known, and for faults."""
         built = next((built for returned, built in self._results if returned is result), None)
         if built is None:
             raise ValueError(f"hri_run.check: expected what hri_run returned in this test, got {result!r:.60}")

@@ -45,7 +45,7 @@ class Disturbance:
     handler: Callable[[Any, Parameters], None] | None = None
 
     def faults(self, topics: Collection[str]) -> Iterator[str]:
-        """Faults of its declaration, a sentence each. `topics`: of the testbench's messages."""
+        """Mistakes in its declaration, a sentence each. `topics`: of the testbench's messages."""
         if not callable(self.handler):
             yield f"handler is {self.handler!r}; expected a function of the world and the parameters"
 
@@ -62,10 +62,10 @@ class MessageDisturbance(ABC):
 
     @abstractmethod
     def message_fault(self, parameters: Parameters) -> MessageFault:
-        """The fault of the message for these parameters."""
+        """What happens to the message with these parameters."""
 
     def faults(self, topics: Collection[str]) -> Iterator[str]:
-        """Faults of its declaration, a sentence each. `topics`: of the testbench's messages."""
+        """Mistakes in its declaration, a sentence each. `topics`: of the testbench's messages."""
         if self.topic not in topics:
             listed = ", ".join(sorted(topics)) or "none"
             yield f"topic {self.topic!r} is not a message{nearest(self.topic, topics)}; there are: {listed}"
@@ -133,7 +133,7 @@ def lines(disturbances: Disturbances) -> dict[str, Mapping[str, Sampler]]:
 
 
 def faults(disturbances: Disturbances, commands: Collection[str], topics: Collection[str]) -> Iterator[str]:
-    """Faults of a testbench's disturbances, a sentence each.
+    """Mistakes in a testbench's disturbances, a sentence each.
 
     Args:
         disturbances: the testbench's disturbances.

@@ -41,7 +41,7 @@ class VirtualTime:
     allowed_endings: tuple[str, ...] = ()
 
     def faults(self) -> Iterator[str]:
-        """Faults of the declaration."""
+        """Mistakes in the declaration."""
         for name in self.apis if isinstance(self.apis, tuple) else (self.apis,):
             if name not in KINDS:
                 listed = "; ".join(f'"{api}" for {modules}' for api, modules in KINDS.items())
@@ -69,7 +69,7 @@ class Timing:
     slowest_s: float | None = None
 
     def faults(self) -> Iterator[str]:
-        """Faults of the declaration."""
+        """Mistakes in the declaration."""
         slowest_s = self.slowest_s
         is_time = isinstance(slowest_s, int | float) and not isinstance(slowest_s, bool)
         if slowest_s is not None and not (is_time and 0 < slowest_s < math.inf):

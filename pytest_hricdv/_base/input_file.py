@@ -1,7 +1,7 @@
 """Untrusted input files: read within limits of size and depth, and checked before they are parsed.
 
 A file from a user, a colleague or a CI service may be cut off, edited, or not be a file at all. Every reader
-of one begins here, so that all have the same limits and speak of a fault in the same way: with its place.
+of one begins here, so that all have the same limits and report a mistake in the same way, with its location.
 """
 
 from __future__ import annotations

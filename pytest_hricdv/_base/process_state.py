@@ -184,7 +184,7 @@ class ProcessState:
                 _set(_KEPT[kept], name, made)
 
     def put_back(self, code: Iterable[str] = ()) -> tuple[str, ...]:
-        """Restore everything; returns a sentence for each fault in what the code did to the process.
+        """Restore everything; returns a sentence for each forbidden thing that the code did to the process.
 
         Args:
             code: names of the modules and packages under test.

@@ -123,7 +123,7 @@ class CoupledRun(SystemRun):
             self.wait_until(time_s)
 
     def settle(self) -> None:
-        """Let the agents do all that they can now. Raises BdiError: an agent cannot continue, or never comes to rest."""
+        """Let the agents do all they can now. Raises BdiError: an agent cannot continue, or never comes to rest."""
         with count_work(self):
             for _ in range(MAX_CYCLES):
                 if not self.do_round() or self._only_busy():

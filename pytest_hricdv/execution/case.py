@@ -68,7 +68,7 @@ class CaseResult:
     threads: int = 0
     """Number of nodes of the code under test: threads, nodes of ROS 2, and tasks of asyncio except the first."""
     error: NodeError | None = None
-    """The failure of a node that ended the run; it is one of the faults."""
+    """The failure of a node that ended the run, which is one of the faults."""
     notes: tuple[str, ...] = ()
     """Notes of its middleware, which fail nothing, a sentence each."""
     engine: str = ""

@@ -106,7 +106,7 @@ def _judge_engines(
     """The judgement where the engine decides; None if it does not, as where the same violation is on both.
 
     A test whose verdict depends on the engine is never a pass. Where margins explain it, it is expected to fail. A
-    failure on one engine that they do not explain is one, as are another course of the run and a fault there.
+    failure on one engine that they do not explain is one, as another course of the run and a fault there are, too.
     """
     if not (differences or second.errors):
         return None

@@ -172,8 +172,8 @@ def uniform(sampler: Sampler, rng: Random) -> float:
 def corners(sampler: Sampler, rng: Random) -> float:
     """With probability 0.5 an extreme value, each equally likely; otherwise a value as the sampler declares it.
 
-    Faults often need several extreme parameters at once, which uniform sampling almost never gives. A value that is
-    declared to be rare occurs often.
+    Bugs often need several extreme parameters at once to show, which uniform sampling almost never gives. A value that
+    is declared to be rare occurs often.
     """
     extremes = sampler.corners()
     if extremes and rng.random() < _AT_A_CORNER:

@@ -1,6 +1,6 @@
 """The result of a test, and the report of a session, as typed records: their types are the contract of `report.json`.
 
-The records are msgspec structs, whose decoder checks every value and locates faults (`$.tests[3].outcome`). A field
+The records are msgspec structs, whose decoder checks every value and locates mistakes (`$.tests[3].outcome`). A field
 without a default is always written and required; a field with a default is left out while it has it, so keys that only
 some reports have stay absent. Sequences are tuples and mappings are read-only by type, so records can be shared.
 """

@@ -71,7 +71,7 @@ class Subscription(Generic[M]):
 
 @dataclass(frozen=True)
 class MessageFault:
-    """A fault that replaces the delivery of a message: one copy is delivered at each delay (s) after publication.
+    """Replaces the delivery of a message: one copy is delivered at each delay (s) after publication.
 
     The record calls it by its name: "lost" (no delay), "late" (one delay), "doubled" (two).
     """
@@ -157,7 +157,7 @@ class Bus:
             self.kernel.block()
 
     def publish(self, sender: str, message: object) -> None:
-        """Deliver and record a message, unless a fault awaits it. Raises TypeError for a kind that was not declared."""
+        """Deliver and record a message, unless a disturbance awaits it. Raises TypeError for an undeclared class."""
         kind = self._require_declared(type(message))
         fields = self._fields_to_record(message)
         self.kernel.last_messages[sender] = message
@@ -176,15 +176,15 @@ class Bus:
         delay_s: float = 0.0,
         is_lost: bool = False,
     ) -> None:
-        """Record a message and let it be delivered, unless a fault awaits it.
+        """Record a message and let it be delivered, unless a disturbance awaits it.
 
         Args:
             fields: the message's fields, as the record has them.
             deliver: delivers it; called once for each copy that arrives.
             is_heard: whether there is anybody to deliver it to.
             source: what it is, where it is not a message of this bus (see `RecordedMessage`).
-            delay_s: how long it is on its way; a fault comes in its place. It is record_fields as of `disturb`.
-            is_lost: whether it never arrives; record_fields as of `disturb`.
+            delay_s: time until its delivery (s), unless a disturbance comes in its place; recorded as by `disturb`.
+            is_lost: whether it never arrives; recorded as by `disturb`.
 
         Raises:
             SystemExit: the caller is in another thread than the run (see `Kernel.require_own_thread`).
@@ -229,7 +229,7 @@ class Bus:
             raise TypeError(f"{where}: {error}") from None
 
     def disturb(self, topic: str, fault: MessageFault) -> None:
-        """Let a fault happen to the next message of a topic; several faults await one message each, in order.
+        """Disturb the next message of a topic; several disturbances await one message each, in order.
 
         The record has the message when the code under test could know of it: a message of the code when it is
         published, any other one when it is delivered, each copy of it. A late copy without a listener is recorded as

@@ -112,7 +112,7 @@ class BreakpointRunner:
     settings: RunSettings
     files: Sequence[Path]
     _quit: BaseException | None = field(default=None, init=False)
-    """The exception of quitting the debugger: not raised where it stops, as it would look like a fault of the code."""
+    """The exception of quitting the debugger: not raised where it stops, as it would look like an error of the code."""
 
     def run(self, test: ConcreteTest) -> CaseResult:
         """Run a test; where it violates a requirement, once more, to stop there. Returns the first run's result."""

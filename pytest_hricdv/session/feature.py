@@ -61,7 +61,7 @@ class FeatureSession:
         warnings: what is said without failing it, a sentence each.
         sections: key -> value, of the report that is being made.
         done: names of the features whose follow-up is done.
-        deciding_runs: runs of tests with schedules, which pass and may fail with a fault in the code.
+        deciding_runs: runs of tests with schedules, which pass and may fail with a bug in the code.
     """
 
     context: RunContext

@@ -96,7 +96,7 @@ class PlanLibrary:
         return self.private and key is not None and not self.relevant(f"-{key[0][1:]}", key[1])
 
     def with_plan(self, plan: Plan, origin: Structure, at_the_beginning: bool = False) -> PlanLibrary:
-        """A library with one more plan, tried last unless requested otherwise; if it has the plan, this gets one more source."""
+        """A library with one more plan, tried last unless requested otherwise; a known plan gets one more source."""
         for index, own in enumerate(self.plans):
             if (own.trigger, own.context, own.body) == (plan.trigger, plan.context, plan.body):
                 if origin in _with_source(own):

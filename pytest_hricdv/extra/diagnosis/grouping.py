@@ -27,13 +27,13 @@ from pytest_hricdv.extra.diagnosis.spectrum import ExecutionCounts, Spectra, och
 
 BY_CHANCE = 0.3
 """Significance level at which a kind of failure is taken to follow from another one. High, because a kind that occurs
-only in tests that also fail otherwise is usually a consequence: with 0.01, a planted fault of the tutorials was split
-into several causes in 4 of 19 cases; with 0.3 in none, while of pairs of simultaneous faults one more in four was
+only in tests that also fail otherwise is usually a consequence: with 0.01, a bug seeded in the tutorials was split
+into several causes in 4 of 19 cases; with 0.3 in none, while of pairs of simultaneous bugs one more in four was
 merged."""
 
 BESIDE_OTHERS = 0.05
 """Significance level at which a disturbance is associated with failures of a requirement, if some of these occur
-without it. The usual level: a fault that makes seven tests fail, three of which have a disturbance each, is then one
+without it. The usual level: a bug that makes seven tests fail, three of which have a disturbance each, is then one
 cause."""
 
 SAME_TESTS = 0.8

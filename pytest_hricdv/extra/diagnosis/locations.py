@@ -1,6 +1,6 @@
 """Locations: where in the code under test a cause probably is, and where its nodes were at the violation.
 
-Statements are ranked by how probably they contain the fault of a cause. Coverage says what failing tests execute and
+Statements are ranked by how probably they contain the bug behind a cause. Coverage says what failing tests execute and
 others do not; where all tests execute the same, it says nothing. What ran *when* says more: what runs only after the
 violation cannot have led to it, and what ran last before it, or was in progress then, has probably.
 """
@@ -28,7 +28,7 @@ Place = tuple[str, int]
 
 HALF = 4
 """Number of statements before the violation after which the weight of recency is halved. Chosen: among the values of
-this and the next constants, from half to twice as much, over 23 faults in the testbenches of two tutorials, none was
+this and the next constants, from half to twice as much, over 23 bugs in the testbenches of two tutorials, none was
 clearly better."""
 
 LEAST = 0.5
@@ -44,14 +44,14 @@ faults in three testbenches: with 0.8, one of them less is among the first five;
 
 REPEATED = 0.07
 """A statement executed n times before the violation did no harm n - 1 times: its score is divided by n to this power.
-Chosen over the same faults: with 0.07, two more of them are among the first five; from 0.1 on, fewer."""
+Chosen over the same bugs: with 0.07, two more of them are among the first five; from 0.1 on, fewer."""
 
 MAX_TIMES = 8
 """Maximum number of executions: a loop that polls runs hundreds of times, and may be wrong each time."""
 
 SPECTRUM = 2.0
 """Scores of coverage are raised to this power before they are weighted: where they differ, they say more than the order
-does. Chosen over the same 39 faults: with 1.5, one less has its function first; with 3, two less."""
+does. Chosen over the same 39 bugs: with 1.5, one less has its function first; with 3, two less."""
 
 SHOWN = 0.5
 """The least score of a statement without which a failing test passes, as an experiment has shown."""
@@ -204,11 +204,11 @@ MAX_PLACES = 5
 
 MAX_SWITCHED = 2
 """If more decisions let tests pass, reversed, none of them says much: the function of the first was the faulty one for
-7 of 9 faults with one such decision, for 2 of 4 with two, and for 3 of 5 with more (37 faults in three testbenches, one
+7 of 9 bugs with one such decision, for 2 of 4 with two, and for 3 of 5 with more (37 bugs in three testbenches, one
 of them held out)."""
 
 LIKELY = 0.7
-"""The least score of a statement that is shown: of 45 faults in three testbenches, one of them held out, 20 have such a
+"""The least score of a statement that is shown: of 45 bugs in three testbenches, one of them held out, 20 have such a
 statement, in the faulty function for 15. From 0.5 on, two in three were right."""
 
 

@@ -14,7 +14,7 @@ from functools import cached_property
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 
 MAX_COMPARED = 3
-"""Number of most suspicious statements that are compared: a fault is seldom larger than three statements."""
+"""Number of most suspicious statements that are compared: a bug is seldom larger than three statements."""
 
 
 @dataclass(frozen=True)

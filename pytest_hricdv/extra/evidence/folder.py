@@ -93,7 +93,7 @@ def _page(rows: Sequence[EvidenceRow], facts: outputs.SessionFacts) -> str:
 
 
 def verify_evidence(folder: Path, project: Path, rerun: int) -> Iterator[str]:
-    """Check a folder of evidence; yields its faults, a sentence each.
+    """Check a folder of evidence; yields what is wrong with it, a sentence each.
 
     Args:
         folder: the folder of the evidence.

@@ -1,7 +1,7 @@
 """The mutants of the code under test: every change that an operator makes, once, in the order of the text.
 
 The operators are those for robots, and those of the library mutmut (https://github.com/boxed/mutmut), but not all of
-these. Those that put None if something else is expected, leave out an argument or misspell a text make faults that a
+these. Those that put None if something else is expected, leave out an argument or misspell a string make bugs that a
 type checker finds or that end the run at once: a high share of them noticed says nothing of the tests.
 """
 

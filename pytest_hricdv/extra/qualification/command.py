@@ -1,6 +1,6 @@
 """`hricdv qualify`: checks this installation by known answers.
 
-Runs sessions of a small robot with and without planted faults, and monitors with verdicts and margins computed by
+Runs sessions of a small robot with and without seeded bugs, and monitors with verdicts and margins computed by
 hand, and writes a page to sign. The exit status is 1 if an answer is not the known one. It takes two minutes.
 """
 
@@ -49,7 +49,7 @@ def _do(options: argparse.Namespace) -> int:
 
 
 def qualify(folder: Path, answers: Sequence[tuple[str, Callable[[Workshop], None]]]) -> Iterator[tuple[str, str]]:
-    """Check answers; yields each title with the fault, or an empty string.
+    """Check answers; yields each title with what is wrong, or an empty string.
 
     Args:
         folder: empty, for the sessions.

@@ -1,4 +1,4 @@
-"""Known answers: sessions of the skeleton's robot, with and without planted faults, and monitors computed by hand."""
+"""Known answers: sessions of the skeleton's robot, with and without seeded bugs, and monitors computed by hand."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def expect(got: object, wanted: object, what: str) -> None:
 
 
 def fails(requirement: str, *edits: tuple[str, str, str]) -> Callable[[Workshop], None]:
-    """A planted fault that violates this requirement and no other."""
+    """A seeded bug that violates this requirement and no other."""
 
     def check(workshop: Workshop) -> None:
         end = workshop.run(workshop.project(edits))

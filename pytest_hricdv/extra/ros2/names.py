@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 
 NameFault = tuple[str, int]
-"""The fault of a name, and the index of the wrong character."""
+"""What is wrong with a name, and the index of the wrong character."""
 
 _MAX_LENGTH = 255  # of rmw, RMW_NODE_NAME_MAX_NAME_LENGTH
 _Rules = tuple[tuple[str, str], ...]
@@ -47,23 +47,23 @@ def _first_fault(name: str, rules: _Rules) -> NameFault | None:
 
 
 def node_name_fault(name: str) -> NameFault | None:
-    """The fault of a node's name; None without one."""
+    """What is wrong with a node's name; None for nothing."""
     return _first_fault(name, _NODE)
 
 
 def full_topic_name_fault(name: str, kind: str = "topic name") -> NameFault | None:
-    """The fault of an expanded name; None without one."""
+    """What is wrong with an expanded name; None for nothing."""
     fault = _first_fault(name, _FULL)
     return (f"{kind} {fault[0]}", fault[1]) if fault else None
 
 
 def namespace_fault(name: str) -> NameFault | None:
-    """The fault of a namespace; None without one."""
+    """What is wrong with a namespace; None for nothing."""
     return None if name == "/" else full_topic_name_fault(name, "namespace")
 
 
 def topic_name_fault(name: str) -> NameFault | None:
-    """The fault of a name as code gives it, which may be relative, private or have substitutions."""
+    """What is wrong with a name as code gives it, which may be relative, private or have substitutions."""
     fault = _first_fault(name, _TOPIC)
     braces = re.match(r"[^{}]*(?:\{[^{}]*\}[^{}]*)*", name)
     if fault or braces is None or braces.end() == len(name):

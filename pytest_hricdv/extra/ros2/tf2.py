@@ -91,7 +91,7 @@ class BufferCore:
         return (0, fault) if fault else self._tree.can_transform(target_frame, source_frame, _ns(time))
 
     def _invalid(self, **frames: str) -> str:
-        """The fault of the first wrong frame name; empty without one."""
+        """What is wrong with the first wrong frame name; empty for nothing."""
         faults = (self._tree.name_problem(frame, f"canTransform argument {name}") for name, frame in frames.items())
         return next(filter(None, faults), "")
 
@@ -151,7 +151,7 @@ def _parts(transform: Any) -> tuple[Vector, tuple[float, float, float, float]]:
 def _faults(
     parent: str, child: str, authority: str, moved: Vector, turned: tuple[float, float, float, float]
 ) -> Iterator[str]:
-    """The faults of a transform, in the words of tf2."""
+    """What is wrong with a transform, in the words of tf2."""
     ignoring = f'Ignoring transform from authority "{authority}"'
     if child == parent:
         text = f'{ignoring} with frame_id and  child_frame_id "{child}" because they are the same'

@@ -32,7 +32,7 @@ class Instrumentation:
     is_debugged: bool = False
     """Whether a debugger stops where a node is about to be held up."""
     quit: BaseException | None = None
-    """Raised after the run if a person quit the debugger: raised where it stops, it would be a fault of the code."""
+    """Raised after the run if a person quit the debugger: raised there, it would look like an error of the code."""
 
 
 INSTRUMENTATION = Instrumentation()

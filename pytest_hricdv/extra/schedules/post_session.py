@@ -117,7 +117,7 @@ class RaceHunt:
     lost: int = 0
     _runs: int = 0
     passing: dict[tuple[str, ...], DecidingRun] = field(default_factory=dict)
-    """By the places where nodes were held up, the first run that passes: it fails where a fault in the code lets others
+    """By the places where nodes were held up, the first run that passes: it fails where a bug in the code lets others
     come in between."""
 
     def __post_init__(self) -> None:
