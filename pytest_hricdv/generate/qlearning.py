@@ -122,7 +122,7 @@ class QLearning:
         temperature_kt: kT of the Boltzmann choice: the higher, the more exploration.
         rewards: for coverage equal to the maximum measured so far or above it, one plan less, two less, and so on.
         reward_otherwise: for coverage still lower.
-        min_beliefs: smallest subset; its size is drawn anew in every iteration, each size equally likely.
+        min_beliefs: smallest subset; its size is drawn again in every iteration, each size equally likely.
         max_beliefs: largest subset.
         iterations: most iterations of a round.
         model_runs: most runs of the model in learning, of all rounds together; the last iteration may be cut short.

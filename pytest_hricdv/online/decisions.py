@@ -246,7 +246,7 @@ class LateBeliefs:
         self._buckets.append(buckets)
 
     def reopen(self) -> None:
-        """Groups may be decided anew."""
+        """Groups may be decided again."""
         self._decided.clear()
 
     def _look_up(self, key: Key) -> None:

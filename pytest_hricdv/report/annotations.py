@@ -22,7 +22,7 @@ Place = tuple[str, int]
 def annotation_commands(
     report: Report, places: Mapping[str, Place], in_repository: Callable[[str], str] = str
 ) -> tuple[str, ...]:
-    """Failures as GitHub's workflow commands: GitHub shows them beside code and tests in a pull request.
+    """Failures as GitHub's workflow commands: GitHub shows them next to code and tests in a pull request.
 
     Format: GitHub Actions, "Workflow commands", `::error file=...,line=...,title=...::text`.
 

@@ -27,7 +27,7 @@ from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import Report, SuiteResult
 
 _WIDE = 100
-"""Columns from which there is room for triggers beside titles."""
+"""Columns from which there is room for triggers next to titles."""
 
 
 def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:

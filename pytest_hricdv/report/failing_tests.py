@@ -133,7 +133,7 @@ class FailingTests:
                 head = " " * start
 
     def _fits(self, columns: int | None) -> bool:
-        """Whether there is room for replay files beside all tests: rows of one list are all alike."""
+        """Whether there is room for replay files next to all tests: rows of one list are all alike."""
         if columns is None:
             return True
         ids = max(width(visible(test.id)) for test in self.tests.values())
@@ -142,7 +142,7 @@ class FailingTests:
         return 3 * width(_GAP) + ids + names + replays <= columns
 
     def _replays(self, columns: int | None) -> Iterator[Line]:
-        """How the replay files are named that have no room beside their tests."""
+        """How the replay files are named that have no room next to their tests."""
         replayed = next((test for test in self.tests.values() if test.replay), None)
         if len(self.tests) > 1 and replayed is not None and replayed.replay and not self._fits(columns):
             folder = visible(replayed.replay).removesuffix(f"{visible(replayed.id)}.json")

@@ -196,7 +196,7 @@ def wrap_line(text: str, columns: int) -> list[str]:
 
 
 def label_lines(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
-    """A label with a text beside it, which continues below itself if it is too long.
+    """A label with a text next to it, which continues below itself if it is too long.
 
     A label that is too long is above the text and not cut, since labels distinguish lines.
     """

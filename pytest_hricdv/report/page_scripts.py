@@ -60,7 +60,7 @@ def inline_scripts() -> dict[str, Any]:
     """The page's own scripts, and its policy, which names each by its hash: a browser runs no other inline script.
 
     So neither an attribute with a handler nor a link to `javascript:` runs, should one ever get onto the page. The
-    files of a large report's details are scripts beside it; `file:` stands for these where the page is opened from
+    files of a large report's details are scripts next to it; `file:` stands for these where the page is opened from
     disk, where `'self'` is nothing.
     """
     first = 'document.documentElement.className = "scripted";'

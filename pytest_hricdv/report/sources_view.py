@@ -24,7 +24,7 @@ class SourceLine:
         kind: "partial" is a line with a branch that was never taken; empty for a line without a statement or plan.
         unit: number of the statement or plan among all, for links to the tests that reach it; None if it has none.
         tests: how many tests reach it.
-        note: what the page writes beside it.
+        note: what the page writes next to it.
     """
 
     number: int

@@ -26,7 +26,7 @@ MAX_LISTED = 20
 """Violations of a requirement that the page of a test lists (chosen: a screen); there may be one an event."""
 
 FOLDER = "details"
-"""The folder beside the page that holds the packs of a large report."""
+"""The folder next to the page that holds the packs of a large report."""
 
 _LETTERS = {"Passed": "P", "Failed": "F", "NC": "N"}
 PlanName = tuple[str, str]

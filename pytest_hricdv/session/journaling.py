@@ -171,7 +171,7 @@ class JournalKeeper:
         return None if value is None else decompress(value)
 
     def keep_whole(self, *, is_whole: bool) -> str:
-        """Keep the last report of whole suites beside one of a part of them; a new one of whole suites replaces it.
+        """Keep the last report of whole suites next to one of a part of them; a new one of whole suites replaces it.
 
         Args:
             is_whole: whether this session ran all tests of its suites.

@@ -1,6 +1,6 @@
 """The interface to workers on other machines, which a feature provides as `REMOTE`, for everything that runs tests.
 
-Work is a line of text that goes to a process beside a worker, a `Service`; its answer is lines, too.
+Work is a line of text that goes to a process next to a worker, a `Service`; its answer is lines, too.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def test_a_failing_test_opens_at_its_violation_with_the_lanes_of_what_failed(wat
     assert "R3: < 0.25" in speed.locator("text").all_text_contents()
     page.get_by_role("button", name="more lanes").click()
     assert {"request", "leg_held", "R4"} < set(page.locator(LANES).all_text_contents())
-    page.get_by_role("button", name="Only the lanes of what failed").click()
+    page.get_by_role("button", name="Only lanes of failed requirements").click()
     assert set(page.locator(LANES).all_text_contents()) == {"state", "reading", "R3"}
     watched.assert_quiet()
 

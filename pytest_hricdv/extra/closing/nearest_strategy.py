@@ -1,7 +1,7 @@
 """The strategy `nearest`: varies the runs that came nearest to open points.
 
 Where some runs came nearer than others, as to a count, an interaction of the nearest one is repeated throughout a test.
-To any of them, a disturbance is added beside each of its own, until each was tried: a point may need two at one place.
+To any of them, a disturbance is added next to each of its own, until each was tried: a point may need two at one place.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ class _Nearest:
         return pick(self._rng, tests[max(tests)])
 
     def _add(self) -> Proposal | None:
-        """The test of a nearest run with one more disturbance beside each of its own, until each was tried."""
+        """The test of a nearest run with one more disturbance next to each of its own, until each was tried."""
         for number in shuffle(self._rng, [*self._disturbed]):
             lines, values = self._entries[number].test.lines, self._entries[number].test.values
             test, product = self._pool.by_commands[commands_of(lines)], next(iter(self._pool.planned), "")

@@ -173,7 +173,7 @@ def _questions(messages: Sequence[Message], seen: Mapping[str, TopicShapes], sou
 
 
 def is_infrastructure(topic: str) -> bool:
-    """Whether a topic is of no node's own making: of ROS 2, of recorders, or of this tool's traces beside messages."""
+    """Whether a topic is of no node's own making: of ROS 2, of recorders, or of this tool's traces next to messages."""
     head = topic.strip("/").partition("/")[0]
     return head in ("rosout", "parameter_events", "clock", "events", "hricdv", "signals", "diagnostics", "log", "scene",
                     "bond", "robot_description") or "/_" in topic or topic in ("/tf", "/tf_static")  # fmt: skip

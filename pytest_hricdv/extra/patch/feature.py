@@ -43,7 +43,7 @@ class Repository:
         self._run("rev-parse", "--show-toplevel")
 
     def find_base(self, revision: str) -> str:
-        """The commit at which HEAD and a revision went apart: what a pull request is compared with.
+        """The commit at which HEAD and a revision diverged, with which a pull request is compared.
 
         Raises:
             PatchError: there is no such revision, or they have nothing in common.

@@ -216,7 +216,7 @@ POLL_NS = 1_000_000
 
 
 class EventLoop:
-    """The part of an `EventsExecutor` that is its own; the rest is that of the base class beside it, `rclpy`'s."""
+    """The part of an `EventsExecutor` that is its own; the rest is that of the base class next to it, `rclpy`'s."""
 
     _task_class: Any
     _context: Any

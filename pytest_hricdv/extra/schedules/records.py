@@ -61,7 +61,7 @@ class NodeLane(PlainRecord, frozen=True, kw_only=True):
 
 
 class BudgetRecord(PlainRecord, frozen=True, kw_only=True):
-    """How slow a function or the body of a loop may be, each time, until a requirement breaks first.
+    """How slow a function or the body of a loop may be, each time, before a requirement fails.
 
     Args:
         place: the place of its first statement.

@@ -1,7 +1,7 @@
 """A trace of a run as an MCAP file (https://mcap.dev/spec): JSON messages with JSON Schemas, in virtual time.
 
 Everything that the record has is in it once: messages, signals and disturbances. Verdicts, actions, plans and the scene
-are beside them. The same run gives the same bytes: times are those of the run, from 0 on, and nothing names a machine
+are next to them. The same run gives the same bytes: times are those of the run, from 0 on, and nothing names a machine
 or a moment.
 """
 

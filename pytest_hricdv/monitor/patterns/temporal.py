@@ -140,7 +140,7 @@ def existence(
     Formula: `always(event -> count(event) <= at_most)`; with a time, `count[0:within_s](event)`; for a scope,
     `always(after -> always(!next) until until)`, where `next` is an event with a given number of predecessors in the
     scope: for one, `event & !after & previously(!after since event)`. Scope: the whole run, or see the module; each
-    `after` begins to count anew, and in a scope messages of one instant count once. Source: Dwyer et al., Bounded
+    `after` begins to count again, and in a scope messages of one instant count once. Source: Dwyer et al., Bounded
     Existence. (That something happens at all is a `response`.)
 
     Raises:

@@ -95,7 +95,7 @@ class RunView {
     this.rows.replaceChildren(lanePlot(width, this.room, shown, this.made, names, this.failures), ...signals.map(signal),
       ...(this.other ? otherLanes(this, names, width) : []));
     this.more.hidden = !this.matter || (!this.all && !hidden);
-    this.more.textContent = this.all ? "Only the lanes of what failed" : hidden + (hidden === 1 ? " more lane" : " more lanes");
+    this.more.textContent = this.all ? "Only lanes of failed requirements" : hidden + (hidden === 1 ? " more lane" : " more lanes");
     this.more.setAttribute("aria-expanded", String(this.all));
     this.mark("");
   }
@@ -242,7 +242,7 @@ const RUN_KEYS = {
 };
 
 function keyList() {
-  return h("p", { class: "soft" }, h("kbd", {}, "?"), " lists the keys. The address of the page names the cursor's time: copy it to show somebody this instant.");
+  return h("p", { class: "soft" }, h("kbd", {}, "?"), " lists the keys. The page's address contains the cursor's time: copy it to share this instant.");
 }
 
 document.addEventListener("keydown", (event) => {

@@ -65,8 +65,8 @@ function onKey(key, act) {
 }
 
 const KEYS = [
-  ["/", "search everything"], ["?", "this list"], ["n", "next failing test, or statement that no test executed"], ["p", "the one before"],
-  ["← →", "in a run: event before and after, of the open lanes"], ["Home End", "its beginning and end"], ["v", "its next violation"], ["+ - 0", "zoom in, out, all of it; also the wheel with Ctrl or Shift, and a drag along the axis of time"],
+  ["/", "search everything"], ["?", "this list"], ["n", "next failing test, or unexecuted statement"], ["p", "the one before"],
+  ["← →", "in a run: previous and next event of the expanded lanes"], ["Home End", "its beginning and end"], ["v", "its next violation"], ["+ - 0", "zoom in, out, all of it; also the wheel with Ctrl or Shift, and a drag along the axis of time"],
 ];
 
 function startKeys() {

@@ -1,6 +1,6 @@
 """Objects that hold references to others, and how such a reference is replaced.
 
-Mutable containers get another item; tuples, methods and the like are made anew.
+Mutable containers get another item; tuples, methods and the like are made again.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What a port of the code can get in each run: a clock, a number of the test, something new, or a replacement.
 
-Where a program is the robot, its module is executed anew in each run. Modules that are not installed, as the libraries
+Where a program is the robot, its module is executed again in each run. Modules that are not installed, as the libraries
 of a robot's hardware on a developer's machine, have stand-ins.
 """
 
