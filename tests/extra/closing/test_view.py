@@ -57,8 +57,8 @@ def test_the_page_has_each_open_point_with_its_evidence_and_the_reasons_of_impos
     )
     assert "12 bins of handover" in words
     assert (
-        "1 verdict of R1 Point Tries Closest run, and what it lacked R1 Passed 120 tries, below 2.5 % reading.gaze" in
-        words
+        "1 verdict of R1 Point Tries Closest run, and what it lacked R1 Passed 120 tries, below 2.5 % reading.gaze"
+        in words
     )
     assert "below 100" not in words
     assert """if it cannot be: cross product handover: impossible={('001', '1'): "why"}""" in words
