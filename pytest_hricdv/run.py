@@ -18,6 +18,7 @@ from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.run_course import Ending, RunCourse
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS
+from pytest_hricdv.runtime.node_error import what_never_began
 
 if TYPE_CHECKING:
     from pytest_hricdv.declarations.ros2 import Launch, Middleware, Ros2System, RosNode
@@ -298,7 +299,8 @@ class Run:
                 "call run.set_disturbance_target(world) before run.go, with what the handler is to get"
             )
         assert disturbance.handler is not None, "checked with the testbench"
-        disturbance.handler(self._disturbed, action.parameters)
+        if problem := what_never_began(disturbance.handler(self._disturbed, action.parameters)):
+            raise TestbenchError(problem)
 
     @property
     def enacted(self) -> ConcreteTest:

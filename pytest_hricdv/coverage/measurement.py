@@ -74,7 +74,7 @@ class NoMeasurement:
         def run_body() -> None:
             with keep_to_this_greenlet():
                 sys.settrace(tracer)
-                body()
+                return body()
 
         return body if tracer is None else run_body
 
@@ -113,7 +113,7 @@ class OwnMeasurement:
 
         def run_body() -> None:
             with self._own.record(context):
-                body()
+                return body()
 
         return run_body
 
@@ -173,7 +173,7 @@ class JoinedMeasurement:
             with keep_to_this_greenlet():
                 sys.settrace(self._tracer)
                 try:
-                    body()
+                    return body()
                 finally:
                     self._taken_over |= not is_coverages(sys.gettrace())
                     self._greenlets -= 1

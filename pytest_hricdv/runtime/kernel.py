@@ -23,7 +23,7 @@ from typing import NoReturn
 from greenlet import GreenletExit, greenlet
 
 from pytest_hricdv._base.error_text import error_text, text_of
-from pytest_hricdv.runtime.node_error import KernelError, NodeError, TerminalInterrupt, word_of
+from pytest_hricdv.runtime.node_error import KernelError, NodeError, TerminalInterrupt, what_never_began, word_of
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
 from pytest_hricdv.runtime.timeouts import PRUNE_AT, Timeouts
@@ -506,6 +506,8 @@ class Kernel:
         if isinstance(raised, BaseException):
             problem = f"failed at {self.now_s:.3f} s: {error_text(raised)}"
             raise NodeError(node.name, self.now_s, problem) from raised
+        if node.ended and (problem := what_never_began(raised)):
+            raise NodeError(node.name, self.now_s, f"did nothing: {problem}")
 
     def _enter(self, node: Node, raising: type[BaseException] | None = None) -> object:
         """Hand control over to a node until it blocks or ends; returns what its greenlet does."""
@@ -526,7 +528,8 @@ class Kernel:
             return
         while self.now_us < target_us and not self._ready and self._stop is None:
             self.now_us = advance_world(self.world, self.now_us, target_us)
-            self.world.observe()
+            if problem := what_never_began(self.world.observe()):  # type: ignore[func-returns-value]
+                raise KernelError(problem)
             for notice in self.after_steps:
                 notice()
 

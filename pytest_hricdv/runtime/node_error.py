@@ -7,7 +7,7 @@ failure. They are known by their names: nothing here may depend on pytest, which
 
 from __future__ import annotations
 
-from types import TracebackType
+from types import AsyncGeneratorType, CoroutineType, GeneratorType, TracebackType
 
 from pytest_hricdv._base.error_text import text_of
 from pytest_hricdv._base.message import quote
@@ -35,6 +35,30 @@ class NodeError(KernelError):
         super().__init__(f"{node} {failure}")
         self.node = node
         self.time_s = time_s
+
+
+_DEFERRED = {
+    CoroutineType: ("cr", "coroutine"),
+    GeneratorType: ("gi", "generator"),
+    AsyncGeneratorType: ("ag", "generator"),
+}
+"""What a function returns that `async` or `yield` makes: the prefix of its attributes, and its name."""
+
+
+def what_never_began(made: object) -> str:
+    """Why what a function of the testbench returned is no end of it: nothing of a coroutine or generator has run.
+
+    Empty for anything else. Python warns of coroutines only, and long after the verdict.
+    """
+    prefix, noun = _DEFERRED.get(type(made), ("", ""))
+    has_begun = prefix and (getattr(made, f"{prefix}_running") or getattr(made, f"{prefix}_suspended", False))
+    if not prefix or has_begun or getattr(made, f"{prefix}_frame") is None:
+        return ""
+    if isinstance(made, CoroutineType):
+        made.close()  # otherwise Python warns, too
+    code = getattr(made, f"{prefix}_code")
+    place = f"{code.co_filename}:{code.co_firstlineno}: {code.co_qualname}"
+    return f"{place} returned a {noun}, of which nothing has run; expected a function without async and yield"
 
 
 _WORDS = {

@@ -108,6 +108,16 @@ def test_what_a_disturbance_does(disturbed: pytest.Pytester) -> None:
     disturbed.runpytest_inprocess("test_own.py").assert_outcomes(passed=9)
 
 
+def test_a_handler_that_only_makes_a_coroutine_fails_its_test(disturbed: pytest.Pytester) -> None:
+    change(disturbed.path, "conftest.py", 'lambda lamp, given: lamp.set(given["level"])', "later")
+    with (disturbed.path / "conftest.py").open("a", encoding="utf-8") as conftest:
+        conftest.write("\n\nasync def later(lamp, given):\n    lamp.set(1.0)\n")
+    (disturbed.path / "mine.txt").write_text("\n".join(LINES) + "\n", encoding="utf-8")
+    result = disturbed.runpytest_inprocess("--hri-suite=mine.txt", "--hri-diagnose=0")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*conftest.py:*: later returned a coroutine, of which nothing has run*"])
+
+
 @pytest.mark.slow
 def test_no_published_method_draws_one(lamps: pytest.Pytester, request: pytest.FixtureRequest) -> None:
     options = ["--hri-suite=bdi-random,by-hand,pseudorandom", "--hri-tests=2"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import decimal
 import math
+from collections.abc import Callable, Iterator
 from contextvars import ContextVar, copy_context
 from functools import partial
 
@@ -193,3 +194,47 @@ def test_nodes_begin_with_the_context_variables_of_the_program_and_change_their_
 
     copy_context().run(program)
     assert seen == ["slow", 7, "slow", 7]
+
+
+async def _coroutine(log: list[str]) -> None:
+    log.append("never")
+
+
+def _generator(log: list[str]) -> Iterator[None]:
+    log.append("never")
+    yield
+
+
+@pytest.mark.parametrize("body", [_coroutine, _generator])
+def test_a_body_or_a_world_that_only_makes_a_coroutine_or_generator_is_refused_with_its_line(
+    body: Callable[[list[str]], object],
+) -> None:
+    log: list[str] = []
+    kernel = Kernel()
+    kernel.spawn("arm", lambda: body(log))  # type: ignore[arg-type]
+    with pytest.raises(KernelError, match=rf"arm did nothing: .*test_kernel\.py:\d+: {body.__name__} returned a"):
+        kernel.run(limit_s=1.0)
+
+    class Lift:
+        def advance(self, target_us: int) -> int:
+            return target_us
+
+        def observe(self) -> None:
+            return body(log)  # type: ignore[return-value]
+
+    kernel = Kernel()
+    kernel.world = Lift()
+    kernel.spawn("arm", lambda: kernel.sleep(0.5))
+    with pytest.raises(KernelError, match=rf"{body.__name__} returned a"):
+        kernel.run(limit_s=1.0)
+    assert not log
+
+
+def test_a_generator_that_has_begun_or_ended_may_be_what_is_left_of_a_body() -> None:
+    begun, ended = (_generator([]) for _ in range(2))
+    next(begun)
+    assert list(ended) == [None]
+    kernel = Kernel()
+    for left in (begun, ended):
+        kernel.spawn("arm", lambda left=left: left)  # type: ignore[misc]
+    assert kernel.run(limit_s=1.0) == "idle"

@@ -129,7 +129,7 @@ class Tracer:
         def trace_node() -> None:
             with keep_to_this_greenlet():
                 sys.settrace(self._trace)
-                body()
+                return body()
 
         return trace_node
 
