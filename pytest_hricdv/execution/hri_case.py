@@ -29,13 +29,13 @@ class HriCase:
     fixed: ConcreteTest | None = None
     """The concrete test to run if it is replayed or rerun: nothing is sampled then."""
     result: CaseResult | None = None
-    """Result of the last run."""
+    """Result of the first run that failed, or else of the last run."""
     checked: CaseResult | None = None
     """The result that was checked last."""
     judgement: Judgement | None = None
     """The judgement of this result."""
     raised: BaseException | None = None
-    """The exception raised for the judgement, to tell whether the judgement ended the test."""
+    """What the first run that failed raised, or its judgement: no later run makes it good."""
     runner: Callable[[HriCase], CaseResult] | None = None
     checker: Callable[[HriCase, CaseResult], None] | None = None
     is_elsewhere: bool = False
@@ -50,8 +50,16 @@ class HriCase:
         """Run the test in the simulated world, watched by the monitors."""
         if self.runner is None:
             raise RuntimeError("hri_case.run: expected inside of its own test, or of a fixture that sets this up")
-        self.result = self.runner(self)
-        return self.result
+        if self.result is not None and self.checked is not self.result:
+            self.check(self.result)  # before another one takes its place
+        try:
+            result = self.runner(self)
+        except BaseException as error:
+            self.raised = self.raised or error
+            raise
+        if self.raised is None:
+            self.result = result
+        return result
 
     def check(self, result: CaseResult) -> None:
         """Fail, once and with every violation, on a violation that is not known, or on a fault of the run.
@@ -60,6 +68,8 @@ class HriCase:
         """
         if self.checker is None:
             raise RuntimeError("hri_case.check: expected inside of its own test, or of a fixture that sets this up")
+        if self.raised is not None:
+            raise self.raised
         self.checked = result
         self.checker(self, result)
 

@@ -200,12 +200,12 @@ class TestRunner:
         return BreakpointRunner(self.options.stop_at, settings, files).run(test)
 
     def _require_check(self, case: HriCase) -> None:
+        if case.raised is not None:
+            raise case.raised  # the function has caught it, and would pass with what failed
         if case.result is None:
             FAIL("the test ended without a run: call hri_case.check(hri_case.run())", pytrace=False)
         if case.checked is not case.result:
             case.check(case.result)
-        if case.raised is not None and case.judgement is not None and case.judgement.outcome != "passed":
-            raise case.raised  # the function has caught it, and would pass with what it violated
 
     def _check(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         """Judges a run, and ends its test unless it passed."""
