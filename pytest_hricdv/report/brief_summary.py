@@ -195,6 +195,14 @@ def _requirements(report: Report, columns: int) -> Part:
         for row in rows
         if row.pending
     ]
+    lines += [
+        Line(
+            f"  {row.name} ignored {count} '{topic}' message{'s' * (count != 1)}: only the last of an instant counts",
+            "warn",
+        )
+        for row in rows
+        for topic, count in row.masked_messages.items()
+    ]
     for row in sorted(unchecked, key=lambda row: bool(row.allowed_untriggered)):
         why = "triggered, but never decided" if row.triggers else "no test triggered it"
         text = f"allowed: {row.allowed_untriggered}" if row.allowed_untriggered else why

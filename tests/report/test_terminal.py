@@ -118,6 +118,13 @@ def test_a_failed_session_is_about_what_failed() -> None:
     assert "R10" in _text(report)
 
 
+def test_messages_that_hide_behind_another_one_are_said_in_a_few_lines_too() -> None:
+    report = sample.data(tests=20)
+    report["suites"][0]["requirements"]["R2"]["masked_messages"] = {"state": 3}
+    lines = [line.text for line in summary(sample.typed(report), WHERE, 80, brief=True)]
+    assert "  R2 ignored 3 'state' messages: only the last of an instant counts" in lines
+
+
 def test_nothing_of_a_name_can_colour_the_terminal() -> None:
     report = sample.data(tests=1)
     report["suites"][0]["plans"] = {"\x1b[31mred\u202e": report["suites"][0]["plans"].popitem()[1]}
