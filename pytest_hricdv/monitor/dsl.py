@@ -230,4 +230,6 @@ def as_number(value: float, description: str, *, allow_infinite: bool = False) -
         raise TypeError(f"{description}: expected a number, got {value!r}")
     if not value >= 0 or (math.isinf(value) and not allow_infinite):
         raise ValueError(f"{description}: expected a finite number of at least 0, got {value}")
+    if float(value) != value:
+        raise ValueError(f"{description}: {value} has too many digits for a float, which is {value:.0f}")
     return float(value)

@@ -99,7 +99,7 @@ def _as_type(time_s: float, name: str, value: Value, kind: Kind) -> Value:
         if value not in (0, 1):
             raise MonitorError(f"{name} at {time_s} s is {value!r}: not a bool")
         return bool(value)
-    return float(value) if isinstance(value, Real) else value
+    return float(value) if isinstance(value, Real) and value == float(value) else value
 
 
 Crowded = Mapping[str, Sequence[Sequence[Mapping[str, object]]]]

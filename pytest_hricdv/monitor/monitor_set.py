@@ -299,7 +299,8 @@ class MonitorSet:
             return value
         if kind is float and isinstance(value, float | int) and not isinstance(value, bool):
             if math.isfinite(value):
-                return float(value)
+                # Whole numbers that no float is stay as they are: two identifiers of 64 bits would be one.
+                return value if value != (number := float(value)) else number
             raise MonitorError(f"{name} at {time_s} s is {value}: not a finite number")
         raise MonitorError(f"{name} at {time_s} s: expected a {kind.__name__}, got {value!r} ({type(value).__name__})")
 

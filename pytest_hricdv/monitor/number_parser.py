@@ -95,6 +95,8 @@ class NumberParser(TermParser):
         value = float(written[1])
         if not math.isfinite(value):
             raise self._error(node, "this number is too large for a float")
+        if written[1].isdigit() and int(written[1]) != value:
+            raise self._error(node, f"this number has too many digits for a float, which is {value:.0f}")
         if not written[2]:
             return QuantityTerm(NumberTerm(value), None, "number")
         unit = unit_of(written[2])

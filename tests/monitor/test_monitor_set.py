@@ -31,6 +31,15 @@ def test_a_value_of_the_wrong_type_is_an_error() -> None:
         MonitorSet([R3]).signal(1.0, "hand_distance", True)
 
 
+def test_whole_numbers_of_64_bits_are_compared_exactly() -> None:
+    other = requirement("always(on(m) & last(m.level) > 0 -> m.level == last(m.level))")
+    for second, verdict in ((2**53, "Failed"), (2**53 + 1, "Passed")):
+        monitors = MonitorSet([other])
+        monitors.message(1.0, "m", {"ok": True, "level": 2**53 + 1})
+        monitors.message(2.0, "m", {"ok": True, "level": second})
+        assert monitors.finish(3.0)[0].verdict == verdict
+
+
 def test_a_message_without_a_field_that_is_read_is_an_error() -> None:
     with pytest.raises(MonitorError, match="'m' at 1 s has no field 'level'; its fields: ok"):
         MonitorSet([LEVEL]).message(1, "m", {"ok": True})

@@ -54,6 +54,11 @@ from tests.monitor.vocabulary import R1, R3, R4, REQUIREMENTS_FILE, SMALL, TABLE
         ("always(previously(on(a)) -> q)", "on(a)", "once[0:d](...)"),
         ("always(historically[0:1](on(a)) -> q)", "on(a)", "single instants only"),
         ("always(x < 1e999 -> q)", "1e999", "too large"),
+        (
+            "always(x == 9007199254740993 -> q)",
+            "9007199254740993",
+            "too many digits for a float, which is 9007199254740992",
+        ),
         ("always(count(p) -> q)", "count(p)", "expected a condition, but this is a number"),
         ("always(count(p) < 1 [hysteresis 1] -> q)", "1", "counts and times have no noise"),
         ("always(time_between(p) < 1 -> q)", ")", "expected"),
