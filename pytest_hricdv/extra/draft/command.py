@@ -106,6 +106,8 @@ def _prepare_package(package: str, options: DraftOptions) -> FirstDraft:
         return reader.model(both, faulty)
 
     model = reader.model(seen)
+    if seen is not None and seen.modules and not seen.modules & {name.partition(".")[0] for name in model.modules}:
+        raise DraftError(f"--recording: it is of {', '.join(sorted(seen.modules))}, and has nothing of {package}")
     if model.ros.nodes and not model.inputs:
         return _prepare_only_nodes(model, options)
     model = _with_recordings(model, bags, {})

@@ -17,7 +17,7 @@ class CoffeeMaker:
 
     def __init__(self, pump, tank, display):
         self.pump, self.tank, self.display = pump, tank, display
-        self.mode = Mode.IDLE
+        self.mode, self.token = Mode.IDLE, "x-5678"
         self._left = 0.0
         pump.on_fault(self._pump_fault)
 

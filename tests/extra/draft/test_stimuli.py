@@ -178,6 +178,16 @@ def test_a_recording_has_calls_across_the_border(recording: Path) -> None:
     assert seen.states[f"{maker}.mode"] == {"idle": 1, "idle -> brewing": 1, "brewing -> idle": 1, "idle -> error": 1,
                                             "error -> idle": 1}  # fmt: skip
     assert seen.calls["CoffeeMaker.display.show"].arguments["password"].texts == {"***": 2}
+    assert "5678" not in recording.read_text(encoding="utf-8")  # of an attribute
+
+
+def test_a_recording_of_another_package_is_refused(
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "robot_code.py").write_text("class Arm:\n    def go(self, to: str):\n        self.at = to\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "hri", "--from", "robot_code", "--recording", str(recording), "--no-run"]) == 2
+    assert "--recording: it is of coffee, and has nothing of robot_code" in capsys.readouterr().err
 
 
 def test_a_draft_has_what_a_recording_has_seen(recording: Path, tmp_path: Path) -> None:

@@ -107,6 +107,11 @@ class Observations:
         self.absent = {**other.absent, **self.absent}
 
     @property
+    def modules(self) -> set[str]:
+        """The top-level modules of the code that was observed."""
+        return {key.partition(":")[0].partition(".")[0] for key in (*self.made, *self.methods, *self.states)}
+
+    @property
     def is_empty(self) -> bool:
         """Whether nothing crossed the border."""
         return not (self.made or self.methods or self.calls or self.states)

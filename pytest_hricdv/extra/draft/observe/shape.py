@@ -23,6 +23,11 @@ MASK = "***"
 """Replaces a text whose name says that it is a secret."""
 
 
+def is_secret(name: str) -> bool:
+    """Whether what has this name is kept secret."""
+    return _SECRET.search(name) is not None
+
+
 @dataclass
 class Shape:
     """All values that were observed at one place.
@@ -110,7 +115,7 @@ class Shape:
                 return
         self._note("text" if isinstance(value, str) else "bytes")
         if isinstance(value, str):
-            self._text(MASK if _SECRET.search(name) else value)
+            self._text(MASK if is_secret(name) else value)
 
     def _members(self, members: Mapping[str, Any], depth: int) -> None:
         for name, part in list(members.items())[:MAX_FIELDS] if depth < MAX_DEPTH else ():

@@ -23,7 +23,7 @@ from types import CodeType, FrameType
 from typing import Any
 
 from pytest_hricdv.extra.draft.observe.observations import Observations, Site, write_atomically
-from pytest_hricdv.extra.draft.observe.shape import MAX_LENGTH
+from pytest_hricdv.extra.draft.observe.shape import MAX_LENGTH, is_secret
 
 VARIABLE = "HRICDV_RECORD"
 """The environment variable that tells a process what to record and where to."""
@@ -187,7 +187,7 @@ class BorderTracer:
         key, owner = made
         for name, value in texts_of(owner).items():
             before = self._states.get((id(owner), name))
-            if value != before:
+            if value != before and not is_secret(name):
                 self._states[id(owner), name] = value
                 self.seen.add_state(f"{key}.{name}", before, value)
 
