@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import gc
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -126,6 +127,7 @@ class SessionReporter:
             if not stopped:
                 self.aggregation.journaling.withdraw()
             return
+        gc.collect()  # what finalizers of the code say at any moment breaks a parse of Python 3.11 that goes on then
         with self.session.signals.defer():
             self._report(stopped=stopped)
         if self.session.problems:

@@ -111,6 +111,16 @@ def test_what_is_taken_from_the_process_is_put_back_and_fails_the_test(lamps: py
 
 
 @pytest.mark.slow
+def test_what_finalizers_do_at_any_moment_ends_no_session(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python 3.11 cannot parse while it parses; without files of bytecode, pytest parses what the session imports."""
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    parse = "type('Loud', (), {'__del__': lambda self: __import__('ast').parse('1')})"
+    does(lamps, f"for _ in range(50): loud = {parse}(); loud.itself = loud").assert_outcomes(passed=3, xfailed=1)
+
+
+@pytest.mark.slow
 def test_a_session_that_failed_does_not_end_well_whatever_code_does_at_the_end(lamps: pytest.Pytester) -> None:
     leaves = "import atexit, os; atexit.register(os._exit, 0); atexit.register(lambda: os._exit(0)); raise OSError"
     result = does(lamps, leaves)

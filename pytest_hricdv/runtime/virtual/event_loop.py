@@ -210,13 +210,17 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         Args:
             waiting: tasks that the end of the run has cut off: perhaps they would have taken an error.
         """
+        for handle in [*self._ready]:  # an exit has ended the loop before it has called them
+            if handle._callback == self._keep_failed:  # type: ignore[attr-defined]
+                handle._run()
         failed, self._failed = self._failed, []
         node = current_node()
         for task in failed:
             if not getattr(task, "_log_traceback", False) or any(_may_take(other, task) for other in waiting):
                 continue
             error = task.exception()  # asyncio says nothing more of it
-            if node is not None and error is not None:
+            is_raised = isinstance(error, (SystemExit, KeyboardInterrupt))  # by the loop itself
+            if node is not None and error is not None and not is_raised:
                 node.kernel.lost_errors.append(
                     f"{_name(task)} raised {error_text(error)} at {error_line(error)}, and "
                     "nothing awaited it: await the task, or use asyncio.TaskGroup"

@@ -361,6 +361,27 @@ class TestErrorsThatNobodyTakes:
             assert not any(said)
 
 
+def test_a_loop_that_an_exit_ends_leaves_nothing_to_say_to_the_garbage_collector(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """What asyncio says of a task formats its traceback, which breaks a parse of Python 3.11 that goes on then."""
+
+    async def leave() -> None:
+        raise SystemExit(3)
+
+    async def main() -> None:
+        async with asyncio.TaskGroup() as group:
+            group.create_task(leave())
+
+    def body(kernel: Kernel) -> None:
+        with pytest.raises(SystemExit):
+            VIRTUAL.run(main())
+
+    run(body)
+    gc.collect()
+    assert not caplog.records
+
+
 def test_a_delay_may_be_any_number_that_adds_to_a_time() -> None:
     seen: list[float] = []
 
