@@ -140,6 +140,8 @@ def _bad_run(place: str, report: Report, run: TestResult, sizes: tuple[int, int]
         yield f"{place}.requirements", f"expected the report's requirements, got {quote(min(strange))}"
     if run.outcome != "not-run" and (missing := wanted - judged):
         yield f"{place}.requirements", f"expected a verdict on each requirement, got none on {quote(min(missing))}"
+    if run.outcome == "passed" and run.went_wrong:
+        yield f"{place}.outcome", "expected none that passes: the run violates a requirement, or has a fault"
     for product, bins in (run.cross or {}).items():
         if product not in report.cross_products:
             yield f"{place}.cross", f"expected the report's cross products, got {quote(product)}"
