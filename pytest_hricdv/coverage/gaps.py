@@ -161,7 +161,7 @@ class _FileGaps:
         """A branch that no test takes, between lines that are run."""
         near = self._nearest([arc[0]])
         target = "exit" if arc[1] < 0 else str(arc[1])
-        reason = f"line {arc[0]} runs, but never goes on to {target}"
+        reason = f"line {arc[0]} runs, but never continues to {target}"
         how = f"vary {near}: {self._turn(arc)}" if near else ""
         return _gap("branches", self._where(function), (f"{arc[0]}->{target}",), reason, how, near)
 
@@ -177,7 +177,7 @@ class _FileGaps:
     def _turn(self, arc: Arc) -> str:
         text = self.file.text.splitlines()[arc[0] - 1 : arc[0]] or [""]
         target = "the exit" if arc[1] < 0 else f"line {arc[1]}"
-        return f"line {arc[0]} has to go on to {target} (`{text[0].strip()}`)"
+        return f"line {arc[0]} has to continue to {target} (`{text[0].strip()}`)"
 
 
 def _waivers(file: SourceFile, waived: Mapping[int, str]) -> Iterator[Gap]:

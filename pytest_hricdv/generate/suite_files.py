@@ -212,7 +212,7 @@ def _complete_test(block: _Block) -> AbstractTest:
     if missing:
         raise GenerateError(
             f"{block.where}: test {block.headers['id']!r} has an id but no {missing[0]}; "
-            f"expected '# {missing[0]}: ...' beside it, or no id at all"
+            f"expected '# {missing[0]}: ...' next to it, or no id at all"
         )
     draft = _draft_of_block(block)
     with name_place(block.where):

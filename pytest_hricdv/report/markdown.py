@@ -74,7 +74,7 @@ def _fit_section(lines: Iterator[str]) -> Iterator[str]:
         room -= len(line.encode(errors="replace")) + 1
         if room < 0:
             yield from ([fence] if fence else [])
-            yield "\n... and more, for which there is no room here: see the report."
+            yield "\n... and more: see the report."
             yield from ["</details>"] * details
             return
         yield line

@@ -274,8 +274,8 @@ def _expiry_failures(report: Report, gates: Gates, today: datetime.date, *, whol
     for name, exemption in gates.known_violations.items():
         if exemption.is_expired(today) and (whole or _violations(report, name)):
             yield (
-                f"the known violation of {name} ({exemption.text}) was accepted until {exemption.until}, which is "
-                "over: fix it, or agree on another date in hri_known_violations"
+                f"the known violation of {name} ({exemption.text}) was accepted until {exemption.until} and has "
+                "expired: fix it, or agree on another date in hri_known_violations"
             )
 
 

@@ -73,7 +73,7 @@ def real_wait(
     module = "" if own is None else str(own.f_globals.get("__name__", ""))
     advice = _remedy(module, who, library, code, virtual)
     where = f", in {waits_in}" if waits_in else ""
-    return f"{place_of(frame)}: {who} waits in real time{where}, of which a simulated run has none: {advice}"
+    return f"{place_of(frame)}: {who} waits in real time{where}, which a simulated run does not have: {advice}"
 
 
 def _is_substitute(frame: FrameType) -> bool:

@@ -74,7 +74,7 @@ def test_a_part_of_a_function_names_the_test_that_ran_most_of_it_and_the_way_in(
     near, far = bits(3, 5, arcs=((3, 5),)), bits(3)
     gap = next(gap for gap in found(run("far", far), run("near", near), total=near) if "move" in gap.location)
     assert (gap.kind, gap.items, gap.test) == ("statements", ("4",), "near")
-    assert gap.suggestion == "vary near: line 3 has to go on to line 4 (`if way:`)"
+    assert gap.suggestion == "vary near: line 3 has to continue to line 4 (`if way:`)"
 
 
 def test_a_branch_between_lines_that_run_is_a_gap_of_its_own() -> None:
@@ -84,8 +84,8 @@ def test_a_branch_between_lines_that_run_is_a_gap_of_its_own() -> None:
         "branches",
         "arm.py Arm.move",
         ("3->5",),
-        "line 3 runs, but never goes on to 5",
-        "vary t: line 3 has to go on to line 5 (`if way:`)",
+        "line 3 runs, but never continues to 5",
+        "vary t: line 3 has to continue to line 5 (`if way:`)",
         "t",
         (),
     )

@@ -71,7 +71,7 @@ def test_what_is_open_has_a_reason_or_a_suggestion(lamps: pytest.Pytester) -> No
     assert level["test"] == tested["id"]
     dark = next(number for number, line in enumerate(text.splitlines(), 1) if "if wish.cellar" in line)
     assert level["items"] == [str(dark + 1), str(dark + 3), str(dark + 5)]
-    told = f"line {dark} has to go on to line {dark + 1} (`if wish.cellar and wish.level > GLARE:`)"
+    told = f"line {dark} has to continue to line {dark + 1} (`if wish.cellar and wish.level > GLARE:`)"
     assert level["suggestion"] == f"vary {tested['id']}: {told}"
     plans = {gap["items"][0] for gap in gaps(lamps, "plans")}
     assert plans == {"v2", "v4", "v5", "v6", "v7"}

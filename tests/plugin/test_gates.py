@@ -101,7 +101,7 @@ def test_a_known_violation_that_has_expired_fails_the_run_and_says_so(lamps: pyt
     result = lamps.runpytest_inprocess(*SUITE)
     assert result.ret == 1
     result.assert_outcomes(passed=3, failed=1)
-    told = "FAILED the known violation of R2 (the hall has no dimmer) was accepted until 2021-12-31, which is over: *"
+    told = "FAILED the known violation of R2 (the hall has no dimmer) was accepted until 2021-12-31 and has expired: *"
     result.stdout.fnmatch_lines([told])
     assert report(lamps.path)["known_violations"] == {}
     # Of a part of the tests, only one that violates it is told.

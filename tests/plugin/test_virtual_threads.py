@@ -97,9 +97,8 @@ def test_without_the_switch_it_is_an_error_with_the_line(lamps: pytest.Pytester,
     kind = "asyncio" if way == "asyncio" else "threading"
     assert "RealTimeError: " in said
     assert f"{lamps.path / 'lamps' / 'guide.py'}:" in said
-    assert (
-        f'a simulated run has none: give the testbench time=VirtualTime(apis=("time", "{kind}")) to have {kind}' in said
-    )
+    remedy = f'give the testbench time=VirtualTime(apis=("time", "{kind}")) to have {kind}'
+    assert f"a simulated run does not have: {remedy}" in said
 
 
 def test_what_a_thread_does_is_covered(lamps: pytest.Pytester) -> None:

@@ -66,7 +66,7 @@ def test_without_the_switch_it_is_an_error_with_the_line(lamps: pytest.Pytester,
     assert "RealTimeError: " in said
     assert f"{lamps.path / 'lamps' / 'guide.py'}:" in said
     what = "time.monotonic" if way == "until a time" else "time.sleep"
-    assert f"{what} in node guide is real time, of which a simulated run has none: give the testbench" in said
+    assert f"{what} in node guide is real time, which a simulated run does not have: give the testbench" in said
 
 
 STOPWATCH = """from time import monotonic, sleep

@@ -95,7 +95,7 @@ CLOSING = {
             "point": ["statement", "controller/states.py", "13"],
             "tries": 0,
             "test": "closure-near",
-            "lacking": "line 12 (`if <script>:`) has to go on to it",
+            "lacking": "line 12 (`if <script>:`) has to continue to it",
             "waiver": "controller/states.py:13: # unreachable: why",
         },
         {"point": ["branch", "controller/states.py", "12", "-10"], "tries": 1, "bound": 1.0},

@@ -92,7 +92,7 @@ def test_a_function_in_c_is_named_as_it_is_called_with_what_to_do(
     wait: Callable[[], object], said: str, advice: str
 ) -> None:
     message = waiting(wait)
-    assert f"waits in real time, {said}, of which" in message
+    assert f"waits in real time, {said}, which" in message
     assert advice in message
 
 

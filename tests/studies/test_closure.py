@@ -28,7 +28,7 @@ def _closing(**changes: Any) -> dict[str, Any]:
         "sim_s": 30.0,
         "hit": [{"point": [*point], "test": "x", "strategy": "model", "run": run} for point, run in hits],
         "growth": [{"run": run, "sim_s": 10.0 * run, "strategy": "model", "new": {"statement": 1}} for run in (1, 3)],
-        "open": [{"point": [*LINES[3]], "tries": 7, "lacking": "line 3 has to go on to it"}],
+        "open": [{"point": [*LINES[3]], "tries": 7, "lacking": "line 3 has to continue to it"}],
     }
     return sample_sections.CLOSING | changed | changes
 

@@ -222,7 +222,7 @@ def explain_gap(point: Point, entry: ArchivedRun | None, archive: Archive, surro
             return _before(file, line, archive, surroundings)
         case ("branch", file, begin, end) if entry is not None:
             goes = "the exit" if int(end) < 0 else f"line {end}"
-            return f"line {begin}{surroundings.text(file, begin)} has to go on to {goes}"
+            return f"line {begin}{surroundings.text(file, begin)} has to continue to {goes}"
         case ("transition", state, _):
             seen = ", ".join(sorted(hit[2] for hit in archive.best if hit[:2] == ("transition", state)))
             return f"after {state} came {seen}" if seen else f"nothing came after {state}"
@@ -233,10 +233,10 @@ def explain_gap(point: Point, entry: ArchivedRun | None, archive: Archive, surro
 
 
 def _before(file: str, line: str, archive: Archive, surroundings: Surroundings) -> str:
-    """The statement at which the code has to go on to a line that was not executed, as far as that is known."""
+    """The statement at which the code has to continue to a line that was not executed, as far as that is known."""
     for point in archive.open:
         if point[:2] == ("branch", file) and point[3] == line and ("statement", file, point[2]) in archive.best:
-            return f"line {point[2]}{surroundings.text(file, point[2])} has to go on to it"
+            return f"line {point[2]}{surroundings.text(file, point[2])} has to continue to it"
     statements = (int(hit[2]) for hit in archive.best if hit[:2] == ("statement", file))
     last = str(max((executed for executed in statements if executed < int(line)), default=0))
     return f"executed up to line {last}{surroundings.text(file, last)}" if int(last) else ""

@@ -67,7 +67,7 @@ class Repository:
         """
         if not self._run("ls-files", "--", str(path)):
             if not self._run("ls-files", "--others", "--exclude-standard", "--", str(path)):
-                raise PatchError(f"git ignores {path}, so nobody knows what changed there")
+                raise PatchError(f"git ignores {path}, so changes there are unknown")
             return None
         options = ("--unified=0", "--inter-hunk-context=0", "--no-color", "--no-ext-diff", "--no-textconv", "--text")
         hunks = _HUNK.findall(self._run("diff", *options, base, "--", str(path)))

@@ -52,7 +52,7 @@ def speed_and_separation(
     if slow_distance_m is None or slow_speed is None:
         if slow_distance_m is not None or slow_speed is not None:
             present = "slow_speed" if slow_distance_m is None else "slow_distance_m"
-            raise PatternError(present, "expected both slow_distance_m and slow_speed, or none of them")
+            raise PatternError(present, "expected both slow_distance_m and slow_speed, or neither")
         return always((distance < stop_distance_m) >> stands)
     near = distance < slow_distance_m
     slow = (distance >= stop_distance_m) & (speed <= slow_speed)
@@ -237,5 +237,5 @@ def _limit(
         return always((value > 0) >> (value <= limit))
     if transient_limit is None or transient_s is None:
         present = argument if transient_s is None else "transient_s"
-        raise PatternError(present, f"expected both {argument} and transient_s, or none of them")
+        raise PatternError(present, f"expected both {argument} and transient_s, or neither")
     return always((value > 0) >> ((value <= transient_limit) & ~(value > limit).held_for(transient_s)))

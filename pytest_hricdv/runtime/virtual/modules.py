@@ -164,7 +164,7 @@ class VirtualModules:
             if thread.is_alive():
                 raise ProhibitedError(
                     f"thread {thread.name} of {module}.{function.__qualname__} was started before the run, as its "
-                    "module was imported or by another test, and goes on in real time: start it in a function of the "
+                    "module was imported or by another test, and continues in real time: start it in a function of the "
                     "code that is called in the run, or end it"
                 )
 

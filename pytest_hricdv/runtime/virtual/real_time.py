@@ -42,7 +42,7 @@ def check(node: Node, kind: str, name: str) -> None:
         return
     place = place_of(sys._getframe(1))
     raise RealTimeError(
-        f"{place}: {name} in node {node.name} is real time, of which a simulated run has none: give "
+        f"{place}: {name} in node {node.name} is real time, which a simulated run does not have: give "
         f"the testbench {virtual_time([kind], virtual)} to have {KINDS[kind]} in virtual time, "
         "or let the code use the clock of its port"
     )

@@ -35,7 +35,8 @@ def test_the_summary_counts_points_by_kind_and_names_open_ones_in_at_most_ten_li
         "  violated: the robot raised <b>KeyError</b>: 2 runs (closure-x)",
         "  kinds of violations: 1 known, see the report",
         "  open: R1 Passed: reading.gaze & reading.pressure; 120 tries, below 2.5 %",
-        "  open: controller/states.py:13: line 12 (`if <script>:`) has to go on to it (closure-near); never aimed at",
+        "  open: controller/states.py:13: line 12 (`if <script>:`) has to continue to it (closure-near); "
+        "never aimed at",
         "  open: controller/states.py:12->exit: 1 try",
         "  open: handover: 100 x 1: leg 4 instead of 3 (closure-near); 104 tries, below 2.9 %",
     ]
@@ -52,7 +53,7 @@ def test_the_page_has_each_open_point_with_its_evidence_and_the_reasons_of_impos
     assert "statements 2 1 1 branches 0 0 1 bins 1 4 12 verdicts 0 0 1" in words
     assert "disturbances 300 23212 s 1" in words
     assert (
-        "line 12 ( if <script>: ) has to go on to it if it cannot be: controller/states.py:13: # unreachable: why"
+        "line 12 ( if <script>: ) has to continue to it if it cannot be: controller/states.py:13: # unreachable: why"
         in words
     )
     assert "12 bins of handover" in words
