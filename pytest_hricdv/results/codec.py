@@ -142,6 +142,9 @@ def _bad_run(place: str, report: Report, run: TestResult, sizes: tuple[int, int]
         yield f"{place}.requirements", f"expected a verdict on each requirement, got none on {quote(min(missing))}"
     if run.outcome == "passed" and run.went_wrong:
         yield f"{place}.outcome", "expected none that passes: the run violates a requirement, or has a fault"
+    unknown = [name for name in sorted(judged) if run.violates(name) and name not in report.known_violations]
+    if run.outcome == "known-violation" and unknown:
+        yield f"{place}.outcome", f"expected none that is known, as no known violation is of {quote(unknown[0])}"
     for product, bins in (run.cross or {}).items():
         if product not in report.cross_products:
             yield f"{place}.cross", f"expected the report's cross products, got {quote(product)}"

@@ -130,8 +130,7 @@ class SessionReporter:
         gc.collect()  # what finalizers of the code say at any moment breaks a parse of Python 3.11 that goes on then
         with self.session.signals.defer():
             self._report(stopped=stopped)
-        if self.session.problems:
-            session.testsfailed += 1
+        session.testsfailed += bool(self.session.problems)
 
     @property
     def _has_reached(self) -> bool:
@@ -180,9 +179,8 @@ class SessionReporter:
         """The report, written; what cannot be written is a problem of the session."""
         session = self.session
         try:
-            report = msgspec.structs.replace(
-                report, full_report=self.aggregation.journaling.keep_whole(is_whole=session.is_whole)
-            )
+            kept = self.aggregation.journaling.keep_whole(is_whole=session.is_whole)
+            report = msgspec.structs.replace(report, full_report=kept)
         except ReportError as error:
             session.problems.append(str(error))
         try:

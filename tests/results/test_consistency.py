@@ -74,6 +74,13 @@ def test_a_journal_of_deep_json_is_refused(tmp_path: Path, deep: str, kind: str)
             lambda data: data["tests"][0]["requirements"]["R1"].update(verdict="Failed"),
             "expected none that passes: the run violates a requirement, or has a fault - at `$.tests[0].outcome`",
         ),
+        (
+            lambda data: (
+                data["tests"][0]["requirements"]["R1"].update(verdict="Failed"),
+                data["tests"][0].update(outcome="known-violation"),
+            ),
+            "no known violation is of 'R1' - at `$.tests[0].outcome`",
+        ),
         (lambda data: data["tests"][0].update(errors=["it hangs"]), "or has a fault - at `$.tests[0].outcome`"),
         (lambda data: data["tests"][0]["code"].update(bits=["zz", None]), "at `$.tests[0].code.bits[0]`"),
         (lambda data: data["tests"][0]["code"].update(bits=["-0x1", None]), "at `$.tests[0].code.bits[0]`"),
