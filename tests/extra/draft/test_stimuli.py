@@ -181,6 +181,17 @@ def test_a_recording_has_calls_across_the_border(recording: Path) -> None:
     assert "5678" not in recording.read_text(encoding="utf-8")  # of an attribute
 
 
+def test_a_recording_has_no_result_of_what_is_named_as_a_secret(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "vault.py").write_text("def get_token():\n    return 'x-9012'\n\n\ndef name():\n    return 'front'\n")
+    monkeypatch.chdir(tmp_path)
+    program = ["python", "-c", "import vault; vault.get_token(); vault.name()"]
+    assert "status 0" in list(record("vault", program, tmp_path / "seen.json", 60.0))[1]
+    seen = read_observations(tmp_path / "seen.json").methods
+    assert (seen["vault:get_token"].result.texts, seen["vault:name"].result.texts) == ({"***": 1}, {"front": 1})
+
+
 def test_a_recording_of_another_package_is_refused(
     recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -175,7 +175,7 @@ class BorderTracer:
             return  # it waits, and continues later
         del self._open[id(frame)]
         if is_over:
-            waiting[0].result.add(value)
+            waiting[0].result.add(value, frame.f_code.co_name)
         if self._is_own(frame):
             self._sample(frame)
 
