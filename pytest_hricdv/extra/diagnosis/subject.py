@@ -1,4 +1,4 @@
-"""The inputs of a diagnosis."""
+"""The inputs of a diagnosis, which its steps share."""
 
 from __future__ import annotations
 

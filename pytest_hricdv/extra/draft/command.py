@@ -1,4 +1,4 @@
-"""`hricdv init --from PACKAGE[:FUNCTION]`, `--ros2 "PACKAGE EXECUTABLE"`: a testbench, from code."""
+"""`hricdv init --from PACKAGE[:FUNCTION]` and `--ros2 "PACKAGE EXECUTABLE"`: drafts a testbench from code."""
 
 from __future__ import annotations
 

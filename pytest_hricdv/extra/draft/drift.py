@@ -1,4 +1,4 @@
-"""What code has that its testbench lacks: messages, values, states, transitions."""
+"""Finds what the code has and its testbench lacks: messages, values, states, transitions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The option for drift that `hricdv update` does not tell."""
+"""The option `--hri-known-drift`: drift that `hricdv update` accepts."""
 
 from __future__ import annotations
 

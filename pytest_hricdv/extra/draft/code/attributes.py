@@ -1,4 +1,4 @@
-"""States that an object holds in an attribute: a text, a member of an enumeration, an object for each state, a tree."""
+"""States that an object holds in an attribute: strings, members of an enumeration, an object for each state, a tree."""
 
 from __future__ import annotations
 

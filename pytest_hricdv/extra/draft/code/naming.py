@@ -1,4 +1,4 @@
-"""The meaning of names: units, topics, names of classes."""
+"""What names in the code say: units, topics, names of classes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stimuli without a message class: methods and callbacks of the code, and dicts and texts that it takes.
+"""Stimuli without a message class: methods and callbacks of the code, and dicts and strings that it takes.
 
 Each becomes a message of the draft, with the expression that makes of it what the code gets.
 """

@@ -1,4 +1,4 @@
-"""What a port of the code can get in each run: a clock, a number of the test, something new, or a replacement.
+"""What a drafted testbench gives a port in each run: a clock, a parameter of the run, a new object, or a replacement.
 
 Where a program is the robot, its module is executed again in each run. Modules that are not installed, as the libraries
 of a robot's hardware on a developer's machine, have stand-ins.
