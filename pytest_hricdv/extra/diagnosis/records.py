@@ -27,9 +27,8 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
         file: its file, as the report names it.
         line: its first line.
         function: the function that contains it.
-        likely: whether evidence supports it: an experiment with this statement or, if no experiment has shown another
-            one, a high enough score in the comparison of failing and passing runs. Only likely statements are shown as
-            the location of the cause.
+        likely: whether it is shown as the location of the cause: its score is clearly above all others, and an
+            experiment with this statement, or a comparison of failing and passing runs, supports it.
         experiment: how a failing test passed, such as `passes with this decision reversed`; empty if no run showed it.
         score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see
             `locations`).

@@ -9,8 +9,11 @@ import pytest
 from msgspec import convert
 from msgspec.structs import replace
 
+from pytest_hricdv.extra.diagnosis.locations import locate
 from pytest_hricdv.extra.diagnosis.merging import associate
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS
+from pytest_hricdv.extra.diagnosis.spectrum import Suspect
+from pytest_hricdv.extra.diagnosis.subject import Subject
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.results.model import Report, TestResult
 from tests import json_schema
@@ -43,14 +46,29 @@ def test_each_cause_has_its_share_of_runs_with_an_interval() -> None:
     assert next(FailingTests.of(report).lines(None)).text.startswith(title)
 
 
-def test_a_location_is_likely_only_where_runs_that_pass_were_compared_and_its_score_is_high() -> None:
-    (cause,) = CAUSES.of(associate(campaign(20, 2), is_of_all_runs=True))
-    assert [location.likely for location in cause.locations] == [True, False, False, False, False]
-    (cause,) = CAUSES.of(associate(campaign(200, 10), is_of_all_runs=True))
-    assert {location.likely for location in cause.locations} == {False}, "as many passing tests execute each line"
+@pytest.mark.parametrize(
+    ("second", "is_compared", "is_switched", "is_likely"),
+    [
+        (0.70, True, False, True),
+        (0.80, True, False, False),  # it might as well be the second one
+        (0.70, False, False, False),  # no test has passed
+        (0.70, False, True, True),
+    ],
+)
+def test_a_location_is_likely_where_it_leads_and_runs_support_it(
+    second: float, is_compared: bool, is_switched: bool, is_likely: bool
+) -> None:
+    subject = Subject.of(campaign(20, 2))
+    file = subject.report.code_under_test.map[0].file
+    ranked = [Suspect(file, 1, 0.9, 0), Suspect(file, 2, second, 0)]
+    places = locate(subject, ranked, [(file, 1)] if is_switched else [], is_compared=is_compared)
+    assert [place.likely for place in places] == [is_likely, False]
+
+
+def test_no_location_is_likely_where_no_test_has_passed() -> None:
     (cause,) = CAUSES.of(associate(campaign(5, 1), is_of_all_runs=True))
     assert cause.locations[0].score == 1.0
-    assert {location.likely for location in cause.locations} == {False}, "no test passed"
+    assert {location.likely for location in cause.locations} == {False}
 
 
 @pytest.mark.slow
