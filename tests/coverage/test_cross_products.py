@@ -36,7 +36,7 @@ def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (({},), "has no coordinates"),
+        (({},), "expected at least one coordinate"),
         (({"empty": ()},), "'empty' has no values"),
         (({"twice": ("a", "a")},), "'twice' has a value twice"),
         (({"star": ("*",)},), "'star' has a value twice, or one named"),

@@ -41,7 +41,7 @@ def test_without_the_feature_mutation_a_note_says_so(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(suggest, "offers", lambda role, name: ())
     suggester = suggest.Suggester(cast("Any", None), SuggestionOptions(), ())
     assert suggester._runs_of_faults(cast("Any", None)) == ({}, 0, "done")
-    assert suggester._notes == ["not ranked by seeded faults: the feature mutation is not installed"]
+    assert suggester._notes == ["not ranked by seeded bugs: the feature mutation is not installed"]
 
 
 @pytest.mark.slow
