@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +27,9 @@ from pytest_hricdv.extra.draft.observe.tracer import VARIABLE
 
 OUTSIDE = ("tests", "test", "conftest", "demo", "demos", "example", "examples", "__main__", "main")
 """Modules of a package that use its code, and are not part of it."""
+
+_STOP_S = 10.0
+"""Time (s) for a program to end after it was asked to (chosen)."""
 
 _SITE = """\
 import os, sys
@@ -69,17 +75,22 @@ def add_command(commands: Any) -> None:
 
 def _do(options: argparse.Namespace) -> int:
     program = options.program[1:] if options.program[:1] == ["--"] else options.program
+    lines = record(options.package, program, options.output, options.timeout)
     try:
-        for line in record(options.package, program, options.output, options.timeout):
-            print(visible(line), flush=True)
+        while True:
+            print(visible(next(lines)), flush=True)
+    except StopIteration as end:
+        return int(end.value != 0)
     except InputError as error:
         print(visible(f"error: record: {error}"), file=sys.stderr)
         return 2
-    return 0
 
 
-def record(package: str, program: Sequence[str], output: Path, timeout_s: float) -> Iterator[str]:
+def record(package: str, program: Sequence[str], output: Path, timeout_s: float) -> Generator[str, None, int]:
     """Run a program and record the border of a package; yields lines for the terminal.
+
+    Returns:
+        The exit status of the program; 0 if it was stopped, by the time limit or Ctrl-C.
 
     Raises:
         InputError: there is no such package or program, or nothing was recorded.
@@ -89,8 +100,12 @@ def record(package: str, program: Sequence[str], output: Path, timeout_s: float)
     _, _, file = locate(package, Path.cwd().resolve())
     folder = file.parent if file.name == "__init__.py" else file
     with tempfile.TemporaryDirectory(prefix="hricdv-record-") as name:
-        status = _run(list(program), [str(folder)], Path(name), timeout_s)
+        status, is_stopped = _run(list(program), [str(folder)], Path(name), timeout_s)
         seen = merge_observations(map(read_observations, sorted(Path(name).glob("recording.*"))))
+    if seen.is_empty and is_stopped:
+        raise InputError(
+            f"{' '.join(program)} was stopped, and left no recording: let it end by itself, or when it gets SIGINT"
+        )
     if seen.is_empty:
         raise InputError(
             f"{' '.join(program)} (exit status {status}) made no call from outside into {package}: is it the program "
@@ -98,11 +113,15 @@ def record(package: str, program: Sequence[str], output: Path, timeout_s: float)
         )
     write_atomically(output, seen.to_json())
     yield from _summary(seen)
-    yield f"{output}: {output.stat().st_size:,} bytes; the program ended with status {status}"
+    ended = "was stopped" if is_stopped else f"ended with status {status}"
+    until_then = ": the recording has what it did until then" if is_stopped or status else ""
+    yield f"{output}: {output.stat().st_size:,} bytes; the program {ended}{until_then}"
     yield f"then: hricdv init hri --from {package} --recording {output}"
+    return 0 if is_stopped else status
 
 
-def _run(program: list[str], folders: list[str], where: Path, timeout_s: float) -> int:
+def _run(program: list[str], folders: list[str], where: Path, timeout_s: float) -> tuple[int, bool]:
+    """Run it; its exit status, and whether it was stopped from here."""
     (where / "sitecustomize.py").write_text(_SITE.format(here=str(where), root=_root()), encoding="utf-8")
     asked = {"folders": folders, "outside": OUTSIDE, "file": str(where / "recording")}
     path = os.pathsep.join(filter(None, (str(where), os.environ.get("PYTHONPATH", ""))))
@@ -113,15 +132,20 @@ def _run(program: list[str], folders: list[str], where: Path, timeout_s: float) 
         process = subprocess.Popen(program, env=environment)
     except OSError as error:
         raise InputError(f"{program[0]}: cannot be started: {error.strerror}") from None
+    # SIGINT first, as at a terminal: a program that SIGTERM ends writes no recording.
+    stops: list[Callable[[], None]] = [partial(process.send_signal, signal.SIGINT), process.terminate, process.kill]
     try:
-        return process.wait(timeout_s)
-    except (subprocess.TimeoutExpired, KeyboardInterrupt):
-        process.terminate()
-        try:
-            return process.wait(10.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            return process.wait()
+        return process.wait(timeout_s), False
+    except KeyboardInterrupt:  # it has got SIGINT, too
+        stops[0] = lambda: None
+    except subprocess.TimeoutExpired:
+        if os.name == "nt":
+            del stops[0]
+    for stop in stops:
+        stop()
+        with suppress(subprocess.TimeoutExpired):
+            return process.wait(_STOP_S), True
+    return process.wait(), True
 
 
 def _root() -> str:

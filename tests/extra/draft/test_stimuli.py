@@ -243,6 +243,26 @@ def test_a_program_that_does_not_use_the_package_is_one_sentence(
     assert "expected a program" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("program", "timeout_s", "status", "said"),
+    [
+        ("vault.name(); raise SystemExit(3)", 60, 1, "the program ended with status 3: the recording has what"),
+        ("vault.name(); vault.wait()", 2, 0, "the program was stopped: the recording has what it did until then"),
+    ],
+)
+def test_a_recording_says_that_the_program_failed_or_was_stopped(
+    program: str, timeout_s: int, status: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    code = "import threading\n\n\ndef name():\n    return 'front'\n\n\ndef wait():\n    threading.Event().wait()\n"
+    (tmp_path / "vault.py").write_text(code)
+    monkeypatch.chdir(tmp_path)
+    command = ["record", "--package", "vault", "--timeout", str(timeout_s), "--", "python", "-c"]
+    assert main([*command, f"import vault; {program}"]) == status
+    assert said in capsys.readouterr().out
+    assert "vault:name" in read_observations(tmp_path / "hricdv-recording.json").methods
+
+
 def test_a_list_of_a_stand_in_has_all_that_has_come_since() -> None:
     kernel, recorder = Kernel(), Recorder()
     bus = Bus(kernel, [Pressed], recorder)
