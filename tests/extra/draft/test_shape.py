@@ -37,6 +37,13 @@ def test_a_shape_is_read_as_it_was_written(values: list[Any]) -> None:
     assert Shape.from_json(json.loads(json.dumps(made.to_json()))) == made
 
 
+def test_strings_named_like_secrets_are_masked_at_any_depth() -> None:
+    headers = {"Authorization": "Bearer x-1", "Set-Cookie": "x-2", "X-Api-Key": "x-3", "Accept": "text/plain"}
+    written = json.dumps(shape_of([{"headers": headers}, {"access_key": "x-4"}]).to_json())
+    assert "x-" not in written
+    assert "text/plain" in written
+
+
 def test_a_text_with_many_values_is_open() -> None:
     made = shape_of([f"text {number}" for number in range(MAX_TEXTS + 1)])
     assert len(made.texts) == MAX_TEXTS

@@ -17,7 +17,9 @@ MAX_TEXTS, MAX_LENGTH = 16, 60
 MAX_FIELDS, MAX_DEPTH = 40, 4
 """Keys of a dict and fields of an object that are kept, and how deep."""
 
-_SECRET = re.compile(r"pass(word|wd)?|secret|token|api_?key|credential|private", re.IGNORECASE)
+_SECRET = re.compile(
+    r"pass(word|wd)?|secret|token|(api|access)[_-]?key|authorization|bearer|cookie|credential|private", re.IGNORECASE
+)
 
 MASK = "***"
 """Replaces a text whose name says that it is a secret."""
