@@ -53,7 +53,7 @@ def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     assert again.ret == 1
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(
-        ["hri: lamps, replay of 1 test", "run it again:", f"  {command}", f"replay of {BRIGHT}: the same run, bit for bit*"]
+        ["hri: lamps, replay of 1 test", "run it again:", f"  {command}", f"replay of {BRIGHT}: the same run, bit *"]
     )
     again.stdout.no_fnmatch_line("*--hri-suite=*")
     written = report(lamps.path)
