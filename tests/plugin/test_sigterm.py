@@ -93,10 +93,11 @@ BEGIN = '    with open("begun", "a") as begun:\n        print(__import__("os").g
 )
 def test_it_ends_whatever_the_code_under_test_does(lamps: pytest.Pytester, way: str, options: tuple[str, ...]) -> None:
     change(lamps.path, "lamps/guide.py", "    return 10.0", f"{BEGIN}    {STUBBORN[way]}\n    return 10.0")
-    assert ended(lamps, *options) not in (0, -15)
+    # The wait for a lock is refused after half a second: of so many tests some are left on any machine.
+    assert ended(lamps, *options, "--hri-concretizations=10") not in (0, -15)
     written = report(lamps.path)
-    assert written["selected"] == 4
-    assert 1 <= written["reported"] < 4
+    assert written["selected"] == 40
+    assert 1 <= written["reported"] < 40
     assert command("gate", str(lamps.path / "hri-report")).returncode == 1
 
 
