@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import getpass
 import json
 import os
@@ -194,10 +195,11 @@ def test_two_nodes_that_read_one_terminal_are_told() -> None:
 
 def test_nothing_is_left_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     before = (sys.stdin, select.select, termios.tcgetattr, vars(tty)["tcgetattr"], os.read, getpass.getpass)
+    gc.collect()  # descriptors that earlier tests forgot would be closed in between
     descriptors = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
     run(lambda kernel: getch(), keys=[(1.0, press("a"))])
     assert (sys.stdin, select.select, termios.tcgetattr, vars(tty)["tcgetattr"], os.read, getpass.getpass) == before
-    assert not descriptors or len(os.listdir("/proc/self/fd")) == descriptors
+    assert not descriptors or len(os.listdir("/proc/self/fd")) <= descriptors
 
 
 def test_outside_of_nodes_everything_is_the_real_one() -> None:
