@@ -6,7 +6,10 @@ import pytest
 
 from tests.plugin.project import in_each_mode
 
-HEAVY = ("lark", "jinja2", "coverage", "greenlet", "numpy", "pybullet", "pytest_hricdv.bdi", "pytest_hricdv.generate")
+HEAVY = (
+    *("lark", "jinja2", "coverage", "greenlet", "numpy", "pybullet"),
+    *(f"pytest_hricdv.{package}" for package in ("bdi", "generate", "monitor", "results.model")),
+)
 
 
 @in_each_mode

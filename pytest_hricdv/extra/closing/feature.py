@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingOptions
-from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import Flag, OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
+    from pytest_hricdv.results.model import Report
     from pytest_hricdv.results.report_builder import GeneratedSuite
     from pytest_hricdv.session.run_context import RunContext
 

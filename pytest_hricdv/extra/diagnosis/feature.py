@@ -14,7 +14,6 @@ import pytest
 from pytest_hricdv._base.message import harmless_line
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.report.view import ReportCommand
-from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value
 
@@ -34,6 +33,7 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
 def _triage(options: argparse.Namespace) -> int:
     from pytest_hricdv.extra.diagnosis.records import DIAGNOSIS
     from pytest_hricdv.extra.diagnosis.triage import lines, proposals
+    from pytest_hricdv.results.codec import ReportError, load
 
     report = load(options.report)
     diagnosis = DIAGNOSIS.of(report)

@@ -7,14 +7,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.search.records import BUDGET, SEARCH, SearchOptions, SearchResult
-from pytest_hricdv.results.codec import canonical
-from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import Flag, OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.search.post_session import PostSession
-    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
 
@@ -28,6 +26,8 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
 
 
 def _nearness(result: SearchResult) -> tuple[float, str]:
+    from pytest_hricdv.results.codec import canonical
+
     return (math.inf if result.margin is None else result.margin, canonical(result))
 
 

@@ -15,11 +15,11 @@ from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, Suggestion, SuggestionResult
 from pytest_hricdv.report.formatting import Line, plural, seconds
 from pytest_hricdv.report.view import PageSection, RequirementNote, View
-from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import Flag, OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
+    from pytest_hricdv.results.model import Report
     from pytest_hricdv.session.run_context import RunContext
 
 
