@@ -56,15 +56,15 @@ class ImportCoverage:
     """Measures the imports of this process from when it is installed; see `ImportWatch`.
 
     Args:
-        root: the folder of the project, whose modules are followed also before it is known what the code under test is.
-            Those of the testbench are followed after that, too, as they import the code under test.
+        roots: the folders of the project, whose modules are followed also before it is known what the code under test
+            is. Those of the testbench are followed after that, too, as they import the code under test.
     """
 
-    def __init__(self, root: Path | None = None) -> None:
-        self._root = root
+    def __init__(self, *roots: Path) -> None:
+        self._roots = roots
         self._library = Path(sysconfig.get_path("stdlib"))
         self._plugin = Path(__file__).parents[1]  # in its own checkout, its modules would be followed: 266 of them
-        self._own = None if root is None else _project_coverage(root)
+        self._own = _project_coverage(roots) if roots else None
         self._own_is_of_project = True
         self._code: CodeMap | None = None
         self._files: frozenset[Path] = frozenset()
@@ -83,7 +83,7 @@ class ImportCoverage:
     def _is_of_interest(self, file: Path) -> bool:
         if file in self._files:
             return True
-        if self._root is None or not file.is_relative_to(self._root):
+        if not any(file.is_relative_to(root) for root in self._roots):
             return False
         if file.is_relative_to(self._library) or file.is_relative_to(self._plugin):
             return False
@@ -234,8 +234,8 @@ class ImportCoverage:
                 yield shown[path], "it was imported, but the running measurement (--cov) recorded nothing of it"
 
 
-def _project_coverage(root: Path) -> OwnCoverage:
-    return OwnCoverage([f"{literally(str(root))}/*"], [f"*/{folder}/*" for folder in INSTALLED])
+def _project_coverage(roots: Iterable[Path]) -> OwnCoverage:
+    return OwnCoverage([f"{literally(str(root))}/*" for root in roots], [f"*/{folder}/*" for folder in INSTALLED])
 
 
 @contextmanager

@@ -1,14 +1,14 @@
 """Follows the imports of a session from before its conftests, so that their coverage needs no second import.
 
-What is imported while conftests are loaded is measured before it is known what the code under test is: so all of the
-project's own modules are followed, and those of installed packages from when the testbench has named them.
+What is imported while conftests are loaded is measured before it is known what the code under test is: so all modules
+of the project and of its `pythonpath` are followed, and those of installed packages once the testbench has named them.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,10 @@ def follow_imports(config: pytest.Config) -> ImportCoverage:
     from pytest_hricdv.coverage.import_coverage import ImportCoverage  # a run without a suite does not load it
 
     if IMPORTS not in config.stash:
-        imports = config.stash[IMPORTS] = ImportCoverage(config.rootpath.resolve())
+        folders = [config.rootpath]
+        with suppress(ValueError):  # switched off, by -p no:python_path
+            folders += config.getini("pythonpath")
+        imports = config.stash[IMPORTS] = ImportCoverage(*dict.fromkeys(folder.resolve() for folder in folders))
         imports.watch.install()
         config.add_cleanup(imports.watch.uninstall)
     return config.stash[IMPORTS]

@@ -135,3 +135,18 @@ def test_what_was_imported_before_it_could_be_followed_is_imported_again_once_an
     why = "imported again to be measured, it raised SystemExit: the relay is in use"
     assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"relays.py": why}
     assert files(lamps.path)["guide.py"][0] > 20
+
+
+def test_code_in_a_folder_of_pythonpath_is_followed_from_its_first_import(
+    lamps: pytest.Pytester, tmp_path: Path
+) -> None:
+    """A draft beside its code: what it puts in the place of missing modules is there in this process only."""
+    (tmp_path / "relays.py").write_text("import board\n\nPIN = board.D4\n", encoding="utf-8")
+    change(lamps.path, "pytest.ini", "pythonpath = .", f"pythonpath = . {tmp_path}")
+    change(lamps.path, "conftest.py", 'code=("lamps",)', 'code=("lamps", "relays")')
+    conftest = (lamps.path / "conftest.py").read_text(encoding="utf-8")
+    stand_in = "import sys, types\nsys.modules['board'] = types.SimpleNamespace(D4=4)\nimport relays\n"
+    (lamps.path / "conftest.py").write_text(f"{stand_in}{conftest}", encoding="utf-8")
+    assert lamps.runpytest_subprocess(*ALONE).ret == 0
+    assert "unmeasured_files" not in report(lamps.path)["code_under_test"]
+    assert [covered for name, covered in files(lamps.path).items() if name.endswith("relays.py")] == [(2, 2)]

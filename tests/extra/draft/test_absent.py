@@ -265,13 +265,13 @@ def test_programs_that_the_code_starts_do_not_run_and_a_person_is_at_their_end(
 @pytest.mark.slow
 def test_a_script_without_its_library_gets_a_draft_that_reaches_it(tmp_path: Path) -> None:
     (tmp_path / "rover_code.py").write_text(SCRIPT, encoding="utf-8")
-    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "rover_code"]
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "rover_code", "--budget", "16"]
     made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "first runs: rover_lib.RoverError: no sensor: run without the cause" in made.stdout  # at 0 mm
     assert "hollow" not in made.stdout
     text = (tmp_path / "draft" / "conftest.py").read_text(encoding="utf-8")
     assert '"set_rover_open_eyes_read_mm mid_value": {"value": Uniform(0, 150)}' in text
-    session = [sys.executable, "-m", "pytest", "-q", "--hri-suite=rl", "--hri-audit=off"]
+    session = [sys.executable, "-m", "pytest", "-q", "--hri-suite=rl", "--hri-audit=off", "--hri-tests=12"]
     done = subprocess.run(session, cwd=tmp_path / "draft", capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
 

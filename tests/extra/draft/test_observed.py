@@ -401,7 +401,7 @@ def test_requirements_that_did_not_hold_are_told_by_their_subjects(
 @pytest.mark.slow
 def test_the_draft_of_a_robot_with_patience_is_green_at_a_seed_that_it_has_not_seen(tmp_path: Path) -> None:
     (tmp_path / "robot_code.py").write_text(MOWER, encoding="utf-8")
-    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "robot_code"]
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "robot_code", "--budget", "16"]
     subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
     session = [sys.executable, "-m", "pytest", "-q", "--hri-suite=rl,closure", "--hri-seed=1", "--hri-audit=off"]
     done = subprocess.run(session, cwd=tmp_path / "draft", capture_output=True, text=True, check=False)

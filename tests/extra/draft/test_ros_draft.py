@@ -177,7 +177,7 @@ def test_messages_whose_import_is_guarded_are_neither_missing_nor_declared(works
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy")
 def test_a_draft_for_a_node_is_green_at_once(workspace: Path) -> None:
-    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--ros2", "home_robot door"]
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--ros2", "home_robot door", "--budget", "16"]
     made = subprocess.run(command, cwd=workspace, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr
     command = [sys.executable, "-m", "pytest", "-q", "--hri-audit=off", "--hri-tests=6"]

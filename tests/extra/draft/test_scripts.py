@@ -73,7 +73,7 @@ while True:
 @pytest.mark.slow
 def test_the_tests_of_a_program_reach_its_branches(tmp_path: Path) -> None:
     (tmp_path / "avoider.py").write_text(PROGRAM, encoding="utf-8")
-    draft = [sys.executable, "-m", "pytest_hricdv", "init", "hri", "--from", "avoider.py", "--budget", "25"]
+    draft = [sys.executable, "-m", "pytest_hricdv", "init", "hri", "--from", "avoider.py", "--budget", "16"]
     made = subprocess.run(draft, cwd=tmp_path, capture_output=True, text=True, timeout=500, check=True)
     assert "hollow" not in made.stdout
     tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]

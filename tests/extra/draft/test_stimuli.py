@@ -127,7 +127,7 @@ def test_a_draft_of_code_without_messages_passes_and_reaches_it(
         package = "robot_code"
         (tmp_path / "robot_code.py").write_text(getattr(appliances, name), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert main(["init", "hri", "--from", package, "--budget", "30"]) == 0
+    assert main(["init", "hri", "--from", package, "--budget", "16"]) == 0
     report = run_session(tmp_path / "hri")
     assert report["status"] == 0, report["text"]
     (shares,) = [file for file in report["code_under_test"]["files"]  # type: ignore[index]
