@@ -43,21 +43,21 @@ class Values(dict[str, Value]):
         raise UnknownValueError(name)
 
     def set_field(self, field: str, value: Value, *, keep_last: bool) -> None:
-        """Set `topic.field` to the value of a new message; with `keep_last`, the value before it is kept as well."""
-        if keep_last and field in self:  # the first message has none before it
+        """Set `topic.field` to the value of a new message; with `keep_last`, the previous value is kept as well."""
+        if keep_last and field in self:  # the first message has no previous value
             self[last_of(field)] = self[field]
         self[field] = value
 
 
 class Outputs(dict[int, float | None]):
-    """The output of each stateful operator of one monitor, by its number in the program: a truth, or a number.
+    """The output of each stateful operator of one monitor, by its number in the program: a truth value or a number.
 
-    None is a number that is not there yet.
+    None stands for a number that does not exist yet.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self.unknown: dict[int, str] = {}  # operator -> the name without a value that keeps it from starting
+        self.unknown: dict[int, str] = {}  # operator -> the name whose missing value keeps it from starting
 
     def __missing__(self, index: int) -> float | None:
         raise UnknownValueError(self.unknown[index])
@@ -65,7 +65,7 @@ class Outputs(dict[int, float | None]):
 
 @dataclass(slots=True)
 class EvaluationState:
-    """The present instant for one monitor.
+    """The current instant, as one monitor sees it.
 
     Attributes:
         values: shared by all monitors of the run.
@@ -84,8 +84,8 @@ class EvaluationState:
     def values_before(self) -> Values:
         """The values just before the instant at which an operator starts.
 
-        A first value is taken to have been there before: it is not an edge. What may be unknown without an error, such
-        as the text of a message, was not there before the messages of this instant: then it is an edge, as they are.
+        A first value counts as present before, so it is not an edge. A value that may be unknown without an error, such
+        as a string field, counts as new with the messages of this instant, so it is an edge, as they are.
         """
         return Values({name: value for name, value in self.values.items() if not self._is_new(name, value)})
 
@@ -100,7 +100,7 @@ Measure = Callable[[Values, Mapping[str, int], Outputs], float]
 def nanoseconds(time_s: float) -> Nanoseconds:
     """Seconds to whole nanoseconds, so that a computed deadline equals the time of an update at that deadline.
 
-    A time that is not finite is returned as it is.
+    A time that is not finite is returned unchanged.
     """
     return round(time_s * NS_PER_S) if math.isfinite(time_s) else time_s
 

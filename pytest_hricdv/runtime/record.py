@@ -1,6 +1,6 @@
 """The record of a run: messages, changes of signals, and disturbances, with their times and a hash.
 
-Its values are Python's own bools, numbers and strings, whatever library computed them.
+Its values are Python's own bools, numbers and strings, also if a library such as numpy computed them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _PLAIN = (bool, int, float, str)
 
 
 def plain(value: object) -> Value | None:
-    """A bool, number or string; a scalar of numpy, or an array of one, as the value that it stands for; else None."""
+    """The value as Python's own bool, number or string, also for a numpy scalar or 0-dimensional array; else None."""
     if isinstance(value, _PLAIN):
         return value
     item = getattr(value, "item", None)
@@ -30,7 +30,7 @@ def plain(value: object) -> Value | None:
 
 
 def text_of(member: Enum) -> str:
-    """How a member of an enumeration is recorded: by its value if it is a string, else by its name."""
+    """How an enum member is recorded: by its value if this is a string, else by its name."""
     return member.value if isinstance(member.value, str) else member.name
 
 
@@ -49,7 +49,7 @@ class Listener(Protocol):
 class RecordedMessage:
     """One message, or one disturbance: its time (s), sender, topic and fields.
 
-    `source` is the origin of the fields, if it has more than they: a message of ROS 2.
+    `source` is the object that the fields were read from, if it holds more, such as a ROS 2 message.
     """
 
     time_s: float
@@ -60,7 +60,7 @@ class RecordedMessage:
 
     @property
     def is_disturbance(self) -> bool:
-        """Whether it is a disturbance, such as "disturb outage" or "lost request". Topics of messages are one word."""
+        """Whether it is a disturbance, such as "disturb outage" or "lost request". Topics are one word."""
         return " " in self.topic
 
     def __str__(self) -> str:
@@ -70,9 +70,9 @@ class RecordedMessage:
 
 @dataclass(frozen=True)
 class Record:
-    """The events of a run. `signals` maps a name to its changes (times in s, values); `texts` those that are strings.
+    """The events of a run. `signals` maps a name to its changes (times in s, values); `texts` does so for strings.
 
-    `messages` has the disturbances, too, in the order of time (see `RecordedMessage.is_disturbance`).
+    `messages` includes disturbances, in the order of time (see `RecordedMessage.is_disturbance`).
     `sha256` is over all messages and signals, bit for bit: equal hashes mean equal runs.
     """
 
@@ -114,18 +114,18 @@ class Recorder:
     def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
         """Record a signal's value from `time_s` on; an unchanged value is not recorded again.
 
-        A scalar of numpy is recorded as the number or bool that it stands for.
+        A numpy scalar is recorded as Python's own number or bool.
 
         Raises:
             TypeError: the value is not a number, bool or string.
             ValueError: the value is NaN or infinite (an error of the world, which no monitor may judge as passed), or
-                a text for a signal that had numbers, or the other way round.
+                a string for a signal that had numbers, or vice versa.
         """
         plain_value = plain(value)
         if plain_value is None:
             raise TypeError(f"signal {name} is {value!r} at {time_s:.6f} s: expected a number, a bool or a string")
         value = plain_value
-        if self._last.get(name) == value and name in self._last:  # most updates: the series stay short
+        if self._last.get(name) == value and name in self._last:  # as in most updates: this keeps the series short
             return
         if isinstance(value, str):
             self._add_text(time_s, name, value)

@@ -103,7 +103,7 @@ class Preparation:
 
     def _header(self) -> list[str]:
         names = [generated.suite.name for generated in self.collection.suites]
-        tests = len(self.collection.cases)  # also generates them, with its errors, before anything else
+        tests = len(self.collection.cases)  # generates them too, so that its errors come first
         named = self.collection.config.args_source == pytest.Config.ArgsSource.ARGS
         return [
             terminal.header(names, self.options.seed, None if named else tests, self.collection.testbench.name),
@@ -186,7 +186,7 @@ class Preparation:
         changed = [note for note in notes if note]
         if changed and not self.options.replay_force:
             lines = "\n  ".join(changed)
-            raise usage_error(f"--hri-replay: {lines}\nadd --hri-replay-force to run it all the same")
+            raise usage_error(f"--hri-replay: {lines}\nadd --hri-replay-force to run it anyway")
 
     def _import_required(self) -> None:
         for name in self.collection.testbench.simulation.requires:
@@ -224,7 +224,7 @@ class GateCheck:
         _ = self._baseline
 
     def check_suites(self) -> None:
-        """Check that the baseline is of the generated suites; replayed tests may be of any suite.
+        """Check that the baseline is from the generated suites; replayed tests may be of any suite.
 
         Raises:
             pytest.UsageError: the baseline has none of the suites, or one with another seed.
@@ -281,7 +281,7 @@ class GateCheck:
         path = self.options.baseline
         assert path is not None, "read_options has checked it"
         if not whole or report.not_run:
-            return f"{path} was not updated: {report.reported} of its tests ran: run the whole suites"
+            return f"{path} was not updated: only {report.reported} of its tests ran; run the whole suites"
         try:
             write_baseline(baseline_of(report, self._baseline), path)
         except BaselineError as error:

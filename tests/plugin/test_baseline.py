@@ -62,7 +62,7 @@ def test_a_part_of_the_tests_is_compared_for_failures_only_and_is_no_baseline(la
     assert lamps.runpytest_inprocess(*SUITE, BASE, "-k", "cellar").ret == 0
     result = lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline", "-k", "cellar")
     assert result.ret == 1
-    result.stdout.fnmatch_lines(["FAILED *base.json was not updated: 1 of its tests ran: run the whole suites"])
+    result.stdout.fnmatch_lines(["FAILED *base.json was not updated: only 1 of its tests ran; run the whole suites"])
     change(lamps.path, "lamps/guide.py", "        return GLARE\n", "        return 100.0\n")
     result = lamps.runpytest_inprocess(*SUITE, BASE, "-k", "cellar")
     assert result.ret == 1

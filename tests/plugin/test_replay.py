@@ -91,7 +91,7 @@ def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pyte
     change(failed.path, "lamps/guide.py", "    return wish.level\n", "    return min(wish.level, GLARE)\n")
     told = refused(failed, REPLAY, "--hri-strict", *options)
     assert f"{FILE}: lamps/guide.py changed: its run need not be the same again" in told
-    assert "add --hri-replay-force to run it all the same" in told
+    assert "add --hri-replay-force to run it anyway" in told
     again = failed.runpytest_inprocess("-vv", REPLAY, "--hri-strict", "--hri-replay-force", *options)
     assert again.ret == 0
     again.assert_outcomes(passed=1)

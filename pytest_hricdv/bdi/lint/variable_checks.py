@@ -1,4 +1,4 @@
-"""The check of variables: variables without a value in comparisons and expressions."""
+"""Checks of variables: used before they have a value, or anonymous and repeated."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS, files_of, lo
 
 @check(
     "unbound-comparison",
-    "A variable without a value is greater than any number and equal to nothing; computing with it fails.",
+    "An unbound variable is greater than any number and equal to nothing; arithmetic with it fails.",
 )
 def find_unbound_comparisons(system: System) -> Iterator[Problem]:
     """Comparisons and expressions with variables that nothing before them can bind."""
@@ -31,7 +31,7 @@ def find_unbound_comparisons(system: System) -> Iterator[Problem]:
     "As in Jason, `_name` is a new variable at each occurrence: binding one does not bind another.",
 )
 def find_repeated_anonymous(system: System) -> Iterator[Problem]:
-    """Names that begin with ``_`` and are written twice in a plan or rule: each is another variable."""
+    """Names that begin with ``_`` and occur twice in a plan or rule: each occurrence is a new variable."""
     for file in dict.fromkeys(file for agent in system.agents for file in files_of(agent)):
         yield from repeats_of_anonymous(file)
 
@@ -51,7 +51,7 @@ class _BindingAnalysis:
         self._place = place
 
     def formula(self, formula: object, bound: set[Variable]) -> Iterator[Problem]:
-        """Findings in a condition."""
+        """The problems in a condition."""
         if isinstance(formula, syntax.And):
             for part in formula.parts:
                 yield from self.formula(part, bound)
@@ -72,17 +72,17 @@ class _BindingAnalysis:
         for side in (comparison.left, comparison.right):
             used = _used(side) if not unifies or isinstance(side, Arithmetic) else set()
             for variable in sorted(used - bound):
-                use = "computed with" if unifies else "compared"
+                kind = "expression" if unifies else "comparison"
                 name = "_" if variable[1:].isdigit() else str(variable)
                 yield (
                     location_of(name, self._place),
-                    f"{name} has no value yet when it is {use} in {_text(comparison)}",
+                    f"{name} has no value yet in the {kind} {_text(comparison)}",
                 )
         if unifies:
             bound.update(variables_of(comparison))
 
     def body(self, body: syntax.Body, bound: set[Variable]) -> Iterator[Problem]:
-        """Findings in statements."""
+        """The problems in statements."""
         for statement in body:
             self._place = statement.location
             yield from self._statement(statement, bound)
@@ -119,14 +119,14 @@ class _BindingAnalysis:
                 for variable in sorted(_used(part) - bound):
                     yield (
                         location_of(str(variable), self._place),
-                        f"{variable} has no value yet when it is computed with: {part}",
+                        f"{variable} has no value yet in the expression {part}",
                     )
             elif not isinstance(part, (Variable, Number)):
                 pending.extend(children(part))
 
 
 def _used(term: object) -> set[Variable]:
-    """The variables whose values a term needs: not those in the condition of a function such as ``.count``."""
+    """The variables whose values a term needs, without those in the condition of a function such as ``.count``."""
     variables: set[Variable] = set()
     pending = [term]
     while pending:

@@ -1,9 +1,9 @@
-"""Experience of the closing loop from all runs: how interactions ended, and which disturbances were tried where.
+"""What the closing loop learns from its runs: how interactions end, and which disturbances were tried where.
 
-An *effect* is a tuple of outcomes, each a tuple of strings. `find_missing` compares an effect with a wanted one. If two
-strings have the same length, such as `1101` and `1001` for four sensors, each differing character is a missing
-condition; other differences may be consequences of these. If no characters differ, the effect as a whole is the
-condition.
+`Experience` learns from the archive, and tells the strategies which outcomes are open. An *effect*, how an interaction
+ended, is a tuple of outcomes, each a tuple of strings. `find_missing` compares it with a wanted one: in strings of the
+same length, such as `1101` and `1001` for four sensors, each differing character is a missing condition, and other
+differences may follow from these. If no characters differ, the whole effect is the condition.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pytest_hricdv.generate.abstract import disturbance_of
 
 
 class CharacterCondition(NamedTuple):
-    """A wanted character: index and length of its text in the effect, its index in this text, and the character."""
+    """A wanted character: index and length of its string in the effect, its index in this string, and the character."""
 
     text: int
     size: int
@@ -30,7 +30,7 @@ class CharacterCondition(NamedTuple):
 
 
 class EffectCondition(NamedTuple):
-    """An effect that is wanted in place of the present one."""
+    """An effect that is wanted instead of the present one."""
 
     present: Effect
     wanted: Effect
@@ -40,7 +40,7 @@ MissingCondition = CharacterCondition | EffectCondition
 
 
 def find_missing(effect: Effect, wanted: Effect) -> tuple[MissingCondition, ...]:
-    """The conditions that an effect misses, compared with the wanted one."""
+    """What keeps an effect from being the wanted one."""
     characters = tuple(
         CharacterCondition(number, len(text), place, right)
         for number, (text, other) in enumerate(zip(chain(*effect), chain(*wanted), strict=False))
@@ -52,7 +52,7 @@ def find_missing(effect: Effect, wanted: Effect) -> tuple[MissingCondition, ...]
 
 
 def effect_distance(effect: Effect, other: Effect) -> float:
-    """The sum of the distances of their texts: for texts of equal length the share of different characters, else 1."""
+    """The sum over all pairs of strings: the share of differing characters if the lengths are equal, else 1."""
     return sum(_text_distance(left, right) for left, right in zip(chain(*effect), chain(*other), strict=False))
 
 
@@ -63,7 +63,7 @@ def _text_distance(left: str, right: str) -> float:
 
 
 def character(effect: Effect, condition: CharacterCondition) -> str:
-    """The character of the effect at the condition's index; empty if the text has another length."""
+    """The character of the effect at the condition's index; empty if its string has another length."""
     texts = tuple(chain(*effect))
     is_alike = condition.text < len(texts) and len(texts[condition.text]) == condition.size
     return texts[condition.text][condition.place] if is_alike else ""
@@ -103,7 +103,7 @@ class Experience:
                 interactions = interactions_of(test.lines, test.values, hits, product, planned)
                 self.models[product].learn(interactions)
                 for interaction in interactions:
-                    if len(interaction.combination) == 1:  # one of several may mask the effect of another
+                    if len(interaction.combination) == 1:  # of several, one may mask the effect of another
                         [intervention] = interaction.combination
                         nominal = self.nominal(PlannedInteraction(product, interaction.planned))
                         self._count(intervention.name, nominal, intervention.place)

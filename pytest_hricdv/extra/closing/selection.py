@@ -19,16 +19,16 @@ from pytest_hricdv.extra.closing.strategy import Archive, draw_good
 from pytest_hricdv.generate.rng import random_index
 
 CANDIDATES = 48
-"""Number of tests with a wanted interaction that are compared: there may be thousands; see the package."""
+"""Maximum number of tests with a wanted interaction that are compared; there may be thousands (see the package)."""
 
 
 class Option(NamedTuple):
-    """An option for an interaction.
+    """What a strategy may try in an interaction.
 
     Args:
-        gain: how many open bins it will probably hit.
-        outcomes: the outcomes that it is to lead to.
-        combination: makes up its interventions, for its number of commands, and whether it is the first one.
+        gain: the expected number of open bins that it hits.
+        outcomes: the outcomes that it aims at.
+        combination: makes the interventions, given the interaction's number of commands and whether it is the first.
     """
 
     gain: float
@@ -37,12 +37,12 @@ class Option(NamedTuple):
 
 
 Options = Callable[[PlannedInteraction, dict[Outcome, float]], list[Option]]
-"""The options for an interaction with wanted outcomes (outcome -> how open it still is, 1 to 0), best first; without
-wanted outcomes, what the strategy may try there."""
+"""The options of an interaction, best first, given its wanted outcomes (outcome -> how open it still is, 1 to 0);
+without wanted outcomes, whatever the strategy may try there."""
 
 
 class TestSelection(NamedTuple):
-    """A test with combinations for its interactions of a cross product, and the points that it is to hit."""
+    """A test with combinations for its interactions of a cross product, and the points that it aims at."""
 
     test: int
     product: str
@@ -51,13 +51,13 @@ class TestSelection(NamedTuple):
 
 
 class Selection:
-    """Selects the tests of a generation; points that one will probably hit are worth less to the next ones.
+    """Selects the tests of a generation; a point that one test will probably hit is worth less to the next.
 
     Args:
         pool: the pool of abstract tests.
-        experience: the experience of all runs so far.
-        archive: what is open.
-        options: what may be done with an interaction.
+        experience: the experience from all runs so far.
+        archive: all runs so far, which say what is open.
+        options: lists the options of an interaction.
     """
 
     def __init__(self, pool: Pool, experience: Experience, archive: Archive, options: Options) -> None:
@@ -69,18 +69,18 @@ class Selection:
 
     def select(self, rng: Random) -> TestSelection | None:
         """Select one test; None if no gain is expected."""
-        gains = {interaction: options[0].gain for interaction in self._targets if (options := self._of(interaction))}
-        gains = {interaction: gain for interaction, gain in gains.items() if gain > 0.0}
+        best = {interaction: options[0] for interaction in self._targets if (options := self._options_of(interaction))}
+        gains = {interaction: option.gain for interaction, option in best.items() if option.gain > 0.0}
         if not gains:
             return None
         interaction = draw_good(rng, gains)
-        # Twice as many draws as there are tests leave out one in seven of them.
+        # With twice as many draws as tests, one test in seven is never drawn.
         tests = self._pool.by_interaction[interaction]
         candidates = [tests[random_index(rng, len(tests))] for _ in range(min(CANDIDATES, 2 * len(tests)))]
         test = max(candidates, key=lambda number: self._gain(number, interaction.product))
         return self._make_selection(test, interaction.product)
 
-    def _of(self, interaction: PlannedInteraction) -> list[Option]:
+    def _options_of(self, interaction: PlannedInteraction) -> list[Option]:
         if interaction not in self._options:
             points = self._targets.get(interaction, {})
             wanted = {outcome: self._openness[point] for outcome, point in points.items()}
@@ -92,7 +92,7 @@ class Selection:
         used: dict[PlannedInteraction, int] = {}
         gain = 0.0
         for interaction in self._pool.interactions_of(number, product):
-            options, place = self._of(interaction), used.get(interaction, 0)
+            options, place = self._options_of(interaction), used.get(interaction, 0)
             gain += options[place].gain if place < len(options) else 0.0
             used[interaction] = place + 1
         return gain
@@ -102,7 +102,7 @@ class Selection:
         combinations: list[Combination] = []
         targets: list[Point] = []
         for place, interaction in enumerate(interactions):
-            options = self._of(interaction)
+            options = self._options_of(interaction)
             if not options:
                 combinations.append(UNDISTURBED)
                 continue

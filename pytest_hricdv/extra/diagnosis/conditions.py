@@ -2,7 +2,7 @@
 
 `hricdv report triage` (`triage.py`) proposes it as the `when` of a `known_violations` entry. A formula is a conjunction
 or disjunction of up to three atoms: the present value of a string or bool signal, a value it once had, a message that
-came at any time, or lately, or a number on one side of a threshold. The monitors evaluate all atoms in one pass over
+came at any time before or lately, or a number on one side of a threshold. Monitors evaluate all atoms in one pass over
 each run.
 """
 
@@ -18,19 +18,19 @@ from pytest_hricdv.monitor.logged import watch_all
 from pytest_hricdv.monitor.node import IDENTIFIER
 
 MAX_ATOMS = 3
-"""Most atoms of a formula. Chosen: nobody would accept a longer one without reading the code."""
+"""Maximum number of atoms in a formula. Chosen: nobody would accept a longer one without reading the code."""
 
 LATELY_S = (1, 5)
 """How far back "lately" reaches (s). Chosen: a reaction takes about a second, a motion a few."""
 
 _MAX_TEXTS = 40
-"""Values of one signal. Chosen: a string with more values is not a state."""
+"""Maximum number of values of a string signal. Chosen: one with more values is not a state."""
 
 _LONGEST_TEXT = 60
-"""Characters. Chosen: a longer one is prose, which reports may have cut."""
+"""Maximum number of characters of a value. Chosen: a longer one is prose, which reports may truncate."""
 
 _MAX_COMBINED = 60
-"""Number of the best atoms that are combined: 60 have 34,000 triples, which takes a tenth of a second."""
+"""How many of the best atoms are combined: 60 have 34,000 triples, which take a tenth of a second."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def condition_for(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocab
     if best is None:
         return None
     _, _, _, _, text = best
-    holds = truths([text], examples.all, logs, vocabulary)[0]  # once more, as the whole formula
+    holds = truths([text], examples.all, logs, vocabulary)[0]  # checked again, as a whole formula
     if not all(holds[: len(examples.inside)]):
         return None
     after = holds[len(examples.inside) :]
@@ -112,7 +112,7 @@ def condition_for(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocab
 def truths(
     texts: Sequence[str], moments: Sequence[RunMoment], logs: Mapping[str, Log], vocabulary: Vocabulary
 ) -> list[list[bool]]:
-    """Whether conditions hold at moments, as monitors say: condition by condition."""
+    """For each condition, whether it holds at each moment, as a monitor evaluates it."""
     parsed = [parse_condition(text, vocabulary) for text in texts]
     places: dict[str, list[int]] = {}
     for place, moment in enumerate(moments):
@@ -176,7 +176,7 @@ def _kinds(vocabulary: Vocabulary) -> dict[str, type]:
 
 
 def _thresholds(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabulary) -> Iterator[str]:
-    """Comparisons of numbers that hold at all moments inside, and not at some outside."""
+    """Comparisons of numbers that hold at all moments inside, but not at all others."""
     for name in sorted(name for name, kind in _kinds(vocabulary).items() if kind is float):
         inside = [_value(logs[moment.nodeid], name, moment.time_s) for moment in examples.inside]
         others = [
@@ -215,7 +215,7 @@ def _between(low: float, high: float) -> str:
 
 
 _Formula = tuple[int, int, int, int, str]
-"""Number of moments outside at which it holds, atoms, moments elsewhere, sum of ranks, text: the least is best."""
+"""Moments outside at which it holds, number of atoms, moments elsewhere, sum of ranks, text; the smallest is best."""
 
 
 def _formulas(atoms: Sequence[_Atom], examples: Examples) -> Iterator[_Formula]:

@@ -1,9 +1,9 @@
 """Experiments: reruns failing tests without their suspected causes.
 
-A test is first rerun unchanged: if it then passes, outside of its test function, its failure depends on a fixture, and
-it can show nothing. If it passes without the suspected cause, this is confirmed; if it still fails, refuted. Then the
-failures are grouped again, and the next experiment is on the largest group with the least evidence. The budget counts
-runs, not time, so the same report leads to the same experiments.
+A test is first rerun unchanged, outside its test function. If it passes there, its failure depends on a fixture, and it
+is no evidence. If it then passes without the suspected cause, the cause is confirmed; if it still fails, refuted. After
+each experiment, the failures are grouped again, and the next one is on the group with the least evidence, or the
+largest of several. The budget counts runs, not time, so the same report leads to the same experiments.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 
 
 def list_experiments(evidence: ExperimentEvidence) -> tuple[Experiment, ...]:
-    """The records of evidence for a report."""
+    """The evidence as records of a report."""
     confirmed = [(*key, change, True) for key, change in evidence.confirmed.items()]
     refuted = [(*key, change, False) for key, changes in evidence.refuted.items() for change in sorted(changes)]
     shown = tuple(
@@ -37,7 +37,7 @@ def list_experiments(evidence: ExperimentEvidence) -> tuple[Experiment, ...]:
 
 
 def evidence_of(experiments: Iterable[Experiment]) -> ExperimentEvidence:
-    """The evidence in the experiments of reports."""
+    """The evidence in the experiments of a report."""
     confirmed: dict[tuple[str, str], Change] = {}
     refuted: dict[tuple[str, str], set[Change]] = {}
     apart: set[tuple[str, str, str]] = set()
@@ -73,13 +73,13 @@ class Experiments:
     confirmed: dict[tuple[str, str], Change] = field(default_factory=dict)
     refuted: dict[tuple[str, str], set[Change]] = field(default_factory=dict)
     controls: dict[str, RunSummary | None] = field(default_factory=dict)
-    """Node id -> the run of the test as it was."""
+    """Node id -> the run of the unchanged test."""
     without: dict[tuple[str, Change], RunSummary | None] = field(default_factory=dict)
     """Node id and disturbance -> the run of the test without it."""
     runs: dict[str, list[RunSummary]] = field(default_factory=dict)
-    """Node id -> all runs of variations of the test, and of itself."""
+    """Node id -> all runs of the test and its variations."""
     switched: dict[tuple[str, str, str], list[tuple[str, int]]] = field(default_factory=dict)
-    """First failure of a cause -> file and line of decisions whose reversal makes its tests pass."""
+    """First failure of a cause -> file and line of the decisions whose reversal makes its tests pass."""
     together: set[tuple[str, str, str]] = field(default_factory=set)
     """See `ExperimentEvidence`."""
     _tried: set[tuple[str, Change]] = field(default_factory=set)
@@ -106,7 +106,7 @@ class Experiments:
         groups = self.grouping(replace(self.evidence, asks=True))
         self.ended = "done"
         try:
-            while (wanted := self._next(groups)) is not None and self._confirm(wanted[1]) < enough:
+            while (wanted := self._next(groups)) is not None and self._count_tried(wanted[1]) < enough:
                 if self.used + (1 if wanted[0] in self.controls else 2) > self.budget:
                     self.ended = "runs"
                     break
@@ -117,19 +117,19 @@ class Experiments:
         return self.grouping(self.evidence)
 
     def _next(self, groups: Sequence[Group]) -> tuple[str, Group] | None:
-        """The test and the group of the next experiment: the group with fewest tests tried, the largest first."""
-        open_groups = [(self._confirm(group), number) for number, group in enumerate(groups) if self._open(group)]
-        if not open_groups:
+        """The test and the group of the next experiment: the largest of the groups with the fewest tests tried."""
+        untried = [(self._count_tried(group), number) for number, group in enumerate(groups) if self._untried(group)]
+        if not untried:
             return None
-        group = groups[min(open_groups)[1]]
-        return min(self._open(group), key=self.length), group
+        group = groups[min(untried)[1]]
+        return min(self._untried(group), key=self.length), group
 
-    def _open(self, group: Group) -> list[str]:
-        """The tests that were not tried without the change of their group."""
+    def _untried(self, group: Group) -> list[str]:
+        """The tests that have not been tried without the change of their group."""
         names = group.nodeids if group.change else ()
         return [name for name in names if name in self.tests and (name, group.change) not in self._tried]
 
-    def _confirm(self, group: Group) -> int:
+    def _count_tried(self, group: Group) -> int:
         return sum((name, group.change) in self._tried for name in group.nodeids)
 
     def length(self, nodeid: str) -> tuple[int, str]:
@@ -153,13 +153,13 @@ class Experiments:
                 self.confirmed[key] = group.change
 
     def control(self, nodeid: str) -> RunSummary | None:
-        """The run of a test as it was."""
+        """The run of the unchanged test."""
         if nodeid not in self.controls:
             self.controls[nodeid] = self.ran(nodeid, self.tests[nodeid])
         return self.controls[nodeid]
 
     def ran(self, nodeid: str, test: ConcreteTest) -> RunSummary | None:
-        """A further run, of a variation of a test of the session; it is counted."""
+        """Run a test of the session or a variation of it; the run counts towards the budget."""
         self.used += 1
         result = self.run(test)
         if result is not None:

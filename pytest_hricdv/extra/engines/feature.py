@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class OtherVerdict(PlainRecord, frozen=True, kw_only=True):
-    """The verdict on a requirement on the second engine."""
+    """The verdict of a requirement on the second engine."""
 
     verdict: Literal["Passed", "Failed", "NC"]
     margin: Number | None
@@ -37,7 +37,7 @@ class EngineDifference(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         what: the name of the requirement, `end`, or what the testbench calls the interactions.
-        text: the result on each engine, for people.
+        text: the result on each engine, for the user.
         tolerated: whether margins differ by no more than the testbench allows engines to differ.
     """
 
@@ -75,12 +75,12 @@ TEST_SECTIONS = (CROSS_CHECK,)
 
 
 def further_engines(test: Struct) -> Names:
-    """The other engine of a test that ran on two."""
+    """The second engine of a test, if it ran on two."""
     second = CROSS_CHECK.of(test)
     return (second.engine,) if second is not None else ()
 
 
-LOOK = "outcome differs: look"
+LOOK = "outcome differs: investigate"
 TOLERATED = "within engine tolerance"
 _WORDS = {"Passed": "passed", "Failed": "failed", "NC": "not checked"}
 
@@ -91,7 +91,7 @@ def compare(result: CaseResult, other: CaseResult, testbench: Testbench) -> Engi
     Args:
         result: the result on the first engine.
         other: the result of the same test on the second engine.
-        testbench: says by how much margins may differ.
+        testbench: declares by how much margins may differ.
     """
     differences = []
     if result.outcome.outcomes != other.outcome.outcomes:
@@ -162,7 +162,7 @@ class EnginesFeature(Feature[str]):
     )
 
     def read(self, reader: OptionReader) -> str:
-        """The engine that was asked for; `configured` checks that the testbench has it."""
+        """The requested engine; `configure` checks that the testbench has it."""
         return reader.text("engine")
 
     def rerun_options(self, reader: OptionReader) -> Iterable[str]:
@@ -171,11 +171,11 @@ class EnginesFeature(Feature[str]):
         return () if engine is None else (f"--hri-engine={engine}",)
 
     def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
-        """Runs on another engine are other runs."""
+        """The engine, since runs differ between engines."""
         return {"--hri-engine": self.settings(options)}
 
     def configure(self, testbench: Testbench, options: HasFeatures) -> Testbench:
-        """The testbench on the engine that was asked for; of both, on the first one."""
+        """The testbench on the requested engine; on the first one if both are requested."""
         asked = self.settings(options)
         if not asked:
             return testbench
@@ -191,7 +191,7 @@ class EnginesFeature(Feature[str]):
         return testbench.choose(engine=asked if asked in names else names[0])
 
     def header(self, context: RunContext) -> Iterable[str]:
-        """The engine in use, if it was asked for, or is not the testbench's first one."""
+        """The engine in use, if it was requested or is not the testbench's first one."""
         from pytest_hricdv.session.testbench_search import engines_not_installed
 
         asked, testbench = self.settings(context.options), context.collection.testbench
@@ -207,7 +207,7 @@ class EnginesFeature(Feature[str]):
             yield visible(f"hri: physics by {testbench.simulation.engine}{why}")
 
     def check(self, context: RunContext) -> None:
-        """Whether both engines are there."""
+        """Check that both engines can be imported."""
         from pytest_hricdv.session.pytest_options import runs_tests
 
         if self.settings(context.options) != BOTH or not runs_tests(context.collection.config):
@@ -219,7 +219,7 @@ class EnginesFeature(Feature[str]):
             import_engine(on_one)
 
     def after_run(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
-        """The run, with that on the second engine where engines check each other."""
+        """The run, along with that on the second engine if engines check each other."""
         if self.settings(context.options) != BOTH:
             return run
         from pytest_hricdv.execution.case import execute
@@ -230,7 +230,7 @@ class EnginesFeature(Feature[str]):
         return dataclasses.replace(run, cross_check=execute(context.stash[_ON_SECOND], test))
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
-        """The result, with how the run went on the second engine."""
+        """The result, compared with that on the second engine."""
         if run.cross_check is None:
             return result
         return CROSS_CHECK.put(result, compare(run, run.cross_check, context.collection.testbench))
@@ -242,7 +242,7 @@ class EnginesFeature(Feature[str]):
 
 
 def _on_second(testbench: Testbench) -> Testbench:
-    """The testbench with the engine that checks its first one."""
+    """The testbench on its second engine, which checks the first one."""
     return testbench.choose(engine=tuple(testbench.simulation.engines)[1])
 
 

@@ -1,8 +1,8 @@
-"""The mutants of the code under test: every change that an operator makes, once, in the order of the text.
+"""Makes the mutants of the code under test: one for each change that an operator makes, in the order of the text.
 
-The operators are those for robots, and those of the library mutmut (https://github.com/boxed/mutmut), but not all of
-these. Those that put None if something else is expected, leave out an argument or misspell a string make bugs that a
-type checker finds or that end the run at once: a high share of them noticed says nothing of the tests.
+The operators are those for robots, and some of the library mutmut (https://github.com/boxed/mutmut). Its operators that
+replace a value by None, drop an argument or misspell a string are left out: a type checker finds these bugs, or they
+end the run at once, so detecting them says little about the tests.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ class Mutant:
     """The code under test with one seeded bug.
 
     Args:
-        id: from the content: the same after changes elsewhere in the code.
+        id: a hash of the change, which stays the same if other code changes.
         file: name of the changed file.
         line: the first line that differs.
-        statement: the number of the statement, as in the bits of coverage.
-        operator: what was done.
-        before: the lines that differ, without their indentation.
-        after: what they became; empty if they are gone.
-        text: the text of the whole file.
+        statement: the number of the statement, as in the coverage bits.
+        operator: the name of the operator.
+        before: the changed lines, without indentation.
+        after: what they became; empty if they were removed.
+        text: the whole changed file.
     """
 
     id: str
@@ -51,7 +51,7 @@ class Mutant:
 def all_mutants(code: CodeMap) -> tuple[Mutant, ...]:
     """Every mutant of the code, in the order of files and lines.
 
-    Changes that compile to the same code as the original, or as an earlier mutant, are left out: the simplest of
+    Changes that compile to the same code as the original, or as an earlier mutant, are left out: the simplest
     equivalent mutants (Papadakis et al.: Trivial Compiler Equivalence, ICSE 2015).
     """
     sources = [Source(file) for file in code.files]
@@ -66,7 +66,7 @@ def all_mutants(code: CodeMap) -> tuple[Mutant, ...]:
 
 
 def sample(mutants: Sequence[Mutant], seed: int, most: int | None) -> list[Mutant]:
-    """Mutants in the order in which they are tried, up to a limit: shuffled, so that the first ones represent all."""
+    """Up to `most` mutants in the order in which they are tried: shuffled, so that the first ones represent all."""
     return shuffle(make_rng("mutants", seed), mutants)[:most]
 
 
@@ -74,7 +74,7 @@ def _file_mutants(source: Source, names: Names, numbers: dict[int, int]) -> Iter
     path = str(source.file.path)
     seen = {_compile(source.file.text, path)}
     ids: Counter[str] = Counter()
-    for operator, line, text in _texts_with_change(source, names):
+    for operator, line, text in _changed_texts(source, names):
         compiled = _compile(text, path)
         if compiled is None or compiled in seen:
             continue
@@ -86,7 +86,7 @@ def _file_mutants(source: Source, names: Names, numbers: dict[int, int]) -> Iter
         yield Mutant(name, source.file.name, place, numbers[line], operator, before, after, text)
 
 
-def _texts_with_change(source: Source, names: Names) -> Iterator[tuple[str, int, str]]:
+def _changed_texts(source: Source, names: Names) -> Iterator[tuple[str, int, str]]:
     for node, line in source.places():
         for name, operator in OPERATORS.items():
             for old, new in operator(node, source, names):
@@ -94,10 +94,10 @@ def _texts_with_change(source: Source, names: Names) -> Iterator[tuple[str, int,
 
 
 def _compile(text: str, path: str) -> object:
-    """The code of a text without locations, for comparison; None if it is not Python."""
+    """The compiled text without locations, for comparison; None if it is not valid Python."""
     try:
         return _content(compile(text, path, "exec", dont_inherit=True))
-    except SyntaxError:  # a change that is right by itself and wrong where it stands, such as a break outside of a loop
+    except SyntaxError:  # the change is valid by itself, but not in its place, such as a break outside a loop
         return None
 
 
@@ -111,7 +111,7 @@ def _content(code: CodeType) -> object:
 
 
 def _difference(old: str, new: str, statement: int) -> tuple[int, str, str]:
-    """The first line that differs, and the differing lines of both texts; of what is only added, with the statement."""
+    """The first differing line, and the differing lines of both texts; an addition is shown with its statement."""
     before, after = old.splitlines(), new.splitlines()
     start = _common(before, after)
     end = _common(before[start:][::-1], after[start:][::-1])

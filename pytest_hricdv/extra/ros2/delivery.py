@@ -42,17 +42,17 @@ def check_timing(declared: Ros2) -> None:
     """
     for pattern, delay_s in declared.delay_s.items():
         low_s, high_s = _bounds_s(delay_s)
-        is_of_s = not isinstance(delay_s, Uniform) or delay_s.unit in ("", "s")
-        if not (0.0 <= low_s <= high_s < math.inf and is_of_s):
+        is_in_s = not isinstance(delay_s, Uniform) or delay_s.unit in ("", "s")
+        if not (0.0 <= low_s <= high_s < math.inf and is_in_s):
             raise Ros2Error(
-                f"ros2: delay_s of {pattern!r} is {delay_s}; expected seconds, as 0.01 or Uniform(0.0, 0.05, 's')"
+                f"ros2: delay_s of {pattern!r} is {delay_s}; expected seconds, such as 0.01 or Uniform(0.0, 0.05, 's')"
             )
     for pattern, share in declared.drop.items():
         if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 <= share <= 1.0:
-            raise Ros2Error(f"ros2: drop of {pattern!r} is {share!r}; expected the share of messages, from 0 to 1")
+            raise Ros2Error(f"ros2: drop of {pattern!r} is {share!r}; expected a share of messages, from 0 to 1")
     for pattern in declared.reorder:
         if not any(pattern == other or fnmatchcase(pattern, other) for other in declared.delay_s):
-            raise Ros2Error(f"ros2: reorder of {pattern!r}: its messages take no time; give it a delay_s, a Uniform")
+            raise Ros2Error(f"ros2: reorder of {pattern!r}: its messages have no delay; declare delay_s as a Uniform")
 
 
 def _bounds_s(delay_s: Uniform | float) -> tuple[float, float]:
@@ -79,7 +79,7 @@ class Delivery:
     """Draws when each message arrives.
 
     Args:
-        declared: the declaration; `check_timing` has accepted it.
+        declared: the declaration, checked by `check_timing`.
         seed: the test's seed.
         now_s: the time of the run (s).
     """
@@ -126,28 +126,28 @@ class Delivery:
 
     @staticmethod
     def _is_kept(name: str, pattern: str, reliable: Callable[[], str], word: str, because: str) -> bool:
-        """Whether the connection is reliable; an error unless a pattern declared it, which may match other names."""
+        """Whether the connection is reliable. Raises Ros2Error if the timing is declared for exactly this name."""
         between = reliable()
         if between and _WILD.isdisjoint(pattern):
             raise Ros2Error(
-                f"ros2: {word} of {name}: {between}, so {because}; let one side be best effort, use the disturbances "
+                f"ros2: {word} of {name}: {between}, so {because}; make one side best effort, or use the disturbances "
                 "Drop and Delay, or delay_s"
             )
         return bool(between)
 
     def find_unused_names(self, full_names: Iterable[str]) -> list[str]:
         """A sentence on each name in the timing that is not in the graph."""
-        there_are = sorted({full_name.partition("/_action/")[0] for full_name in full_names})
+        existing = sorted({full_name.partition("/_action/")[0] for full_name in full_names})
         declared = self._declared
         names = dict.fromkeys([*declared.delay_s, *declared.drop, *declared.reorder])
         return [
-            f"Ros2 has a timing for {name!r}, but no topic, service or action has this name{nearest(name, there_are)}"
+            f"Ros2 has a timing for {name!r}, but no topic, service or action has this name{nearest(name, existing)}"
             for name in names
-            if _WILD.isdisjoint(name) and name not in there_are
+            if _WILD.isdisjoint(name) and name not in existing
         ]
 
 
 def _pattern(name: str, patterns: Iterable[str]) -> str:
-    """The pattern that means a name: the name itself, or else the first one that matches; empty: none."""
+    """The pattern for a name: the name itself, or else the first one that matches; empty if none does."""
     every = list(patterns)
     return name if name in every else next((pattern for pattern in every if fnmatchcase(name, pattern)), "")

@@ -1,6 +1,6 @@
 """The frame tree of tf2: the transforms of each frame over time, and lookups along the tree.
 
-Error messages are those of tf2's `BufferCore`. Times are in nanoseconds; 0 means the latest.
+Error messages are those of tf2's `BufferCore`. Times are in nanoseconds; 0 means the latest common time.
 """
 
 from __future__ import annotations
@@ -100,12 +100,12 @@ class FrameTree:
         return 1, ""
 
     def name_problem(self, frame: str, where: str) -> str:
-        """The message about a wrong frame name; empty if there is such a frame."""
+        """The message about an invalid or unknown frame name; empty if the frame exists."""
         rationale = _name_fault(frame) or ("" if frame in self._frames else "frame does not exist")
         return f'Invalid frame ID "{frame}" passed to {where} - {rationale}' if rationale else ""
 
     def require(self, frame: str, where: str) -> None:
-        """Check that there is such a frame. Raises InvalidArgumentException or LookupException."""
+        """Check that a frame exists. Raises InvalidArgumentException or LookupException."""
         if rationale := _name_fault(frame):
             raise InvalidArgumentException(f'Invalid argument "{frame}" passed to {where} - {rationale}')
         if frame not in self._frames:
@@ -152,7 +152,7 @@ class FrameTree:
         raise ConnectivityException(_no_connection_text(source, target))
 
     def _climb(self, source: str, target: str, time_ns: int) -> tuple[dict[str, Transform], NoTransformError | None]:
-        """The transforms from the source to the frames above it, up to the target; and the error that ended this."""
+        """The transforms from the source to the frames above it, up to the target; and the error that stopped it."""
         up = {source: Transform()}
         frame, depth = source, 0
         while frame != target and (history := self._frames[frame]) is not None:

@@ -26,7 +26,7 @@ from pytest_hricdv._base.error_text import causes, error_text
 from pytest_hricdv._base.message import InputError, nearest
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, MissingExecutableError
 from pytest_hricdv.extra.ros2.executables import Executables, ForeignExecutableError
-from pytest_hricdv.extra.ros2.launch_processes import NoSignals, Processes, Transport, protocol_of
+from pytest_hricdv.extra.ros2.launch_processes import NoSignals, Processes, Transport, connect_protocol
 from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, find_share, packages_around
 from pytest_hricdv.extra.ros2.processes import Process
 from pytest_hricdv.run import TestbenchError
@@ -317,7 +317,7 @@ def _prepare(
         except Exception as error:  # the launch system would log it, and continue
             fail(error)
             transport = Transport(processes.kernel, 0)
-        return transport, protocol_of(loop, made, transport)
+        return transport, connect_protocol(loop, made, transport)
 
     def fail(error: Exception) -> None:
         errors.append(error)

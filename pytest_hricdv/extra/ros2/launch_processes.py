@@ -1,6 +1,6 @@
-"""Processes of a launch file: nodes of the kernel, whose start, signals and exit are reported to its event handlers.
+"""Runs the processes of a launch file as nodes of the kernel; its event handlers see them start, get signals and exit.
 
-They take the place of `osrf_pycommon.process_utils.async_execute_process`, which starts processes of the system.
+`Processes.start` replaces `osrf_pycommon.process_utils.async_execute_process`, which starts real processes.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
 
 @dataclass(frozen=True)
 class LaunchedProcess:
-    """The process of a launch file that a function replaces, as that function gets it.
+    """A process of a launch file, as passed to the function that replaces it.
 
     Attributes:
         name: the name of its node in the launch file, else the executable's.
         namespace: the namespace of its node.
-        arguments: the arguments of its command line, without those for ROS, and without the first.
+        arguments: its command-line arguments, without the program and those for ROS.
         parameters: the parameters of its node, name -> value.
-        argv: its command line, as the launch file makes it.
+        argv: its whole command line, from the launch file.
     """
 
     name: str
@@ -58,7 +58,7 @@ class LaunchedProcess:
 
     @cached_property
     def node(self) -> WorldNode:
-        """Its node in the graph, with the remappings of the launch file, as `run.ros2(...).node(...)` returns one."""
+        """Its node in the graph, with the remappings of the launch file, like one of `run.ros2(...).node(...)`."""
         context = Context(list(self.argv), DEFAULT_DOMAIN, self._kernel)
         return WorldNode(self._kernel, self.name, self.namespace, context)
 
@@ -82,13 +82,13 @@ def void(_: object) -> None:
 
 @dataclass
 class Processes:
-    """Starts what a launch file names.
+    """Starts the processes of a launch file.
 
     Args:
         kernel: the run's kernel.
-        variables: the variables of which each process has its own values.
-        packages: those that see virtual time.
-        executables: where the code of an executable is.
+        variables: the module variables, of which each process has its own values.
+        packages: the packages that see virtual time.
+        executables: finds the code of an executable.
         measured: wraps the body of a node of the code under test.
     """
 
@@ -106,10 +106,10 @@ class Processes:
 
         Args:
             words: its command line.
-            environ: its variables of the environment.
+            environ: its environment variables.
 
         Raises:
-            LaunchError, Ros2Error: there is no such program, or none of Python.
+            LaunchError, Ros2Error: there is no such program, or it is not Python.
         """
         wanted = command(words)
         target = self.executables.of(wanted)
@@ -139,7 +139,7 @@ class Processes:
         return load_entry(node, target, list(wanted.argv))
 
     def _load(self, request: Any, response: Any) -> Any:
-        """Answer a request of `composition_interfaces/srv/LoadNode` to a container that replaces a real one."""
+        """Answer a `composition_interfaces/srv/LoadNode` request, in place of a real container."""
         try:
             return self._load_component(request, response)
         except InputError as error:
@@ -166,7 +166,7 @@ class Processes:
 
 
 def _text_of(value: Any) -> str:
-    """A `rcl_interfaces/msg/ParameterValue` as it is written on a command line."""
+    """A `rcl_interfaces/msg/ParameterValue` as text for a command line."""
     from rclpy.parameter import parameter_value_to_python  # type: ignore[import-not-found, unused-ignore]
 
     plain = parameter_value_to_python(value)
@@ -174,7 +174,7 @@ def _text_of(value: Any) -> str:
 
 
 class Transport:
-    """Like that of a subprocess of asyncio: the launch system reads and signals it."""
+    """Replaces asyncio's transport of a subprocess, which the launch system reads and signals."""
 
     def __init__(self, kernel: Kernel, pid: int) -> None:
         self._kernel = kernel
@@ -182,13 +182,13 @@ class Transport:
         self.code: int | None = None
         self.ended: Callable[[int], None] = void
         self.node: Node | None = None
-        """None: an executable that is left out, and runs until it is signalled."""
+        """None for an ignored executable, which runs until it gets a signal."""
         self.process: Process | None = None
         self.is_expected_to_fail = False
-        """Whether the launch file says what happens when it ends: then an exit code is not a failure of the run."""
+        """Whether the launch file handles its exit: then an exit code does not fail the run."""
 
     def get_pid(self) -> int:
-        """A number, from 1 in each run."""
+        """A number, counted from 1 in each run."""
         return self._pid
 
     def get_returncode(self) -> int | None:
@@ -196,13 +196,13 @@ class Transport:
         return self.code
 
     def get_pipe_transport(self, number: int) -> None:
-        """It has no pipes: what it prints is printed."""
+        """It has no pipes: its output is that of pytest's process."""
 
     def close(self) -> None:
-        """Nothing is left open."""
+        """Do nothing: there is nothing to close."""
 
     def end(self, code: int) -> None:
-        """It has ended."""
+        """Set its exit code and report it, once."""
         if self.code is None:
             self.code = code
             self.ended(code)
@@ -231,7 +231,7 @@ class Transport:
 
 
 def _run_to_its_end(main: Callable[[], object], transport: Transport, process: Process) -> None:
-    """The body of a process: what raises in it fails the run, but for what a signal raised."""
+    """The body of a process: an exception in it fails the run, unless a signal raised it."""
 
     def end(code: int) -> None:
         process.at_end.append(partial(transport.end, code))  # its threads may continue
@@ -255,9 +255,9 @@ def _run_to_its_end(main: Callable[[], object], transport: Transport, process: P
         end(0)
 
 
-def protocol_of(loop: asyncio.AbstractEventLoop, made: Any, transport: Transport) -> Any:
-    """Connect the launch system's protocol with a process; `complete` is done when the process has ended."""
-    protocol = made()
+def connect_protocol(loop: asyncio.AbstractEventLoop, make: Any, transport: Transport) -> Any:
+    """Connect the launch system's protocol to a process; `complete` is done when the process has ended."""
+    protocol = make()
     protocol.connection_made(transport)
 
     def complete_soon(code: int) -> None:
@@ -275,7 +275,7 @@ def protocol_of(loop: asyncio.AbstractEventLoop, made: Any, transport: Transport
 
 
 class NoSignals:
-    """Replaces `AsyncSafeSignalManager`: Ctrl+C is for the session, and no launch file sees it."""
+    """Replaces `AsyncSafeSignalManager`: Ctrl+C interrupts the session, and launch files never see it."""
 
     def __init__(self, loop: object) -> None: ...
 
@@ -285,4 +285,4 @@ class NoSignals:
     def __exit__(self, *_: object) -> None: ...
 
     def handle(self, number: int, handler: object) -> None:
-        """Nobody signals."""
+        """Do nothing: there are no signals."""

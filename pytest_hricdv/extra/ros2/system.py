@@ -1,6 +1,6 @@
-"""A ROS 2 system in a run: starts its nodes as the code under test, and gives the world its side of the graph.
+"""Runs a ROS 2 system as the code under test: `Ros2Overlay` starts its nodes, with `rclpy` in virtual time.
 
-After the run it names nodes that wait for ever: where, and for what.
+The world joins their graph through `StartedSystem`. After the run, `stuck_nodes` names nodes that wait for ever.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ def stuck_nodes(kernel: Kernel, idle_timeout_s: float, *, is_idle: bool) -> list
     """A sentence on each node that waits for ever.
 
     This is certain for nodes that wait, without a time-out, for a service that nobody serves or for a response that
-    waits for them; and, if the run is idle, for nodes that wait in a callback. Other nodes count if they have waited
-    for `idle_timeout_s`.
+    only they can take; and, if the run is idle, for nodes that wait in a callback. Others count after a wait of
+    `idle_timeout_s`.
 
     Args:
-        kernel: the kernel of a run that is over, but whose nodes were not ended.
+        kernel: the kernel after a run, before its nodes are ended.
         idle_timeout_s: how long a node may wait (simulated s).
         is_idle: whether no node could continue.
     """
@@ -71,7 +71,7 @@ def stuck_nodes(kernel: Kernel, idle_timeout_s: float, *, is_idle: bool) -> list
 
 
 def _frames(node: Node) -> list[FrameType]:
-    """The frames of a waiting node of the system, from the innermost one on."""
+    """The frames of a waiting node of the system, innermost first."""
     frames, frame = [], node.frame if process_of(node) is not None and not node.ended else None
     while frame is not None:
         frames.append(frame)
@@ -102,15 +102,15 @@ class _Wait:
         self.functions = {_function(frame) for frame in self.frames}
 
     def block_reason(self, least_s: float) -> str:
-        """What it waits for in vain, if it has waited this long, or certainly; empty if it may continue."""
+        """Where and for what it waits in vain, for this long or for ever; empty if it may continue."""
         since_s, why = self._for_server(least_s)
         if not why and self.kernel.waits_for_ever(self.node):
             since_s, why = self.node.blocked_s, self._for_ever(least_s)
         place = _line(place_of(self.frames[0]))
-        return f"{self.node.name} waits at {place} since {since_s:.3f} s: {why}" if why else ""
+        return f"{self.node.name} has waited at {place} since {since_s:.3f} s: {why}" if why else ""
 
     def _for_server(self, least_s: float) -> tuple[float, str]:
-        """Since when it has looked for which server, in `wait_for_service`."""
+        """Since when it has waited for a server, as in `wait_for_service`, and for which."""
         for frame in self.frames:
             if _function(frame) not in _WAITING_FOR_SERVERS:
                 continue
@@ -124,7 +124,7 @@ class _Wait:
         return 0.0, ""
 
     def _for_ever(self, least_s: float) -> str:
-        """What it waits for without a time-out that cannot come, or has not come for this long."""
+        """What it waits for without a time-out, if this cannot come or has not come for this long."""
         clients = self._last_clients() if self.functions & _WAITING_FOR_RESPONSES else []
         for client in clients:
             if not client.servers():
@@ -143,13 +143,13 @@ class _Wait:
         return so_far
 
     def _last_clients(self) -> list[Client]:
-        """The clients with which it has asked last."""
+        """The clients whose last request is its own."""
         graphs = all_graphs(self.kernel)
         clients = [client for graph in graphs for group in graph.clients.values() for client in group]
         return [client for client in cast("list[Client]", clients) if client.asked_by is self.node]
 
     def requests_without_server(self, least_s: float) -> Iterator[str]:
-        """Requests of its executor's clients whose response is still awaited without a server."""
+        """Requests of its executor's clients that still wait for a response, but have no server."""
         spinning = next((frame for frame in self.frames if _function(frame) in _SPINNING), None)
         nodes = [] if spinning is None else spinning.f_locals["self"].get_nodes()
         for client, numbers in (pending for node in nodes for pending in _open_requests(node)):
@@ -160,7 +160,7 @@ class _Wait:
 
 
 def _client_of(owner: Any) -> Client | None:
-    """The client behind an object of `rclpy`: a client, or a client of an action."""
+    """The client behind an object of `rclpy`: of a service or an action."""
     handle = getattr(owner, "handle", None) or getattr(owner, "_client_handle", None)
     if isinstance(handle, ActionClient):
         return handle.goal
@@ -179,7 +179,7 @@ def _open_requests(node: Any) -> Iterator[tuple[Client, list[int]]]:
 
 
 def _client_text(client: Client) -> str:
-    """The client's service, as its author calls it."""
+    """The client's service or action, as its author calls it."""
     name, _, part = client.service_name.partition("/_action/")
     return f"the action {name}" if part else f"the service {name}"
 
@@ -187,16 +187,16 @@ def _client_text(client: Client) -> str:
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _OLDEST = (7, 1)
-"""The version of `rclpy` of the distribution jazzy."""
+"""The oldest supported version of `rclpy`, that of ROS 2 jazzy."""
 
 _LIBRARIES = ("rclpy", "tf2_ros", "message_filters")
-"""Packages of a distribution that wait with `threading` and `time`: they see virtual time in each testbench."""
+"""Packages of a distribution that wait with `threading` and `time`: they always see virtual time."""
 
 _USED = ("rclpy", "rclpy.executors", "rclpy.lifecycle.node", "rclpy.time_source", "rclpy.action")
-"""Imported before any node runs, so that what they set is known as it is after the import."""
+"""Imported before any node runs, so that the initial values of their variables are known."""
 
 _CHECK_FIELDS = "ROS_PYTHON_CHECK_FIELDS"
-"""The variable of the environment that generated messages read when they are imported, into one of the same name."""
+"""The environment variable that generated messages read on import, into a module variable of the same name."""
 
 Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
 
@@ -209,7 +209,7 @@ class Ros2Overlay:
         code: the packages under test.
 
     Raises:
-        Ros2Error: as of `prepare`.
+        Ros2Error: as for `prepare`.
     """
 
     virtual = frozenset({"time", "threading"})
@@ -244,8 +244,8 @@ class Ros2Overlay:
         files = [find(launch) for launch in nodes if isinstance(launch, Launch)]
         started = [(node, self._load_node(node)) for node in nodes if not isinstance(node, Launch)]
         variables = ModuleVariables(self._packages)
-        self._know(variables)
-        self.modules.imported.append(lambda: self._know(variables))
+        self._update_modules(variables)
+        self.modules.imported.append(lambda: self._update_modules(variables))
         for node, main in started:
             process = Process(kernel, variables, command_line(node), node.label)
             kernel.spawn(node.label, measured(process.wrap(_until_exit(main))))
@@ -267,7 +267,7 @@ class Ros2Overlay:
             self.stuck_nodes += self._delivery.find_unused_names(names)
 
     @staticmethod
-    def _know(variables: ModuleVariables) -> None:
+    def _update_modules(variables: ModuleVariables) -> None:
         variables.update()
         adapt_rclpy()
 
@@ -283,7 +283,7 @@ class Ros2Overlay:
 
 
 def _until_exit(main: Callable[[], object]) -> Callable[[], None]:
-    """A process that ends with `sys.exit()` has not failed."""
+    """Let a process end with `sys.exit()`."""
 
     def body() -> None:
         try:
@@ -296,7 +296,7 @@ def _until_exit(main: Callable[[], object]) -> Callable[[], None]:
 
 
 def prepare() -> None:
-    """Let this process be one in which `rclpy` runs in virtual time.
+    """Make `rclpy` run in virtual time in this process.
 
     Raises:
         Ros2Error: there is no `rclpy`, it is too old, or it was imported with its real extension.
@@ -310,9 +310,9 @@ def prepare() -> None:
 
 
 def _check_fields() -> None:
-    """Let messages check their fields when they are set, unless the user's environment says otherwise.
+    """Make messages check their fields on assignment, unless the user's environment says otherwise.
 
-    Since jazzy they do not by default: a wrong name is ignored, a value of a wrong type becomes any value on its way.
+    Since jazzy they do not by default: a wrong name is ignored, a value of a wrong type arrives as an arbitrary one.
     """
     wanted = os.environ.setdefault(_CHECK_FIELDS, "1")
     for module in list(sys.modules.values()):
@@ -331,7 +331,7 @@ def _require_rclpy() -> None:
     try:
         version = metadata.version("rclpy")
     except metadata.PackageNotFoundError:
-        return  # a checkout; what it lacks says so itself
+        return  # a checkout without a version; what it lacks raises later
     if tuple(int(part) for part in version.split(".")[:2] if part.isdigit()) < _OLDEST:
         oldest = ".".join(map(str, _OLDEST))
         raise Ros2Error(f"rclpy {version} is not supported: expected {oldest} (ROS 2 jazzy) or later")

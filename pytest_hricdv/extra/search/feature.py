@@ -61,13 +61,13 @@ class SearchFeature(Feature[SearchOptions]):
         )
 
     def follow_up(self, context: RunContext) -> str:
-        """What is asked for of the two."""
+        """Which of the two are requested."""
         settings = self.settings(context.options)
         asked = {"shrunk tests (--hri-shrink)": settings.shrink, "the search (--hri-search)": settings.search}
         return " and ".join(name for name, is_asked in asked.items() if is_asked)
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
-        """Shrink and search, if asked to."""
+        """Shrink and search, if requested."""
         settings = self.settings(session.options)
         if session.interrupted or not (settings.shrink or settings.search):
             return results
@@ -86,7 +86,7 @@ class SearchFeature(Feature[SearchOptions]):
 
 
 def _search(session: FeatureSession, after: PostSession, results: list[TestResult]) -> Mapping[str, SearchResult]:
-    """Searches, on a cluster where one is named."""
+    """Search, on a cluster if one is named."""
     from pytest_hricdv.extra.search.post_session import remote_runs
     from pytest_hricdv.session.remote import ClusterError
 
@@ -97,7 +97,7 @@ def _search(session: FeatureSession, after: PostSession, results: list[TestResul
             session.signals.defer(),
         ):
             return after.search(results)
-    except KeyboardInterrupt:  # before it was connected, or while the connection was closed
+    except KeyboardInterrupt:  # while the connection was being made or closed
         after.interrupted = True
         return after.searched
     except ClusterError as error:

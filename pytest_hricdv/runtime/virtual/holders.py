@@ -1,6 +1,6 @@
-"""Objects that hold references to others, and how such a reference is replaced.
+"""Finds the references that containers, methods and the like hold, so that `modules` can replace what they refer to.
 
-Mutable containers get another item; tuples, methods and the like are made again.
+A mutable container gets another item (`items_of`); a tuple, a method and the like are made anew (`with_others`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 from pytest_hricdv.runtime.virtual.reach import is_module
 
 MAX_ITEMS = 1000
-"""Items of a list or dictionary that are looked at: longer ones are data."""
+"""Maximum number of items of a container that are inspected; longer ones are data."""
 
 _PLAIN_KEYS = frozenset({str, bytes, int, float, bool, type(None)})
 
@@ -47,11 +47,11 @@ _KINDS: dict[type, tuple[Callable[[Any], Items], Callable[[Any, Items], Any]]] =
     ),
     weakref.ref: (lambda held: (held(),), lambda held, items: weakref.ref(*items)),
 }
-"""Class -> what an object of it keeps, and how one with other things is made."""
+"""Class -> functions that list what an instance holds, and that make an instance with other contents."""
 
 
 def contents_of(value: Any) -> Items | None:
-    """What an object keeps that cannot be changed; None for an object of another kind."""
+    """What an immutable object holds; None for an object of another kind."""
     kind = type(value)
     if issubclass(kind, tuple):
         return tuple.__getitem__(value, slice(None))
@@ -59,10 +59,10 @@ def contents_of(value: Any) -> Items | None:
 
 
 def with_others(value: Any, other: Callable[[Any], Any]) -> Any:
-    """An object like this one, for whose items others stand; the object itself where these are the same.
+    """An object like this one, with its items replaced; the object itself if none differs.
 
     Args:
-        other: an item -> what stands for it, or the item.
+        other: maps an item to its replacement, or to itself.
     """
     held = contents_of(value)
     if held is None:
@@ -74,12 +74,12 @@ def with_others(value: Any, other: Callable[[Any], Any]) -> Any:
 
 
 def _method(method: types.MethodType, function: Any, owner: Any) -> Any:
-    """A method of another object, which has one of its own by that name, or another function as its method."""
+    """The method of this name of another owner; for the same owner, a method of another function."""
     return types.MethodType(function, owner) if owner is method.__self__ else getattr(owner, method.__name__)
 
 
 def items_of(value: Any) -> Iterator[Reference]:
-    """Items of a dictionary, list, deque or set, and keys of a dictionary."""
+    """The items of a dictionary, list, deque or set, and the keys of a dictionary."""
     if isinstance(value, defaultdict):
         yield value.default_factory, partial(setattr, value, "default_factory")
     if isinstance(value, dict):

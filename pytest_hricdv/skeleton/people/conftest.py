@@ -29,13 +29,13 @@ ACTS = {
 
 
 def pytest_hricdv_testbench(config: object) -> Testbench:
-    """What the plugin asks for."""
+    """The testbench that the plugin runs."""
     from my_robot import Done, Request
 
     return Testbench(
         name="my_robot",
         model=Model(HERE / "models" / "my_robot.mas2j", actors=PEOPLE, covered=PEOPLE),
-        # The beliefs that the people can have; which of them lead somewhere is learned.
+        # The beliefs that the people can have; learning finds out which of them matter.
         beliefs=BeliefSpace(
             start=("one_wish", "two_wishes"),
             groups={"manner": ("keeps_away", "comes_near")},
@@ -49,7 +49,7 @@ def pytest_hricdv_testbench(config: object) -> Testbench:
         messages=(Done, Request),
         signals={"arm_moves": bool, "person_near": bool},
         code=("my_robot",),
-        # Which of Python's own ways to wait the code uses; they wait in virtual time.
+        # Python's blocking APIs that the code uses; they wait in virtual time.
         time=VirtualTime(apis=("time", "threading", "asyncio")),
         run=run,
     )
@@ -81,7 +81,7 @@ def run(run: Run) -> Outcome:
         work(run.bus.port("my_robot"), world, float(run.test.run["patience_s"]))
         run.kernel.stop("nobody asks for anything any more")
 
-    # Coverage is measured in here. It is first, so that it hears what people do at once.
+    # `measured`: coverage counts what runs in here. It is first, so that it hears what people do at once.
     run.kernel.spawn("my_robot", run.measured(robot))
     for name in PEOPLE:
         run.kernel.spawn(name, partial(person, name))

@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 
 
 def pytest_hricdv_testbench(config: object) -> Testbench:
-    """What the plugin asks for."""
+    """The testbench that the plugin runs."""
     from my_robot import Done, Request
 
     return Testbench(
@@ -29,7 +29,7 @@ def pytest_hricdv_testbench(config: object) -> Testbench:
             actor="my_person",
             covered=("my_person",),
         ),
-        # The beliefs that the person can have; which of them lead somewhere is learned.
+        # The beliefs that the person can have; learning finds out which of them matter.
         beliefs=BeliefSpace(
             start=("one_wish", "two_wishes"),
             groups={"manner": ("keeps_away", "comes_near")},
@@ -48,7 +48,7 @@ def pytest_hricdv_testbench(config: object) -> Testbench:
         messages=(Done, Request),
         signals={"arm_moves": bool, "person_near": bool},
         code=("my_robot",),
-        # Which of Python's own ways to wait the code uses; they wait in virtual time.
+        # Python's blocking APIs that the code uses; they wait in virtual time.
         time=VirtualTime(apis=("time", "threading", "asyncio")),
         run=run,
     )
@@ -79,6 +79,6 @@ def run(run: Run) -> Outcome:
         run.kernel.stop("nobody asks for anything any more")
 
     run.kernel.spawn("my_person", person)
-    # Coverage is measured in here.
+    # `measured`: coverage counts what runs in here.
     run.kernel.spawn("my_robot", run.measured(robot))
     return Outcome(run.go(limit_s=300.0))

@@ -91,14 +91,14 @@ def test_an_executable_is_the_console_script_of_its_package(workspace: Path) -> 
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ("home_robot dor", "package 'home_robot' has no executable 'dor' of Python; nearest: door; it has door"),
+        ("home_robot dor", "package 'home_robot' has no Python executable 'dor'; nearest: door; it has door"),
         ("home_robt door", "package 'home_robt' is neither installed nor in "),
         ("home_robot", 'expected "PACKAGE EXECUTABLE"'),
         ("nothing/here.py", "there is no file "),
-        ("src/home_robot/home_robot/arm.py:start", "has no start; say PATH.py:FUNCTION"),
+        ("src/home_robot/home_robot/arm.py:start", "has no start; give PATH.py:FUNCTION"),
         ("", 'expected "PACKAGE EXECUTABLE"'),
         ("plain.py", "expected a node of ROS 2; plain:main and the code that it imports use no rclpy"),
-        ("src/home_robot/setup.py", "has no function main, and no class of a node"),
+        ("src/home_robot/setup.py", "has no function main and no node class"),
     ],
 )
 def test_what_is_no_executable_is_one_sentence(

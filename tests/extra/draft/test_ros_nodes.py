@@ -83,7 +83,7 @@ def test_without_the_feature_ros2_plain_code_is_drafted_and_nodes_say_what_they_
     monkeypatch.chdir(tmp_path)
     for way in ("--from=node_code", "--ros2=node_code.py"):
         assert main(["init", "draft", way, "--no-run"]) == 2
-        assert "nodes of ROS 2 need the feature `ros2`" in capsys.readouterr().err
+        assert "ROS 2 nodes need the feature `ros2`" in capsys.readouterr().err
     (tmp_path / "plain_code.py").write_text(robots.MATCH, encoding="utf-8")
     assert main(["init", "draft", "--from", "plain_code", "--no-run"]) == 0
 

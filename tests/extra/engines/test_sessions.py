@@ -147,7 +147,7 @@ def test_a_difference_that_no_margin_explains_fails_the_test(lamps: pytest.Pytes
     two_engines(lamps, shift=0.5, tolerance=0.1)
     lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both", "--hri-strict")
     texts = {test["failure"] for test in outcomes(lamps)["failed"] if "cellar" in test["id"]}
-    assert texts == {"engine-sensitive: R2: passed on bulb by +0, failed on led by -0.5: outcome differs: look"}
+    assert texts == {"engine-sensitive: R2: passed on bulb by +0, failed on led by -0.5: outcome differs: investigate"}
 
 
 def test_another_course_of_the_run_fails_the_test(lamps: pytest.Pytester) -> None:
@@ -156,7 +156,7 @@ def test_another_course_of_the_run_fails_the_test(lamps: pytest.Pytester) -> Non
     assert result.ret == 1
     assert "passed" not in outcomes(lamps)
     (text,) = {test["failure"] for test in outcomes(lamps)["failed"]}
-    assert text == "engine-sensitive: interactions: released on bulb, broken on led: outcome differs: look"
+    assert text == "engine-sensitive: interactions: released on bulb, broken on led: outcome differs: investigate"
 
 
 @pytest.mark.slow

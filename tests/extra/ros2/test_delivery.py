@@ -123,13 +123,13 @@ def test_services_and_actions_take_time_in_both_directions() -> None:
 @pytest.mark.parametrize(
     ("timing", "problem"),
     [
-        ({"delay_s": {SCAN: -1.0}}, "delay_s of '/cell/scan' is -1.0; expected seconds, as 0.01 or Uniform"),
+        ({"delay_s": {SCAN: -1.0}}, "delay_s of '/cell/scan' is -1.0; expected seconds, such as 0.01 or Uniform"),
         ({"delay_s": {SCAN: math.inf}}, "delay_s of '/cell/scan' is inf; expected seconds"),
         ({"delay_s": {SCAN: "fast"}}, "delay_s of '/cell/scan' is fast; expected seconds"),
         ({"delay_s": {SCAN: Uniform(1.0, 5.0, "ms")}}, "delay_s of '/cell/scan' is range .* ms; expected seconds"),
-        ({"drop": {SCAN: 1.5}}, "drop of '/cell/scan' is 1.5; expected the share of messages, from 0 to 1"),
-        ({"drop": {SCAN: True}}, "drop of '/cell/scan' is True; expected the share"),
-        ({"reorder": (SCAN,)}, "reorder of '/cell/scan': its messages take no time; give it a delay_s"),
+        ({"drop": {SCAN: 1.5}}, "drop of '/cell/scan' is 1.5; expected a share of messages, from 0 to 1"),
+        ({"drop": {SCAN: True}}, "drop of '/cell/scan' is True; expected a share"),
+        ({"reorder": (SCAN,)}, "reorder of '/cell/scan': its messages have no delay; declare delay_s"),
     ],
 )
 def test_a_mistake_is_said_before_anything_runs(timing: dict[str, Any], problem: str) -> None:

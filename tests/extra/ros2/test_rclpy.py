@@ -127,12 +127,12 @@ _SERVER = "ros.node('gripper').serve('/grasp', 'std_srvs/srv/Trigger', lambda re
     [
         (
             (*_CALL,),
-            "arm_node waits at arm_node.py:22 since 0.645 s: for the response of the service /grasp, which nobody "
+            "arm_node has waited at arm_node.py:22 since 0.645 s: for the response of the service /grasp, which nobody "
             "serves",
         ),
         (
             (_CALL[0], ("self.moving =", _WAITS_FOR_SERVICE + "self.moving =")),
-            "arm_node waits at arm_node.py:15 since 0.000 s: for the service /grasp, which nobody serves",
+            "arm_node has waited at arm_node.py:15 since 0.000 s: for the service /grasp, which nobody serves",
         ),
         (
             (_CALL[0], (_CALL[1][0], _CALL[1][1].replace(".call(", ".call_async("))),
@@ -140,7 +140,7 @@ _SERVER = "ros.node('gripper').serve('/grasp', 'std_srvs/srv/Trigger', lambda re
         ),
         (
             _ACTION,
-            "arm_node waits at arm_node.py:23 since 0.645 s: for the action /count, which nobody serves",
+            "arm_node has waited at arm_node.py:23 since 0.645 s: for the action /count, which nobody serves",
         ),
         (
             (("Bool(data=moves and self.left_s > 0.0)", "Bool(data=3)"),),
@@ -151,7 +151,7 @@ _SERVER = "ros.node('gripper').serve('/grasp', 'std_srvs/srv/Trigger', lambda re
                 ("import rclpy\nfrom", "import threading\n\nimport rclpy\nfrom"),
                 ("        self.left_s = 2.0\n", "        threading.Event().wait()\n"),
             ),
-            "arm_node waits at arm_node.py:23 since 0.645 s: in a callback, for 30.0 s so far, without a time-out",
+            "arm_node has waited at arm_node.py:23 since 0.645 s: in a callback, for 30.0 s so far, without a time-out",
         ),
     ],
 )
@@ -184,10 +184,9 @@ def test_two_nodes_that_wait_for_each_other_are_both_said(cell: Path) -> None:
     _edit(cell / "arm_control" / "arm_node.py", *_CALL, serves, ("\ndef main():", _OTHER))
     _edit(cell / "conftest.py", ("run.ros2(", 'run.ros2(RosNode(entry="arm_control.arm_node:Other"), '))
     printed = " ".join(run("pytest -x", cell)[1].split())
-    assert (
-        "arm_node waits at arm_node.py:23 since 0.645 s: for the response of the service /grasp of /other," in printed
-    )
-    assert "Other waits at arm_node.py:45 since 0.645 s: for the response of the service /hold of /arm," in printed
+    wait = "arm_node has waited at arm_node.py:23 since 0.645 s"
+    assert f"{wait}: for the response of the service /grasp of /other," in printed
+    assert "Other has waited at arm_node.py:45 since 0.645 s: for the response of the service /hold of /arm," in printed
 
 
 def test_an_answer_that_only_the_waiting_executor_could_take_is_a_deadlock(cell: Path) -> None:

@@ -1,4 +1,4 @@
-"""The parsed source of a package as data: modules, scopes, and what their names mean; `loading` makes it."""
+"""The parsed sources of a package: modules, scopes, and what the names in them refer to; `loading` reads them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class DraftError(InputError):
 
 @dataclass(frozen=True)
 class Module:
-    """A parsed module; `imports` is the local name -> dotted name of what was imported under it."""
+    """A parsed module; `imports` maps each imported local name to the dotted name that it stands for."""
 
     name: str
     file: str
@@ -34,7 +34,7 @@ class Module:
 
     @cached_property
     def scope(self) -> dict[str, ast.stmt]:
-        """The top-level definitions and assignments, by name; the last one counts."""
+        """The top-level definitions and assignments, by name; the last one wins."""
         names: dict[str, ast.stmt] = {}
         for statement in _top_level(self.tree.body):
             for name in _names_bound(statement):
@@ -44,7 +44,7 @@ class Module:
 
 @dataclass(frozen=True)
 class Scope:
-    """A function or class with where it is defined: `owner` is the class around a method."""
+    """A function or class, and where it is defined; `owner` is the class of a method."""
 
     module: Module
     node: Function | ast.ClassDef
@@ -65,11 +65,11 @@ class Sources:
     modules: tuple[Module, ...]
     problems: tuple[Problem, ...] = ()
     outside: tuple[tuple[str, CodeLine], ...] = ()
-    """Dotted names that are imported and are not of the code, each with its first location."""
+    """Dotted names imported from outside the code, each with its first location."""
 
     @cached_property
     def by_name(self) -> dict[str, Module]:
-        """Module by its dotted name."""
+        """Modules by dotted name."""
         return {module.name: module for module in self.modules}
 
     @property
@@ -78,7 +78,7 @@ class Sources:
         return tuple(dict.fromkeys(module.name.partition(".")[0] for module in self.modules))
 
     def definition(self, module: Module, name: str, depth: int = 0) -> tuple[Module, ast.stmt] | None:
-        """The statement that defines a name in a module, through imports and `a.b`; None: not of the code."""
+        """The statement that defines a name such as `a` or `a.b`, also if imported; None if it is not in the code."""
         if depth > 8:  # cyclic imports
             return None
         head, _, rest = name.partition(".")
@@ -106,7 +106,7 @@ class Sources:
         return None
 
     def class_of(self, module: Module, expression: ast.expr | None) -> Scope | None:
-        """The class of the code that an expression names."""
+        """The class that an expression names; None if it is not in the code."""
         name = name_with_dots(expression)
         defined = self.definition(module, name) if name else None
         if defined is not None and isinstance(defined[1], ast.ClassDef):
@@ -114,12 +114,12 @@ class Sources:
         return None
 
     def class_named(self, module: str, name: str) -> Scope | None:
-        """The class of a name in a module; None if it has none."""
+        """The class with this name in a module; None if there is none."""
         return next((own for own in self.classes if (own.module.name, own.node.name) == (module, name)), None)
 
     @cached_property
     def classes(self) -> tuple[Scope, ...]:
-        """All classes, also nested ones."""
+        """All classes, including nested ones."""
         return tuple(
             Scope(module, node)
             for module in self.modules
@@ -129,25 +129,25 @@ class Sources:
 
     @cached_property
     def functions(self) -> tuple[Scope, ...]:
-        """All functions and methods, also nested ones."""
+        """All functions and methods, including nested ones."""
         return tuple(scope for module in self.modules for scope in _functions(module, module.tree, None))
 
     def bases(self, scope: Scope) -> tuple[str, ...]:
-        """Dotted names of the bases of a class, as imported, those of its bases in the code as well."""
+        """Dotted names of the bases of a class, and of the bases of its base classes, with imports resolved."""
         return tuple(
-            resolve_import(class_.module, _generic(base))
+            resolve_import(class_.module, _without_arguments(base))
             for class_ in (scope, *self.base_classes(scope))
             for base in _class_of_scope(class_).bases
         )
 
     def base_classes(self, scope: Scope) -> tuple[Scope, ...]:
-        """The base classes of a class within the code, and their bases; each once."""
+        """The base classes of a class that are in the code, direct and indirect, each once."""
         found: dict[int, Scope] = {id(scope.node): scope}
         waiting = [scope]
         while waiting:
             class_ = waiting.pop(0)
             for base in _class_of_scope(class_).bases:
-                own = self.class_of(class_.module, _generic(base))
+                own = self.class_of(class_.module, _without_arguments(base))
                 if own is not None and id(own.node) not in found:
                     found[id(own.node)] = own
                     waiting.append(own)
@@ -159,13 +159,13 @@ def _class_of_scope(scope: Scope) -> ast.ClassDef:
     return scope.node
 
 
-def _generic(base: ast.expr) -> ast.expr:
-    """`Base` of `Base[int]`."""
+def _without_arguments(base: ast.expr) -> ast.expr:
+    """`Base` for `Base[int]`."""
     return base.value if isinstance(base, ast.Subscript) else base
 
 
 def name_with_dots(expression: ast.AST | None) -> str:
-    """`a.b.c` of a name or attribute; empty for anything else."""
+    """`a.b.c` of a name, an attribute, or a string with one; empty for anything else."""
     if isinstance(expression, ast.Name):
         return expression.id
     if isinstance(expression, ast.Attribute):
@@ -177,7 +177,7 @@ def name_with_dots(expression: ast.AST | None) -> str:
 
 
 def resolve_import(module: Module, expression: ast.AST | None) -> str:
-    """The expression with imported names resolved: `sleep` -> `time.sleep`."""
+    """The dotted name of an expression, with imports resolved: `sleep` -> `time.sleep`."""
     head, dot, rest = name_with_dots(expression).partition(".")
     return module.imports.get(head, head) + dot + rest
 

@@ -1,4 +1,4 @@
-"""Declarations common to all drafted testbenches: names of the code, times, the model with its beliefs, commands."""
+"""Source lines that all drafted testbenches share: imports, times, model and beliefs, commands, disturbances."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from pytest_hricdv.extra.draft.project.ranges import STAYS, answer_s, limit_s
 
 
 def _is_name(module: str) -> bool:
-    """Whether an import statement can name a module."""
+    """Whether an import statement can name this module."""
     return all(part.isidentifier() and not iskeyword(part) for part in module.split("."))
 
 
 WIDTH = 88
-"""Longer imports are one name a line, as ruff has them where nothing else is configured."""
+"""Longer imports have one name per line, as in ruff's default format."""
 
 
 class ImportTable:
     """The imports of a file.
 
     Args:
-        taken: names that the file has already.
+        taken: names that the file already uses.
     """
 
     def __init__(self, taken: Iterable[str]) -> None:
@@ -43,7 +43,7 @@ class ImportTable:
         self._names: dict[tuple[str, str], str] = {}
 
     def use(self, module: str, name: str) -> str:
-        """The local name of a name of a module."""
+        """Import a name from a module, and return its local name."""
         key = module, name
         if key not in self._names:
             local = name
@@ -56,7 +56,7 @@ class ImportTable:
         return self._names[key]
 
     def text(self, source: str, imports: Imports) -> str:
-        """A piece of source text, with the local names in place of those that it needs."""
+        """Source text with its imported names replaced by their local names."""
         for module, name in imports:
             local = self.use(module, name)
             if local != name:
@@ -79,7 +79,7 @@ class ImportTable:
 
 
 def import_lines(module: str, names: Sequence[str], indent: str = "") -> list[str]:
-    """The statement that imports names of a module."""
+    """The statement that imports names from a module."""
     line = f"{indent}from {module} import {', '.join(names)}"
     if len(line) <= WIDTH:
         return [line]
@@ -93,17 +93,17 @@ def tuple_text(names: Iterable[str], *, quoted: bool = True) -> str:
 
 
 def times_lines(draft: Draft) -> list[str]:
-    """How long a run takes, and how long a person waits; the table of how a person acts."""
+    """The limit of a run, how long a person waits, and the table of when a person acts."""
     late_s, location = draft.late_s
     reason = f"longer than {location}" if location is not None else "TODO: the code has no time-out"
     return [
         "HERE = Path(__file__).parent",
         "",
-        f"LIMIT_S = {limit_s(draft):.1f}  # no visit takes as long",
-        f"ANSWER_S = {answer_s(draft):g}  # so long a person waits for an answer; TODO",
-        f"STAYS_S = {STAYS} * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO",
+        f"LIMIT_S = {limit_s(draft):.1f}  # longer than any visit",
+        f"ANSWER_S = {answer_s(draft):g}  # how long a person waits for an answer; TODO",
+        f"STAYS_S = {STAYS} * ANSWER_S  # a person stays at most this long until the robot is quiet; TODO",
         "",
-        "# When a person does something, and how often. TODO: what is right for your people?",
+        "# When and how often a person does something. TODO: what is right for your people?",
         "TIMES = {",
         '    "in_time": {"after_s": Uniform(0.5, 2.0, "s")},',
         '    "too_early": {"after_s": Uniform(0.0, 0.05, "s")},',
@@ -138,7 +138,7 @@ def model_lines(draft: Draft) -> list[str]:
 
 
 def command_table_lines(draft: Draft) -> list[str]:
-    """The commands of what a person says, and of waiting."""
+    """The commands for what a person says, and for waiting."""
     waits = ['                "wait_answer": {},']
     if draft.is_alone:
         return [f'                "{STAY}": {{"after_s": Uniform(20.0, 60.0, "s")}},  # TODO: how long?']
@@ -155,16 +155,16 @@ def command_table_lines(draft: Draft) -> list[str]:
     ]
 
 
-def time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
-    """The blocking APIs that the code uses, and how runs may end without the person leaving or the robot returning."""
+def virtual_time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
+    """The blocking APIs of the code, and the endings allowed besides the person leaving or the robot returning."""
     lines = [f"            apis={tuple_text(apis)},  # the code imports them"] if apis else []
     endings = draft.allowed_endings
-    lines += [f"            allowed_endings={tuple_text(endings)},  # TODO: which ends are right?"] if endings else []
+    lines += [f"            allowed_endings={tuple_text(endings)},  # TODO: which are right?"] if endings else []
     return ["        time=VirtualTime(", *lines, "        ),"] if lines else []
 
 
 def state_lines(draft: Draft) -> list[str]:
-    """The field in which the robot publishes its state, and the transitions that are known."""
+    """The field in which the robot publishes its state, and its known transitions."""
     if not draft.code.state or draft.has_open_states:
         return []
     moves = [f"                ({json.dumps(a)}, {json.dumps(b)}),  # {at}" for a, b, at in draft.transitions]
@@ -173,7 +173,7 @@ def state_lines(draft: Draft) -> list[str]:
 
 
 def disturbance_lines(draft: Draft) -> list[str]:
-    """Messages that get lost, and those to the robot that come late or twice."""
+    """Disturbances: lost messages, and messages to the robot that come late or twice."""
     lines = []
     for message in draft.messages:
         topic = message.topic

@@ -14,9 +14,9 @@ from pytest_hricdv.extra.draft.project.declarations import (
     import_lines,
     model_lines,
     state_lines,
-    time_lines,
     times_lines,
     tuple_text,
+    virtual_time_lines,
 )
 from pytest_hricdv.extra.draft.project.draft import Draft, Sensor
 from pytest_hricdv.extra.draft.project.driver import driver_lines, has_cross, say_lines
@@ -44,7 +44,7 @@ def conftest(draft: Draft) -> str:
         "",
         "",
         "def pytest_hricdv_testbench(config: object) -> Testbench:",
-        '    """What the plugin asks for."""',
+        '    """The testbench that the plugin runs."""',
         *draft.replacement_lines,
         *table.lines(),
         "",
@@ -104,7 +104,7 @@ def _testbench(draft: Draft) -> list[str]:
         f"        code={tuple_text(draft.code.modules)},",
         *(ros2_lines(draft, draft.ros) if draft.ros is not None else []),
         "        run=driver.run,",
-        *time_lines(draft, draft.code.virtual if draft.ros is None else ()),
+        *virtual_time_lines(draft, draft.code.virtual if draft.ros is None else ()),
         *state_lines(draft),
         *([_CROSS] if has_cross(draft) else []),
     ]

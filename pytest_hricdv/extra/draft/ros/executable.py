@@ -1,6 +1,6 @@
-"""Where the Python code of an executable of ROS 2 is: of `ros2 run PACKAGE EXECUTABLE`, or of a file.
+"""Finds the Python code of a ROS 2 executable: "PACKAGE EXECUTABLE", as for `ros2 run`, or the path of a file.
 
-The feature `ros2`, if it is installed, offers what is needed for that.
+The feature `ros2`, which may be missing, provides the tools for this.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ class RosTools(Protocol):
     """Finds ROS 2 packages and their executables; `packages` maps names to folders with a package.xml."""
 
     def packages(self, *folders: Path) -> dict[str, Path]:
-        """Packages around folders and in them."""
+        """The packages in these folders and around them."""
 
     def console_scripts(self, package: str, packages: Mapping[str, Path]) -> dict[str, str] | None:
-        """Name -> "package.module:function", of a package as source or installed; None if there is neither."""
+        """Name -> "package.module:function", for a package in source or installed; None if it is neither."""
 
 
 def ros_tools() -> RosTools:
     """The tools. Raises DraftError if there is no feature `ros2`."""
     offered = offers("drafting", "ROS_TOOLS")
     if not offered:
-        raise DraftError("nodes of ROS 2 need the feature `ros2`, which this installation does not have")
+        raise DraftError("ROS 2 nodes need the feature `ros2`, which this installation does not have")
     return cast(RosTools, offered[0])
 
 
 _FOLDERS = ("scripts", "nodes", "bin", "src", "")
-"""Folders in which a package built with CMake usually has its Python programs; "" is the package itself."""
+"""Folders in which a package built with CMake usually keeps its Python programs; "" is the package itself."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Executable:
     """A node that a testbench can start.
 
     Args:
-        asked: as it was asked for.
+        asked: the executable as the user named it.
         entry: "package.module:function", or a class of nodes.
         sources: its module, and the neighbouring code that it imports.
-        packages: packages of the workspace, by name: their interface files are of use.
+        packages: the packages of the workspace, by name, for their interface files.
     """
 
     asked: str
@@ -58,10 +58,10 @@ class Executable:
 
 
 def find_executable(asked: str, start: Path) -> Executable:
-    """Find the code of "PACKAGE EXECUTABLE", or of a file "PATH.py", "PATH.py:FUNCTION".
+    """Find the code of "PACKAGE EXECUTABLE", or of a file, "PATH.py" or "PATH.py:FUNCTION".
 
     Args:
-        start: the folder of the workspace or package: where sources are looked for.
+        start: the folder of the workspace or package, in which to look for sources.
 
     Raises:
         DraftError: there is no such package or executable, or it is not Python.
@@ -71,7 +71,7 @@ def find_executable(asked: str, start: Path) -> Executable:
         return _read_file(asked, words[0], start)
     if len(words) != 2:
         raise DraftError(
-            f'--ros2={asked!r}: expected "PACKAGE EXECUTABLE", as of `ros2 run`, or the path of a file *.py'
+            f'--ros2={asked!r}: expected "PACKAGE EXECUTABLE", as for `ros2 run`, or the path of a .py file'
         )
     package, name = words
     packages = ros_tools().packages(start)
@@ -88,13 +88,13 @@ def find_executable(asked: str, start: Path) -> Executable:
         for file in _programs(packages[package], package, name):
             return _read_file(asked, str(file), start)
     raise DraftError(
-        f"--ros2: package {package!r} has no executable {name!r} of Python{nearest(name, list(scripts))}; "
+        f"--ros2: package {package!r} has no Python executable {name!r}{nearest(name, list(scripts))}; "
         + (f"it has {', '.join(sorted(scripts))}" if scripts else "give the path of the node's file, if it is Python")
     )
 
 
 def _programs(folder: Path, package: str, name: str) -> list[Path]:
-    """Files of Python that CMake installs as a program of this name."""
+    """Python files that CMake may install as a program of this name."""
     stem = name.removesuffix(".py")
     files = [folder / part / f"{stem}.py" for part in (*_FOLDERS, package)]
     return [file for file in files if file.is_file()]
@@ -109,11 +109,11 @@ def _read_script(asked: str, entry: str, package: Path | None, start: Path, pack
     try:
         sources = find(module, root)
     except DraftError as error:
-        raise DraftError(f"--ros2={asked!r}: its entry is {entry}; {str(error).replace('--from=', '')}") from None
+        raise DraftError(f"--ros2={asked!r}: its entry point is {entry}; {str(error).replace('--from=', '')}") from None
     own = sources.by_name.get(module)
     if own is not None and sources.definition(own, function) is None:
         raise DraftError(
-            f"--ros2={asked!r}: {own.file} has no {function!r}, which is its entry{nearest(function, list(own.scope))}"
+            f"--ros2={asked!r}: its entry point {function!r} is not in {own.file}{nearest(function, list(own.scope))}"
         )
     return Executable(asked, entry, sources, packages)
 
@@ -132,6 +132,6 @@ def _read_file(asked: str, path: str, start: Path) -> Executable:
                    and any(base in NODES for base in sources.bases(s))]  # fmt: skip
         function = "main" if "main" in module.scope else classes[-1] if classes else ""
     if not function or sources.definition(module, function) is None:
-        lacks = function or "function main, and no class of a node"
-        raise DraftError(f"--ros2={asked!r}: {module.file} has no {lacks}; say PATH.py:FUNCTION")
+        lacks = function or "function main and no node class"
+        raise DraftError(f"--ros2={asked!r}: {module.file} has no {lacks}; give PATH.py:FUNCTION")
     return Executable(asked, f"{module.name}:{function}", sources, ros_tools().packages(start, file.parent))
