@@ -118,13 +118,13 @@ class Experiments:
 
     def _next(self, groups: Sequence[Group]) -> tuple[str, Group] | None:
         """The test and the group of the next experiment: the largest of the groups with the fewest tests tried."""
-        untried = [(self._count_tried(group), number) for number, group in enumerate(groups) if self._untried(group)]
-        if not untried:
+        ranks = [(self._count_tried(group), number) for number, group in enumerate(groups) if self._open_tests(group)]
+        if not ranks:
             return None
-        group = groups[min(untried)[1]]
-        return min(self._untried(group), key=self.length), group
+        group = groups[min(ranks)[1]]
+        return min(self._open_tests(group), key=self.length), group
 
-    def _untried(self, group: Group) -> list[str]:
+    def _open_tests(self, group: Group) -> list[str]:
         """The tests that have not been tried without the change of their group."""
         names = group.nodeids if group.change else ()
         return [name for name in names if name in self.tests and (name, group.change) not in self._tried]

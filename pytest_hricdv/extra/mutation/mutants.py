@@ -74,7 +74,7 @@ def _file_mutants(source: Source, names: Names, numbers: dict[int, int]) -> Iter
     path = str(source.file.path)
     seen = {_compile(source.file.text, path)}
     ids: Counter[str] = Counter()
-    for operator, line, text in _changed_texts(source, names):
+    for operator, line, text in _mutant_texts(source, names):
         compiled = _compile(text, path)
         if compiled is None or compiled in seen:
             continue
@@ -86,7 +86,7 @@ def _file_mutants(source: Source, names: Names, numbers: dict[int, int]) -> Iter
         yield Mutant(name, source.file.name, place, numbers[line], operator, before, after, text)
 
 
-def _changed_texts(source: Source, names: Names) -> Iterator[tuple[str, int, str]]:
+def _mutant_texts(source: Source, names: Names) -> Iterator[tuple[str, int, str]]:
     for node, line in source.places():
         for name, operator in OPERATORS.items():
             for old, new in operator(node, source, names):
