@@ -1,4 +1,4 @@
-"""The standard internal actions, and the functions of expressions, as agents use them."""
+"""Internal actions such as ``.send``, and functions such as ``math.abs``; agents call them by `StandardActions`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["StandardActions", "check_calls", "describe_missing", "foreign_calls"
 
 
 class StandardActions:
-    """The internal actions and functions that are known in Jason."""
+    """An `ActionTable` of the internal actions and functions of Jason's standard library."""
 
     def execute(self, agent: AgentState, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
         """Execute an internal action as a statement; its first solution counts."""

@@ -1,4 +1,4 @@
-"""Internal actions on sets, maps and queues, as in Jason 3."""
+"""Internal actions on sets, maps and queues, as in Jason 3: ``.set.add``, ``.map.get``, ``.queue.head`` and others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Functions in expressions: ``math.abs(X)``, ``.length(L)``."""
+"""Functions in expressions, such as ``math.abs(X)`` and ``.length(L)``; `function_value` computes one for an agent."""
 
 from __future__ import annotations
 
@@ -7,11 +7,7 @@ import statistics
 from collections.abc import Callable
 from functools import partial
 
-from pytest_hricdv.bdi.actions.registry import (
-    FUNCTIONS,
-    check_exists,
-    is_function,
-)
+from pytest_hricdv.bdi.actions.registry import FUNCTIONS, check_exists, is_function
 from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.language.collection import CollectionTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
@@ -39,7 +35,7 @@ def _round(value: float) -> float:
 
 
 def _real(function: Callable[[float], float]) -> Callable[[float], float]:
-    """A function of numbers that gives none, as in Java, where it has no value."""
+    """The function, but with NaN where it has no value, as in Java."""
 
     def value(x: float) -> float:
         try:

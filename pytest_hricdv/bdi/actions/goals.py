@@ -1,4 +1,4 @@
-"""Internal actions on goals and intentions."""
+"""Internal actions on an agent's goals and intentions: ``.intend``, ``.drop_intention``, ``.suspend`` and others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Internal actions on what an agent knows: its beliefs, and its plans."""
+"""Internal actions on what an agent knows: its beliefs (``.findall``, ``.abolish``) and its plans (``.add_plan``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Internal actions on lists."""
+"""Internal actions on lists: ``.member``, ``.nth``, ``.sort``, ``.union`` and others."""
 
 from __future__ import annotations
 

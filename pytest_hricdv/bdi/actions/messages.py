@@ -1,4 +1,4 @@
-"""Internal actions on other agents, messages to them, and text to the user."""
+"""Internal actions on other agents (``.send``, ``.create_agent``), and those that print (``.print``, ``.log``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""How internal actions are defined, found and called."""
+"""The registry of internal actions: `internal_action` defines one, `call_action` finds and calls it for an agent.
+
+The modules beside this one define the actions, each a function of an `Invocation`. When a program is loaded,
+`check_calls` refuses calls of actions that do not exist or take another number of arguments.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Internal actions on terms and strings."""
+"""Internal actions on terms and strings: ``.ground``, ``.copy_term``, ``.add_annot``, ``.substring`` and others."""
 
 from __future__ import annotations
 
@@ -6,12 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import count
 
-from pytest_hricdv.bdi.actions.registry import (
-    WRONG,
-    Invocation,
-    internal_action,
-    is_function,
-)
+from pytest_hricdv.bdi.actions.registry import WRONG, Invocation, internal_action, is_function
 from pytest_hricdv.bdi.agent.intentions import Outcome
 from pytest_hricdv.bdi.agent.messages import is_source, text_of, with_source
 from pytest_hricdv.bdi.language.collection import MapTerm, QueueTerm, SetTerm

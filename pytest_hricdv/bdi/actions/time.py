@@ -1,4 +1,4 @@
-"""Internal actions that wait, schedule events, and read the virtual clock."""
+"""Internal actions of virtual time: ``.wait``, ``.at``, which schedules an event, and clocks such as ``.time``."""
 
 from __future__ import annotations
 
@@ -11,15 +11,7 @@ from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Outcome, PendingWa
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_trigger
 from pytest_hricdv.bdi.language.syntax import GOAL_STATE, InternalActionCall, Plan, PlanTrigger
-from pytest_hricdv.bdi.language.terms import (
-    Arithmetic,
-    Call,
-    Number,
-    PlanTerm,
-    String,
-    Structure,
-    Variable,
-)
+from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Number, PlanTerm, String, Structure, Variable
 from pytest_hricdv.bdi.logic.inference import first
 
 _DELAY = re.compile(r"\s*now(?:\s*\+\s*(\d+)\s*([a-z]*))?\s*")

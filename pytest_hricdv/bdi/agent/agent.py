@@ -1,4 +1,7 @@
-"""One agent: its reasoning cycle."""
+"""`Agent`: an agent of a run, with its reasoning cycle.
+
+Each round, the run calls `Agent.cycle`: perceive, read a message, select a plan for an event, execute a statement.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,7 @@ from pytest_hricdv.bdi.agent.messages import receive
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.agent.statements import EXECUTE
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.limits import (
-    LimitError,
-)
+from pytest_hricdv.bdi.language.limits import LimitError
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, ListTerm, Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.conditions import ask

@@ -1,4 +1,7 @@
-"""The mental state of an agent, and the basic changes of it."""
+"""`AgentState`: the mental state of an agent, and the basic changes of it.
+
+`Agent` adds the reasoning cycle; the modules that execute statements and internal actions need only the state.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +34,6 @@ class AgentState:
     """The beliefs and intentions of an agent, and the events that it has yet to react to.
 
     Args:
-        name: the name of the agent.
-        run: the run it takes part in.
         actions: the internal actions.
         beliefs: what it believes at first; the base becomes its own.
         library: its plans.

@@ -1,4 +1,4 @@
-"""The directory facilitator of a run (FIPA's DF): which agent offers which service."""
+"""The directory facilitator of a run (FIPA's DF): which agent offers which service; behind ``.df_register`` etc."""
 
 from __future__ import annotations
 

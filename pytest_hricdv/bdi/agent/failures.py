@@ -1,4 +1,4 @@
-"""The handling of plan failures.
+"""Plan failure: a statement that fails is reported to `fail`, which looks for a plan that handles the failure.
 
 A failed goal ``+!g`` is handled by the nearest plan for ``-!g``: its own, or that of a goal below it in the
 intention. As in Jason, a failure in the body of a handling plan or of what it calls, or directly in the body
@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.logic.unify import unify
 
 _MESSAGE = (False, "error_msg", 1)
 _HARD_DEADLINE = (False, "hard_deadline", 1)
-NO_CODE = Structure("no_code")
+_NO_CODE = Structure("no_code")
 
 
 def fail(agent: AgentState, intention: Intention, error: str, message: str, extra: tuple[Term, ...] = ()) -> None:
@@ -91,7 +91,7 @@ def _code(agent: AgentState, means: IntendedMeans) -> Term:
 def _place(place: Location | None) -> tuple[Structure, ...]:
     """Where that is written; ``no_code`` for what no plan's body asked for."""
     if place is None:
-        return (Structure("code_src", (NO_CODE,)), Structure("code_line", (NO_CODE,)))
+        return (Structure("code_src", (_NO_CODE,)), Structure("code_line", (_NO_CODE,)))
     return (Structure("code_src", (String(Path(place.file).name),)), Structure("code_line", (Number(place.line),)))
 
 

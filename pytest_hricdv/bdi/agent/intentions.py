@@ -1,4 +1,8 @@
-"""Events, intentions, what intentions wait for, and what agents need from the run that they take part in."""
+"""What an agent's reasoning consists of: events, intentions, and what intentions wait for.
+
+An `Intention` is a stack of `IntendedMeans`: plans that are being executed. `RunServices` is what agents need of
+their run, `ActionTable` what they need of the internal actions.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,7 @@ from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
 
 TICKS_PER_MS = 10
 """Ticks of the virtual clock: one per round, which is what Jason itself takes for a cycle, within a factor of two."""
-OF_FAILURES = frozenset({"error", "error_msg", "code", "code_src", "code_line"})
+_OF_FAILURES = frozenset({"error", "error_msg", "code", "code_src", "code_line"})
 """The annotations that say how a goal has failed."""
 ADDED_GOALS = frozenset({"+!", "+?"})
 """The signs of events that add a goal or a test goal."""
@@ -65,7 +69,7 @@ class IntendedMeans:
         if self.sign != "-!":
             return self.literal if self.sign == "+!" else None
         annots = self.literal.annots
-        own = tuple(annot for annot in annots if not isinstance(annot, Structure) or annot.functor not in OF_FAILURES)
+        own = tuple(annot for annot in annots if not isinstance(annot, Structure) or annot.functor not in _OF_FAILURES)
         return self.literal.with_annotations(own)
 
     def copy(self) -> IntendedMeans:

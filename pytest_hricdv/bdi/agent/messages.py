@@ -1,4 +1,4 @@
-"""Speech acts: what sending and receiving a message does.
+"""Speech acts: `send` passes a message to another agent, `receive` processes one in its reasoning cycle.
 
 ``tell`` and ``achieve`` act at once; the other forces are goals ``+!kqml_received(Sender, Force, Content,
 Number)`` for which every agent has the plans of ``kqml.asl``, after its own.
@@ -12,16 +12,7 @@ from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import fail
 from pytest_hricdv.bdi.agent.intentions import PendingQuestion, SpeechAct
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.terms import (
-    SOURCE_SELF,
-    ListTerm,
-    Number,
-    String,
-    Structure,
-    Term,
-    is_ground,
-    source,
-)
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, ListTerm, Number, String, Structure, Term, is_ground, source
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
 from pytest_hricdv.bdi.logic.unify import undo, unify
 

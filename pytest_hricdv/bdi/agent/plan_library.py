@@ -1,4 +1,4 @@
-"""An agent's plan library: plans indexed by their triggering event, in source order."""
+"""An agent's plan library: its plans by triggering event, from which each reasoning cycle selects one."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
 
 KQML_RECEIVED = (False, "kqml_received", 4)
-"""The goal that a message becomes which is not processed directly."""
+"""The goal ``+!kqml_received``, which handles messages that are not processed without a plan (see `messages`)."""
 
 Match = Callable[[Structure], Bindings | None]
 """The bindings of a trigger's variables by the literal of an event; None if the trigger does not match."""
@@ -47,7 +47,7 @@ class PlanLibrary:
     """Plans by triggering event.
 
     Args:
-        plans: the plans, in the order in which they are tried.
+        plans: in the order in which they are tried.
         private: whether no agent of the system inspects intentions, so that finished plans need not be remembered.
     """
 

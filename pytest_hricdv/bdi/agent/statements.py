@@ -1,4 +1,4 @@
-"""The execution of statements: one function for each kind."""
+"""The execution of statements of plans: `EXECUTE` has a function for each kind, which `Agent.execute` calls."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from pytest_hricdv.bdi.language.terms import (
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_all
 
-_UNKNOWN = (Variable, AnnotatedVariable)
+_VARIABLES = (Variable, AnnotatedVariable)
 
 
 def _achieve(agent: AgentState, intention: Intention, means: IntendedMeans, statement: AchievementGoal) -> None:
@@ -55,7 +55,7 @@ def _achieve(agent: AgentState, intention: Intention, means: IntendedMeans, stat
 
 def _test(agent: AgentState, intention: Intention, means: IntendedMeans, statement: TestGoal) -> None:
     formula = statement.formula
-    if isinstance(formula, _UNKNOWN) and isinstance(agent.value(formula, means.unifier), _UNKNOWN):
+    if isinstance(formula, _VARIABLES) and isinstance(agent.value(formula, means.unifier), _VARIABLES):
         place = f"{Path(statement.location.file).name}:{statement.location.line}"
         raise EvaluationError(f"{place}: Variable '{formula}' must be ground.", "body_var_without_value")
     solution = first(agent, formula, means.unifier)

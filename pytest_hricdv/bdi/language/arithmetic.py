@@ -1,4 +1,4 @@
-"""Numbers and arithmetic as in Jason: always doubles, printed and computed with as Java does."""
+"""Numbers and arithmetic of AgentSpeak: doubles, computed and printed as in Jason, which is written in Java."""
 
 from __future__ import annotations
 

@@ -15,13 +15,7 @@ from typing import Any
 
 from pytest_hricdv.bdi.language.errors import EvaluationError, Location
 from pytest_hricdv.bdi.language.plan_patterns import PlanPattern
-from pytest_hricdv.bdi.language.syntax import (
-    Comparison,
-    ExternalAction,
-    Include,
-    InitialGoal,
-    Plan,
-)
+from pytest_hricdv.bdi.language.syntax import Comparison, ExternalAction, Include, InitialGoal, Plan
 from pytest_hricdv.bdi.language.syntax_tree import child_fields
 from pytest_hricdv.bdi.language.terms import (
     VALUE_BY_RULE,

@@ -1,4 +1,4 @@
-"""Reads AgentSpeak text into syntax trees.
+"""Parses AgentSpeak: `read_program` a source file, `parse_literal` and others a text.
 
 lark is imported, and the tables of the grammar are loaded, only when something is parsed for the first time:
 a test session without a BDI model does not need them.

@@ -1,4 +1,4 @@
-"""Jason's project files (``.mas2j``): the agents of a multi-agent system, and where their sources are."""
+"""Jason's project files (``.mas2j``), as `read_project` reads them: the agents of a system, and their sources."""
 
 from __future__ import annotations
 

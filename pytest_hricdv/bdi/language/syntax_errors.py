@@ -1,4 +1,4 @@
-"""Syntax errors: what was expected, what was found, and what to write instead; and the limit on nesting. Needs lark."""
+"""The parser's error messages: what was expected, what was found, what to write instead; and a limit on nesting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Traversal of syntax trees, and the values of terms in them."""
+"""Traversal of syntax trees (`parts_of`, `variables_of`), and copies of them with terms replaced by their values."""
 
 from __future__ import annotations
 

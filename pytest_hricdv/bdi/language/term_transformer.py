@@ -1,4 +1,4 @@
-"""Builds terms and formulas from the parse tree; needs lark."""
+"""Builds terms and formulas from lark's parse tree; `AgentSpeakTransformer` extends it to programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Builds the statements, plans, beliefs, goals and directives of a program from the parse tree; needs lark."""
+"""`AgentSpeakTransformer` builds the plans, beliefs, goals and directives of a program from lark's parse tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""A multi-agent system as the checks see it: the beliefs, tests, goals and messages of each agent."""
+"""A multi-agent system as lint sees it: the beliefs, tests, goals and messages of each agent.
+
+`model_builder` makes an `AgentModel` of each program. Each check, a function that is registered by `check`, gets the
+`System` of them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Builds the model of an agent, which the checks use, from its program; locates names in source texts."""
+"""Builds the `AgentModel` that lint checks from an agent's program; locates names in source texts."""
 
 from __future__ import annotations
 

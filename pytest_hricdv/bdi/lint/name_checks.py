@@ -1,4 +1,4 @@
-"""Checks of the names of beliefs, goals and agents: names without a counterpart, and misspelled ones."""
+"""Lint's checks of the names of beliefs, goals and agents: names without a counterpart, and misspelled ones."""
 
 from __future__ import annotations
 

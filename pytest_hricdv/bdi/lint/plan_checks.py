@@ -1,4 +1,4 @@
-"""Checks of plans: plans that are never selected, repeat without end, or handle failures that cannot occur."""
+"""Lint's checks of plans: plans that are never selected, repeat without end, or handle failures that cannot occur."""
 
 from __future__ import annotations
 

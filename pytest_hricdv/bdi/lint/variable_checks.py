@@ -1,4 +1,4 @@
-"""Checks of variables: used before they have a value, or anonymous and repeated."""
+"""Lint's checks of variables: used before they have a value, or anonymous and repeated."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _plan(plan: syntax.Plan) -> Iterator[Problem]:
 
 
 class _BindingAnalysis:
-    """Follows a plan in the order of execution; ``bound`` collects the variables that may have a value."""
+    """Goes through a plan in the order of execution; ``bound`` collects the variables that may have a value."""
 
     def __init__(self, place: Location) -> None:
         self._place = place

@@ -1,4 +1,7 @@
-"""The alternatives for one goal of a query: beliefs, rules, internal actions, and the value of a variable."""
+"""One step of a query: the beliefs, rules, internal actions and values of variables that can make its next goal true.
+
+`inference` tries the `alternatives` of each goal in turn. A `Reasoner` is the agent, as far as queries need it.
+"""
 
 from __future__ import annotations
 

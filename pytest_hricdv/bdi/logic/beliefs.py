@@ -1,4 +1,4 @@
-"""An agent's belief base."""
+"""`BeliefBase`: an agent's beliefs and rules. Percepts, messages and plans change it; contexts and tests query it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Inference from an agent's beliefs: resolution with backtracking, newest beliefs first.
 
-The machine keeps its own stack of choices, so that deep rules cannot exhaust Python's, and stops
-runaway recursion with an error that names the rule.
+`first` and `solve` answer the contexts and conditions of plans. They keep their own stack of choices, so that deep
+rules cannot exhaust Python's, and stop runaway recursion with an error that names the rule.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The values of terms under bindings, and the variables in them."""
+"""Substitution: the variables in terms and formulas, and their replacement by the values that `Bindings` give them."""
 
 from __future__ import annotations
 

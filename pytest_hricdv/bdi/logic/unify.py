@@ -1,4 +1,4 @@
-"""Unification of terms, and comparisons such as ``=`` and ``=..``."""
+"""Unification: matches events with plans and goals with beliefs by binding variables; and ``=``, ``<``, ``=..``."""
 
 from __future__ import annotations
 

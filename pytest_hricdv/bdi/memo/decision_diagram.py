@@ -1,4 +1,7 @@
-"""The decision diagram: nodes, the decisions that lead out of them, segments between them, and all runs through it."""
+"""The memo's decision diagram: the `Segment`s of runs between `StateNode`s, and the `AtomDecision`s that select one.
+
+`Memo` follows it in a run and adds what is missing; `ExhaustiveExploration` finds all runs through it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Forwarding of percepts: recognizes an agent that only passes its percepts on, and records what a run reads."""
+"""The memo's analysis of steering agents, which only forward percepts, and its record of what a run depends on.
+
+`find_forwarding` recognizes such an agent; `Dependencies` notes which forwarded beliefs the receivers have queried.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Memo`: runs a multi-agent system, and executes no segment of a run twice; see the package for how."""
+"""`Memo` runs a multi-agent system for test generation, and executes no segment of a run twice; see the package."""
 
 from __future__ import annotations
 

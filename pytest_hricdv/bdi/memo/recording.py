@@ -1,4 +1,4 @@
-"""The execution of a run segment by segment."""
+"""`RecordingRun` executes a run segment by segment, and records each for the memo's decision diagram."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Snapshots: the mental state of an agent as a comparable value, from which an agent can be restored."""
+"""Snapshots, the nodes of the memo: an agent's mental state as a hashable value, from which it can be restored."""
 
 from __future__ import annotations
 

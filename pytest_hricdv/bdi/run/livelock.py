@@ -1,4 +1,4 @@
-"""Detects runs in which the agents only repeat themselves."""
+"""Detects livelocks: the agents only repeat themselves, so that `SystemRun` ends the run."""
 
 from __future__ import annotations
 

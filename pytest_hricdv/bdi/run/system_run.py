@@ -39,7 +39,7 @@ FRESH_OF_MESSAGES = 16
 
 
 class SystemRun:
-    """A run of a system.
+    """A run of a system: its agents, clock, messages and output.
 
     Args:
         environment: what the agents perceive and act on.
