@@ -1,4 +1,4 @@
-"""Static analysis of formulas: their parts, what they read, and the limits in them."""
+"""Static analysis of formulas: their parts, the signals and messages that they read, the limits that reports show."""
 
 from __future__ import annotations
 

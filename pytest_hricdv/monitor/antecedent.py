@@ -1,4 +1,4 @@
-"""The truth of an antecedent and of its conjuncts in a logged run.
+"""How near an antecedent came to a trigger in a logged run (`near_miss`), and which conjuncts were true and false.
 
 The log is replayed after the run, so that monitors stay fast: for the nearest miss only where a requirement was never
 triggered, for the outcomes of conjuncts only until each was true and false.

@@ -2,7 +2,7 @@
 
 A past formula becomes a Python expression over the values `v`, the topics with a message `m` and the outputs of
 operators `o`. What needs memory becomes an operator; it is stepped separately and the expression reads its output.
-Each class of formulas and terms writes its expression with the methods of `ExpressionCompiler`.
+Each class of formulas and terms writes its expression with the methods of `ExpressionCompiler`, as `program` asks it.
 """
 
 from __future__ import annotations

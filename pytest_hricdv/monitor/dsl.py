@@ -1,4 +1,4 @@
-"""The operands of requirements written in Python: conditions and quantities whose operators build formulas."""
+"""The values of requirements written in Python: conditions and numbers whose operators (`&`, `<`) build formulas."""
 
 from __future__ import annotations
 

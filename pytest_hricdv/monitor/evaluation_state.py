@@ -1,4 +1,4 @@
-"""The state that compiled formulas read: last values, messages of the instant, outputs of operators.
+"""`EvaluationState`, which compiled formulas read: last values, messages of the instant, outputs of operators.
 
 A formula has a value *at* an instant and one *right after* it, which holds until the next instant at which anything
 changes. They differ for messages and edges. Keeping both makes verdicts independent of the sampling rate of a run.

@@ -1,4 +1,4 @@
-"""The formula of a requirement as data, `always(antecedent -> response)`, and the responses."""
+"""`Formula`, the formula of a requirement as data, `always(antecedent -> response)`; and its kinds of responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Base class of the monitors of formulas, and the monitor of a condition that belongs to no requirement."""
+"""`FormulaMonitor`, the base class of all monitors, and `ConditionMonitor`, which says when a condition was true."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logged runs: signals and messages, instant by instant."""
+"""`Log`: the signals and messages of a finished run, for `evaluate`, `explain` and `watch`, instant by instant."""
 
 from __future__ import annotations
 

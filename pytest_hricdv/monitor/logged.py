@@ -1,4 +1,4 @@
-"""Verdicts on logged runs, and the truth of conditions over them."""
+"""Judges logged runs: `evaluate` gives verdicts, `watch` when a condition was true, `explain` why nothing triggered."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Monitors of all requirements and conditions of one run, fed with its messages and signals."""
+"""`MonitorSet`: the monitors of the requirements and conditions of one run, fed with its messages and signals."""
 
 from __future__ import annotations
 

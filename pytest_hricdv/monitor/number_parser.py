@@ -1,4 +1,4 @@
-"""Parses numbers in a syntax tree: constants, arithmetic, counts and units; errors are in the user's terms."""
+"""`NumberParser` parses constants, arithmetic, counts and units; `FormulaParser` adds conditions and responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turns the syntax tree of a requirement into a formula: checks names, types, units and windows.
+"""`FormulaParser` turns syntax trees of requirements into formulas; it checks names, types, units and windows.
 
 Imports lark, so this module is imported only when a formula is parsed.
 """

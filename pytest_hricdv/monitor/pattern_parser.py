@@ -1,6 +1,6 @@
-"""Parses patterns, `response(on(request), on(leg_ready), within_s=30)`, to formulas; errors in the user's terms.
+"""`RequirementParser` parses formulas, and patterns such as `response(on(request), on(leg_ready), within_s=30)`.
 
-The arguments are conditions and numbers of the requirement language. Imports lark, as `parser` does.
+The arguments of a pattern are conditions and numbers of the requirement language. Imports lark, as `parser` does.
 """
 
 from __future__ import annotations

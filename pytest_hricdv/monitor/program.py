@@ -1,4 +1,4 @@
-"""Programs, which monitors execute: a formula is compiled once for all runs."""
+"""The programs that monitors execute: `compile_formula` compiles a formula once for all runs."""
 
 from __future__ import annotations
 

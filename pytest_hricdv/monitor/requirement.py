@@ -1,4 +1,4 @@
-"""A requirement, and errors that point into its text."""
+"""`Requirement`: a formula with its id, title and source; and `RequirementError`s that point into its text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The monitor of one requirement: when its triggers begin and how they are decided, for each kind of response."""
+"""`RequirementMonitor`: when the triggers of a requirement begin, and how each kind of response decides them."""
 
 from __future__ import annotations
 

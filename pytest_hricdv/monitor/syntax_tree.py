@@ -1,4 +1,4 @@
-"""Parses the text of a formula into a syntax tree; errors are in the user's terms.
+"""`syntax_tree` parses the text of a formula; its errors say what was expected and how to write it here.
 
 Imports lark, so this module is imported only when a formula is parsed.
 """

@@ -1,4 +1,4 @@
-"""Base class of the parsers of conditions and numbers: names, types and texts; errors in the user's terms."""
+"""`TermParser`, the base class of the parsers of numbers and formulas: resolves names, checks types, parses strings."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class TermParser(ABC):
         self.used: dict[str, None] = {}  # the definitions in the text so far, used as an ordered set
         self._past_rules: dict[str, Callable[[Tree[Token]], PastFormula]] = {}
         self._number_rules: dict[str, Callable[[Tree[Token]], QuantityTerm]] = {}
-        self._expanded = 0  # of the meanings of these definitions, each as often as it is used
+        self._expanded = 0  # operators and operands of these definitions, each as often as it is used
 
     @abstractmethod
     def _past(self, node: Node) -> PastFormula:

@@ -1,4 +1,4 @@
-"""Terms as data: a number or a string at each time."""
+"""Terms as data, what comparisons compare: numbers, signals, fields, arithmetic, counts and texts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The type of patterns: functions from conditions and numbers to a formula; arguments are checked by their types."""
+"""`@pattern` makes a pattern of a function from conditions and numbers to a formula: it checks the arguments' types."""
 
 from __future__ import annotations
 
