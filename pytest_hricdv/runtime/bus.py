@@ -1,6 +1,7 @@
 """A typed message bus in virtual time.
 
-The class of a message is its topic, so that types are checked.
+The class of a message is its topic, so that types are checked. Nodes publish and subscribe with a `NodeBus`, their end
+of the run's `Bus`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Detects livelocks: a run repeats the same messages, and nothing new happens for a long time.
+"""Detects livelocks (`RepetitionDetector`): a run repeats the same messages, and nothing new happens for a long time.
 
 Code that repeats an announcement or a reading would keep a run going to its time limit, which may be far away. *New* is
 a message, or a pair of successive messages of one sender, that has not occurred before, apart from its numbers; an
@@ -63,8 +63,6 @@ class RepetitionDetector:
     """Finds the cycle that a run repeats, from its record; it does not affect the run.
 
     Args:
-        kernel: the run's kernel.
-        recorder: the run's recorder.
         actions: returns the number of actions that have begun.
         is_of_code: whether a sender is the code under test.
     """

@@ -42,13 +42,13 @@ _DEFERRED = {
     GeneratorType: ("gi", "generator"),
     AsyncGeneratorType: ("ag", "generator"),
 }
-"""What a function returns that `async` or `yield` makes: the prefix of its attributes, and its name."""
+"""What a function with `async` or `yield` returns -> the prefix of its attributes, and the word for it."""
 
 
 def what_never_began(made: object) -> str:
-    """Why what a function of the testbench returned is no end of it: nothing of a coroutine or generator has run.
+    """The error if a function returned a coroutine or generator, of which nothing has run; empty for anything else.
 
-    Empty for anything else. Python warns of coroutines only, and long after the verdict.
+    Python warns of coroutines only, and long after the verdict.
     """
     prefix, noun = _DEFERRED.get(type(made), ("", ""))
     has_begun = prefix and (getattr(made, f"{prefix}_running") or getattr(made, f"{prefix}_suspended", False))

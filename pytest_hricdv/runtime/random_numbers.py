@@ -1,4 +1,4 @@
-"""Random numbers in a run: unseeded generators are seeded from the test.
+"""Random numbers in a run (`seed_run`): unseeded generators are seeded from the test.
 
 This holds for Python's and numpy's global generators, and for where unseeded generators take their seeds from:
 `os.urandom` (`secrets`, `uuid4`, `SystemRandom`, names of temporary files, `numpy.random.default_rng()`) and

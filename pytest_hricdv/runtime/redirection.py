@@ -1,8 +1,8 @@
-"""Lets functions, as `time.sleep`, call others for a while, whatever keeps them: they stay the objects they are.
+"""Redirects functions such as `time.sleep` to others in place, so that it affects every reference to them.
 
-A function in Python gets another code. In CPython, the object of a function in C refers to the definition of its
-function, and to what is handed to the function first, its module. Here, the definition becomes that of
-`PyObject_Call`, and what is handed to it an object that can be called.
+A `Redirection` is installed during a run, for clocks, blocking calls and random numbers. A function in Python gets
+another code object. A function in C refers to its definition and to its module, as CPython lays them out: here, they
+become the definition of `PyObject_Call`, and an object that can be called.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from types import BuiltinFunctionType, CellType, CodeType, FunctionType, ModuleT
 from typing import Any
 
 _ADDRESS = ctypes.c_void_p
-_TAKES_ANYTHING = 3
+_ANY_ARGUMENTS = 3
 """METH_VARARGS | METH_KEYWORDS of Python's `methodobject.h`."""
 
 
@@ -128,7 +128,7 @@ def _redirect(function: Any, other: Any) -> tuple[Any, str, Any, Any]:
     kind = type(function.__name__, (ModuleType,), {"__call__": before})
     owner, builtin = kind(str(function.__module__)), _Builtin.from_address(id(function))
     was = _Definition.from_address(builtin.definition)
-    definition = _Definition(was.name, _call, _TAKES_ANYTHING, was.text)
+    definition = _Definition(was.name, _call, _ANY_ARGUMENTS, was.text)
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(owner))  # the function refers to it from now on
     _KEPT.append((definition, function))
     # Once, as its hash is made of these, and it may be a key. And at once: no other thread runs in between.

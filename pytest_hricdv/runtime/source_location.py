@@ -1,4 +1,4 @@
-"""Source locations, as messages show them."""
+"""Finds the line of a stack that is not in a library or in this plugin, as `file:line`, for messages about runs."""
 
 from __future__ import annotations
 

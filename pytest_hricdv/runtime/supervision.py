@@ -1,4 +1,4 @@
-"""Supervision of a run: limits on its processor time and real time, and the errors raised when it exceeds them."""
+"""`Supervision`, for the kernel: limits on processor time and real time of a run, and the errors if it exceeds them."""
 
 from __future__ import annotations
 
@@ -76,7 +76,6 @@ class Supervision:
     """Interrupts code that keeps a run from advancing.
 
     Args:
-        kernel: the run's kernel.
         stuck_after_s: how long code may work without time passing (s of processor time); infinity: no limit.
     """
 

@@ -1,4 +1,4 @@
-"""The time-outs of waiting nodes, in the order in which they are due."""
+"""The queue of time-outs of the kernel: when the waits of nodes end, in the order in which they are due."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ W = TypeVar("W", bound=Waiter)
 
 
 class Timeouts(Generic[W]):
-    """Timeouts of waits. Some waits have ended before: a woken node continues to its next wait, or ends."""
+    """A heap of time-outs. Those of waits that have ended are skipped: their node was woken before."""
 
     def __init__(self) -> None:
         self._due: list[tuple[int, int, W, int]] = []

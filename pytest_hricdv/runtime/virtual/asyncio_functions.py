@@ -1,4 +1,4 @@
-"""The functions of `asyncio` that make and run event loops, in virtual time."""
+"""Functions of `asyncio` that make and run event loops, in virtual time; in a run, they take the place of asyncio's."""
 
 from __future__ import annotations
 

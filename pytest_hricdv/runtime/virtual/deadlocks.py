@@ -1,4 +1,4 @@
-"""Nodes that wait without end: for a wake-up that does not come, or for locks of each other."""
+"""Finds nodes that wait without end when a run is over: for locks of each other, or for a wake-up that never comes."""
 
 from __future__ import annotations
 

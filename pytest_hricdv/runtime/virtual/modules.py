@@ -1,4 +1,4 @@
-"""Gives the modules that the code under test reaches virtual-time versions of Python's library, during a run.
+"""`VirtualModules`: replaces Python's library during a run, in the modules that the code under test reaches.
 
 Code that is brought as it is sleeps with `time.sleep`, reads `datetime.now`, waits for events and queues of other
 threads, or runs an event loop. In a simulated run these would wait in real time, in silence, or make each run another
@@ -37,10 +37,10 @@ _PROVIDERS = {
     "uuid": "clocks",
     "sched": "threads",
 }
-"""Module of the library -> the module here that has what stands for it."""
+"""Module of the library -> the module here that has its stand-in."""
 
 STAND_INS = tuple(f"{__package__}.{name}" for name in sorted({*_PROVIDERS.values()}))
-"""The modules here that have what stands for others: the first run loads them."""
+"""The modules here with stand-ins: the first run loads them."""
 
 
 def _stand_in(name: str) -> ModuleType:

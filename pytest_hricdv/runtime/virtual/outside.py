@@ -1,4 +1,4 @@
-"""Clocks and blocking calls that all modules share: in a run, they are redirected in place, whoever keeps them.
+"""`guard_run`: redirects clocks and blocking calls during a run, in place, so in all modules of the process.
 
 Clocks show virtual time in nodes. What waits in real time is refused at once, with its line, where Python is the
 one that waits: event loops and other selectors, processes, signals, and `time.sleep` where time is not virtual.

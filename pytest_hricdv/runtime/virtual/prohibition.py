@@ -1,13 +1,12 @@
 """Forbids what code in a run must not do to its process, because it could not be undone for the session.
 
-Nodes may not use libraries that read a keyboard without standard input, or draw on the terminal. `curses` sets the
-terminal that pytest was started in; `pynput` and `keyboard` listen to the machine's keyboard, in threads of their
-own. None of it is a person of the model.
+Nodes may not use libraries that read a keyboard without standard input, or draw on the terminal (`refuse_in_nodes`):
+`curses` sets the terminal that pytest was started in; `pynput` and `keyboard` listen to the machine's keyboard.
 
-Python's own functions and classes stay what they are while code under test runs, or is imported for it.
+Most of `builtins` may not be replaced (`keep_builtins`): `builtins.zip = None` would hold for the kernel, for the
+monitors and for pytest as well, and what fails then has nothing to do with it. The line that does so is refused.
 
-`builtins.zip = None` would hold for the kernel, for the monitors and for pytest as well, from this line on, and what
-fails then has nothing to do with it. So the assignment itself is refused, with its line.
+Other functions here say which calls `outside` refuses, such as closing descriptors of the session.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from pytest_hricdv.runtime.virtual.real_time import ProhibitedError, RealTimeErr
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 ROOTS = frozenset({"curses", "_curses", "pynput", "keyboard"})
-"""Packages, by name."""
+"""Packages that read a keyboard, or draw on the terminal."""
 
 _PARTS = (ModuleType, type, FunctionType, BuiltinFunctionType)
 

@@ -1,6 +1,7 @@
 """Finds references to objects that are to be replaced: globals, attributes, defaults, closures, containers.
 
-In copies of modules of Python's library, some names or imports are replaced.
+`modules` replaces what `ReferenceSearch` finds. `stand_in` and `copy` make modules like those of Python's library, with
+other names or imports.
 """
 
 from __future__ import annotations
