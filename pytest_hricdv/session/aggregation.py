@@ -1,4 +1,4 @@
-"""Collects the results of all workers, and names tests without a result. Registered in the controlling process only."""
+"""The plugin `Aggregation` of the controlling process: collects the results of all workers, names tests without one."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Stops in a debugger, inside the code under test, at the instant at which a requirement is violated.
+"""`--hri-break-on-violation`: stops in a debugger, inside the code under test, when a requirement is violated.
 
 A monitor judges an instant when it is over; by then, the code that acted in it has continued. But a run is a function
-of its test, so the test is run twice: once to find the violation, and again up to the last event of that instant. There
-the stack is that of the node that acted, and virtual time stands still.
+of its test, so `BreakpointRunner` runs the test twice: once to find the violation, and again up to the last event of
+that instant. There the stack is that of the node that acted, and virtual time stands still.
 """
 
 from __future__ import annotations

@@ -237,7 +237,6 @@ def make_worker_input(config: pytest.Config, ours: Mapping[str, object]) -> dict
     """The `workerinput` of a worker.
 
     Args:
-        config: the session's config.
         ours: the entries of this plugin; those of xdist and pytest-randomly are added.
     """
     seed = config.getoption("randomly_seed", None)  # of pytest-randomly

@@ -1,4 +1,7 @@
-"""Exports: files for other tools, written after the session. Registered in the controlling process only."""
+"""The plugin `Exporter` of the controlling process: writes files for other tools after the report (`report.exports`).
+
+Attachers add timelines and films of tests to the reports of allure-pytest and pytest-html.
+"""
 
 from __future__ import annotations
 
@@ -141,7 +144,6 @@ def tell_causes(report: Report, reporters: Iterable[Any]) -> None:
     fail for is known in between.
 
     Args:
-        report: the session's report.
         reporters: of pytest's plugin `junitxml`: each has the element of a test that has ended.
     """
     failing = FailingTests.of(report)

@@ -1,4 +1,4 @@
-"""The interface of optional features with a session: options, extra suites, steps after the last test."""
+"""`Feature`, the interface of optional features with a session: options, extra suites, steps after the last test."""
 
 from __future__ import annotations
 
@@ -27,15 +27,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DecidingRun:
-    """A run of a test that was made from one of the session's.
+    """A test that passes with another schedule; mutation testing tries mutants on it, too.
 
     Args:
-        test: id of a test of the session.
-        concrete: what was run.
-        places: `file:line` of the statements whose order it is about.
-        record_sha256: SHA-256 of its record.
-        ended: how it ended.
-        outcomes: the outcomes of its run.
+        test: id of the test of the session that it was made from.
+        concrete: the test with the schedule.
+        places: `file:line` of the statements whose order the schedule changes.
+        ended: how its run ended.
     """
 
     test: str
@@ -175,7 +173,6 @@ def not_done(context: RunContext, done: Collection[str] = ()) -> tuple[str, ...]
     """Names the follow-up work that was not done, in a sentence; nothing if all is done.
 
     Args:
-        context: the session's context.
         done: names of features.
     """
     names = [name for feature in features() if feature.name not in done and (name := feature.follow_up(context))]

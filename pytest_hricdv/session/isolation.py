@@ -129,11 +129,7 @@ _ARGUMENTS = "hricdv_arguments"
 
 
 class Isolation:
-    """Makes the call of each generated test in a process. Registered where tests run, last of the plugin's objects.
-
-    Args:
-        context: the session's context.
-    """
+    """Makes the call of each generated test in a process. Registered where tests run, last of the plugin's objects."""
 
     def __init__(self, context: RunContext) -> None:
         self._context = context

@@ -1,4 +1,4 @@
-"""Keeps the session's journal in the report folder, from before the first test to the end of the session."""
+"""`JournalKeeper`: keeps the session's journal in the report folder, from before the first test to the end."""
 
 from __future__ import annotations
 
@@ -38,9 +38,6 @@ class JournalKeeper:
     """Writes the journal. Registered in the controlling process only.
 
     A journal that cannot be written stops no session: results are in memory as well, and the report is made of them.
-
-    Args:
-        folder: the report's folder.
     """
 
     def __init__(self, folder: Path) -> None:

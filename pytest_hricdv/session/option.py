@@ -1,4 +1,4 @@
-"""Pytest options of this plugin: their kinds, how they are read, and how a feature declares its own."""
+"""Kinds of pytest options (`Flag`, `Value`, `Repeatable`), their `OptionReader`, and how features declare their own."""
 
 from __future__ import annotations
 

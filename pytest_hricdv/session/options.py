@@ -32,7 +32,7 @@ MAX_TESTS = 100_000
 """As in `generate.beliefs`, which a session without a suite does not import."""
 
 SESSION_DAY = "hricdv_session_day"
-_AGAIN = ("tests", "concretizations", "sampling", "fidelity")
+_RERUN_OPTIONS = ("tests", "concretizations", "sampling", "fidelity")
 _DAY = pytest.StashKey[datetime.date]()
 
 
@@ -164,7 +164,7 @@ def _replay(config: pytest.Config) -> tuple[Path, ...]:
 
 
 def _again(config: pytest.Config) -> tuple[str, ...]:
-    single = [(name, config.getoption(f"hri_{name}")) for name in _AGAIN]
+    single = [(name, config.getoption(f"hri_{name}")) for name in _RERUN_OPTIONS]
     known_violations = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
     strict = ["--hri-strict"] if config.getoption("hri_strict") else []
     learned = read_learning(config).again

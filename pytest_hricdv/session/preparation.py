@@ -198,11 +198,7 @@ class Preparation:
 
 
 class GateCheck:
-    """Checks the gates of a session.
-
-    Args:
-        collection: the session's collection.
-    """
+    """Checks the gates of a session."""
 
     def __init__(self, collection: Collection) -> None:
         self.options = collection.options

@@ -1,4 +1,7 @@
-"""Replaying: turns replay files into the session's tests, and compares each run with the one in its file."""
+"""Replaying: turns replay files into the session's tests, and compares each run with the one in its file.
+
+`TestRerunner` runs other tests for features, such as shrunk ones, and writes replay files of them.
+"""
 
 from __future__ import annotations
 
@@ -222,7 +225,6 @@ class Failures:
     """Writes a file for each test that can be replayed. For the controlling process: no two write the same file.
 
     Args:
-        folder: the report's folder.
         start: the folder in which pytest was started: names are shown relative to it.
     """
 

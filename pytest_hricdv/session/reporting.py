@@ -1,4 +1,4 @@
-"""From the last test to the written report. Registered in the controlling process only."""
+"""The plugin `SessionReporter` of the controlling process: runs features after the last test, writes the report."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from pytest_hricdv.session.run_context import RunContext
 
 
 class SessionReporter:
-    """Shrinks and searches, builds the report, checks the gates, writes the report."""
+    """Lets features follow up the tests, builds the report, checks the gates, writes the report."""
 
     def __init__(self, collection: Collection, context: RunContext, aggregation: Aggregation, gates: GateCheck) -> None:
         self.collection = collection

@@ -1,4 +1,4 @@
-"""Resuming: skips tests that an earlier session has finished, and reports their earlier results."""
+"""`--hri-resume`: skips tests that an earlier session has finished, and reports their earlier results."""
 
 from __future__ import annotations
 
@@ -60,7 +60,6 @@ class ResultRestorer:
     So exit status, `-x`, JUnit XML and everything else that reads pytest's reports are as if the tests had run again.
 
     Args:
-        collection: the session's collection.
         results: node id -> result as JSON, compressed.
     """
 

@@ -1,4 +1,4 @@
-"""Running: executes and measures each generated test. Registered where tests run: in workers, or without xdist."""
+"""The plugin `TestRunner`: executes and measures each generated test, in the process that runs it."""
 
 from __future__ import annotations
 
@@ -310,8 +310,6 @@ def raise_for(judgement: Judgement, result: CaseResult, explain: Callable[[], st
     """End a test as its run was judged; a passing test continues.
 
     Args:
-        judgement: the run's judgement.
-        result: the run's result.
         explain: makes the text that says why it failed.
     """
     if judgement.outcome in XFAILED:

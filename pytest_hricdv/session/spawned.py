@@ -1,4 +1,4 @@
-"""A process in which isolation runs one test on systems without forks."""
+"""The process in which `--hri-isolate` runs one test on systems without forks; `session.isolation` starts it."""
 
 from __future__ import annotations
 

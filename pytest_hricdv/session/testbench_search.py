@@ -1,4 +1,4 @@
-"""Finds the conftest file with the testbench if pytest would load it too late.
+"""Finds the conftest file with the testbench if pytest would load it too late, and a physics engine that is installed.
 
 pytest loads the conftest files of the folders that it is started with, and all others while it collects. A testbench is
 needed before: the controlling process of xdist never collects, and the header has the number of tests.
