@@ -27,7 +27,6 @@ def annotation_commands(
     Format: GitHub Actions, "Workflow commands", `::error file=...,line=...,title=...::text`.
 
     Args:
-        report: the session's report.
         places: node id -> file and line of its test function.
         in_repository: the name of a file of the code under test, as GitHub expects it.
 

@@ -1,6 +1,6 @@
 """The brief summary of a session, at most a screen: for each part a line with counts, then its first details.
 
-The full summary has the same lines on requirements.
+`terminal` prints it without `-v`; its full summary has the same lines on requirements.
 """
 
 from __future__ import annotations

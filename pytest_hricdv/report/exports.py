@@ -1,4 +1,4 @@
-"""Exported files: coverage as Cobertura, LCOV and UCIS, and the summary in markdown."""
+"""Writes files for other tools: coverage as Cobertura, LCOV and UCIS, and the summary in markdown."""
 
 from __future__ import annotations
 

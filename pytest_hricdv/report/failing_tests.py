@@ -1,4 +1,4 @@
-"""The failing tests of a report in the terminal: their causes, and a line for each, before everything else."""
+"""`FailingTests`: the failing tests of a report by cause, a line for each, as the terminal and CI formats show them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ class FailingTests:
     """The tests that failed, by their causes.
 
     Args:
-        report: the session's report.
         tests: node id -> test.
         causes: None if nobody looked for them.
     """

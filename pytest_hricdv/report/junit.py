@@ -1,4 +1,4 @@
-"""A report as properties of JUnit XML."""
+"""A report as properties of JUnit XML, which CI services show: those of a test, and those of the session."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Scripts and styles of the page, of the core and of features, and the policy that forbids any other script."""
+"""The scripts and styles that the page embeds, of the core and of features, and the policy that forbids others."""
 
 from __future__ import annotations
 

@@ -70,7 +70,6 @@ def summary(
 
     Args:
         brief: whether the summary has to fit on a screen: counts, with the first item of each.
-        notes: the session's notes.
         problems: why the session fails besides its tests.
     """
     if brief:

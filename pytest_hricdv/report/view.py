@@ -1,4 +1,4 @@
-"""The interface by which a feature shows its part of a report: terminal, page, formats of CI services, commands."""
+"""`View`, by which a feature shows its part of a report: terminal, page, formats of CI services; and its commands."""
 
 from __future__ import annotations
 

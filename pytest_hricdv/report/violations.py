@@ -1,4 +1,4 @@
-"""Describes violations and margins: violations in order of time, values with units and times."""
+"""Violations and margins in words, for all views: ordered by time, values with units and times."""
 
 from __future__ import annotations
 
@@ -62,7 +62,6 @@ def violation_line(violation: Violation, units: Mapping[str, str], unit: str = "
     """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02 m)`.
 
     Args:
-        violation: the report's violation.
         units: signal -> unit, as far as known.
         unit: the unit of the margin.
     """

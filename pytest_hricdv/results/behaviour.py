@@ -121,7 +121,6 @@ class Difference(PlainRecord, frozen=True, kw_only=True):
     """A difference of a suite from the baseline.
 
     Args:
-        suite: the run's suite.
         what: for instance "R3 violated by", "statements" or "bins of handover".
         before: the value in the baseline, with its unit.
         now: the value in this run, likewise.

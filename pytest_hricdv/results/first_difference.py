@@ -1,4 +1,4 @@
-"""The first difference of two runs of a test: of their messages, else of their end, else of their signals."""
+"""The first difference of two runs of a test, for `behaviour_diff`: of messages, else of their end, else of signals."""
 
 from __future__ import annotations
 

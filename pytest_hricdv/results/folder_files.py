@@ -1,4 +1,4 @@
-"""Files in a report folder while a session runs: its lock, held until its process ends, and the progress of a loop."""
+"""Files in a report folder while a session runs: its lock (`FolderLock`), and the progress of the closing loop."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PROGRESS_FILE = "loop.json"
 
 
 class LoopProgress(PlainRecord, frozen=True, kw_only=True):
-    """The progress of a loop.
+    """The progress of a closing loop, which `hricdv report live` shows.
 
     Args:
         done: number of its runs.

@@ -94,7 +94,6 @@ def origin_of_session(
 
     Args:
         arguments: the arguments that pytest was given.
-        root: the project's root.
         ini: the file with the options, if there is one.
         began: when the session did (UTC).
         environment: what records depend on, name -> version.

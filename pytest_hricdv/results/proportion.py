@@ -1,4 +1,4 @@
-"""Shares of independent trials, and their confidence intervals."""
+"""Shares of independent trials with their confidence intervals, for campaigns, diagnoses and studies."""
 
 from __future__ import annotations
 

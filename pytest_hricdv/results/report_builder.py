@@ -71,7 +71,6 @@ def build_result(
     Args:
         result: the result of its run; None if it was not run, or did not end: then nothing is checked or covered.
         code: the code under test; None if it is not measured.
-        requirements: the testbench's requirements.
         unmeasured: why the run was not measured.
         ending: what pytest says of the test.
     """

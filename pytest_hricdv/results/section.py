@@ -20,7 +20,7 @@ Keyed = TypeVar("Keyed", bound=msgspec.Struct)
 
 
 class FileNames(Protocol):
-    """The names that files of a report get where they are carried into the folder of another one."""
+    """The names of a report's files in the folder of a merged report, into which they are copied."""
 
     def replay(self, name: str | None) -> str | None:
         """The name of a replay file, as it is given to pytest."""

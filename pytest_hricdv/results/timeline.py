@@ -27,7 +27,6 @@ def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timel
     """The timeline of a run.
 
     Args:
-        record: the run's record.
         verdicts: the verdicts of its monitors.
         end_s: when it ended (s of simulated time).
     """
