@@ -1,4 +1,4 @@
-"""Custom tests: `hri_run` runs an abstract test that a test function gives as text, and returns the result."""
+"""The fixture `hri_run`, for tests written by hand: runs an abstract test given as text, and returns its result."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 __all__ = ["CaseResult", "HriCase", "HriRun"]
 
 SUITE = "handmade"
+"""The suite that such a test is of, where a name is needed."""
 
 
 class HriRun:

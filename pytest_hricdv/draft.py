@@ -1,4 +1,4 @@
-"""Test doubles for the environment of code under test, with which a drafted testbench runs it."""
+"""What testbenches that `hricdv init --from` has drafted import: test doubles around the code under test."""
 
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort

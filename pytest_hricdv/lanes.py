@@ -1,4 +1,7 @@
-"""The lanes of a run: hands the actions of each actor to the node that enacts them, in a requested order."""
+"""`Lanes`: hands the actions of each actor of a run to the node that enacts them, in the order that the test asks for.
+
+`Run.actions` uses it. `Turns` blocks a node until its next action may begin.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,6 @@ class Turns:
     waits only a while for the latter: an actor that comes first may be busy until this action has begun.
 
     Args:
-        kernel: the run's kernel.
         actors: who does each action.
         order: the numbers of the actions (from 0) as they are to begin.
         after: number of an action -> those that have to be done before it begins.
@@ -93,7 +95,6 @@ class Lanes:
 
     Args:
         test: the lines say who acts.
-        kernel: the run's kernel.
         begin: called with number (from 0) and action when one begins.
     """
 

@@ -1,4 +1,4 @@
-"""Fakes for the environment of a ROS 2 node."""
+"""Fakes of what surrounds a ROS 2 node, for testbenches: bags, a mobile base with a laser, action servers."""
 
 from pytest_hricdv.extra.ros2.kit.bag import BagPlayer
 from pytest_hricdv.extra.ros2.kit.base import Laser, PlanarBase, PlanarPose

@@ -1,4 +1,7 @@
-"""The course of a run: to its limit, then on to the deadlines that are open, and how it ends."""
+"""`RunCourse`: runs the nodes of a run to its time limit, then on to the deadlines of monitors that are open.
+
+Used by `Run.go`. `Ending` says how and when the run ended.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +39,6 @@ class RunCourse:
     """Runs the nodes of one run.
 
     Args:
-        kernel: the run's kernel.
-        monitors: the monitors of its requirements.
-        recorder: the recorder of its messages and signals.
         actions: the number of actions that have begun.
         senders: the senders of messages -> whether it is the code under test.
         may_go_round: whether it may repeat the same for as long as it likes; otherwise it is ended (see

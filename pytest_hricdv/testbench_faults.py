@@ -1,4 +1,4 @@
-"""Checks a testbench: types, names and ranges, with one message for the first error."""
+"""`check_testbench`: checks types, names and ranges of a testbench when a session begins; raises the first error."""
 
 from __future__ import annotations
 
