@@ -40,6 +40,7 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
     `-n` without xdist: pytest only reports an unrecognized argument.
     """
     from pytest_hricdv._base.descriptors import keep_open
+    from pytest_hricdv._base.self_check import library_conflict
     from pytest_hricdv.session import following  # it is light
     from pytest_hricdv.session.option_table import adapt, refuse_typos
 
@@ -47,6 +48,8 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
     adapt(early_config)
     keep_open()
     if following.is_wanted(early_config, args):
+        if conflict := library_conflict():  # before a conftest imports the testbench
+            raise pytest.UsageError(conflict)
         following.follow_imports(early_config)
     if hasattr(early_config.known_args_namespace, "numprocesses"):  # whatever name xdist was loaded by
         return

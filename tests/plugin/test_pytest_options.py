@@ -108,7 +108,7 @@ def test_an_old_lark_in_the_same_folder_is_one_line(lamps: pytest.Pytester) -> N
         assert "INTERNALERROR" not in result.stdout.str() + result.stderr.str()
 
 
-@pytest.mark.parametrize("name", ["statistics", "fractions"])  # imported late, and before any hook
+@pytest.mark.parametrize("name", ["fractions", "difflib"])  # imported by the testbench, and before any hook
 def test_a_module_of_the_project_that_hides_one_of_python_is_one_line(lamps: pytest.Pytester, name: str) -> None:
     (lamps.path / f"{name}.py").write_text("LEVELS = [1, 2]\n", encoding="utf-8")
     for options in ([SUITE], [SUITE, *A_WORKER]):
