@@ -16,7 +16,7 @@ from studies.session import ROOT
 
 @pytest.mark.slow
 def test_no_kill_and_no_signal_loses_a_result(tmp_path: Path) -> None:
-    tally = Run(tmp_path, seed=1).run(kills=2, signals=1, full=1)
+    tally = Run(tmp_path, seed=1).run(kills=1, signals=1, full=1)
     assert not tally.faults
     assert tally.counts["finished results"] > 14
 

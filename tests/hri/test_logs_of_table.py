@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 OPTIONS = (
-    "--hri-tests=16",
+    "--hri-tests=8",
     "--hri-fidelity=kinematic",
     "--hri-mcap-all",
     "--hri-audit=off",
@@ -33,7 +33,7 @@ def test_all_traces_of_a_suite_are_judged_as_their_runs_were(tmp_path: Path) -> 
     done = subprocess.run(checking, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.stderr == ""
     judged = {log["log"]: log["requirements"] for log in map(json.loads, done.stdout.splitlines())}
-    assert len(judged) == len(report["tests"]) == 16
+    assert len(judged) == len(report["tests"]) == 8
     for test in report["tests"]:
         log = judged[test["trace"]["file"]]
         expected = {
