@@ -1,4 +1,4 @@
-"""The parser of the commands, which suggests the nearest name for a misspelt command or option.
+"""`CommandParser` parses `hricdv` commands, and suggests the nearest name for a misspelt command or option.
 
 Also output whose reader has gone, as in `hricdv init hri --from robot | head -3`: it ends no command and no session.
 """

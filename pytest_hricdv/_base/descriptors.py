@@ -1,4 +1,4 @@
-"""File descriptors of the session, protected from code under test that closes more than it has opened."""
+"""The session's file descriptors, protected from code under test that closes more than it has opened."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Process-wide state that the session needs: restored after each run, because code under test may change it.
+"""`ProcessState`: process-wide state that the session needs, restored after each run of the code under test.
 
 Deleting something, or replacing it by an object that is not callable, is a fault of the run. A callable replacement, as
 libraries make when they are imported, is in place again in the next run, and only there: pytest, reports and other

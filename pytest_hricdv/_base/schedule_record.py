@@ -1,4 +1,4 @@
-"""Records of schedules: the decisions of a test, and why it fails under them."""
+"""Schedules as replay files and reports hold them, `ScheduleData`; runs use the objects of `generate.schedule`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Agents of a model, and the names that declarations may use of them."""
+"""`AgentNames`: the goals, beliefs, plans and acts in an agent's source.
+
+Declarations that couple an agent to a run, such as `PerceptMapping`, may use only these names.
+"""
 
 from __future__ import annotations
 

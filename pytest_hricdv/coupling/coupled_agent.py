@@ -44,7 +44,7 @@ _NOBODY = AgentTemplate("", Program("", (), (), ()), (), PlanLibrary(()), [])
 
 
 class CoupledRun(SystemRun):
-    """The run. Messages to agents that are not in it go nowhere."""
+    """The run of coupled agents. Messages to agents that are not in it go nowhere."""
 
     def __init__(self) -> None:
         super().__init__(Environment(), 0)

@@ -1,4 +1,7 @@
-"""Declared events of a run: the literal that each stands for in an agent, and its detection in messages and signals."""
+"""Declared events of a run, and the literals that they stand for in an agent.
+
+`parse_heard` makes an `EventPattern` of each `PerceptMapping`; `Events` finds them in a run's messages and signals.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Coverage closure: what tests cover together, the minimal suite, what each test adds, and cross products."""
+"""Coverage closure: what the tests of a suite cover together, the minimal suite, and what each test adds.
+
+`PointIndex` makes one bit set of all that a test covers. `closure_summary` and `cross_closure` give a report's records.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The code under test: its statements, branches and waivers, and coverage of them as bit sets.
+"""`CodeMap`: the statements, branches and waivers of the code under test, and coverage of them as bit sets.
 
 A statement or a branch is one bit. Bits are ordered by file, then by line. So the coverage of a test is one number,
 which is cheap to send between processes, and coverage is merged with `|` in any order.
@@ -42,7 +42,7 @@ class SourceFile:
 
 
 def percent(part: int, whole: int) -> float:
-    """100 % of nothing is 100 %."""
+    """The percentage that a part is of a whole; 100 if the whole is nothing."""
     return round(100.0 * part / whole, 2) if whole else 100.0
 
 

@@ -1,4 +1,4 @@
-"""Cross products of named coordinates: a bin is a combination of one value of each, and a hit names a bin.
+"""Cross products, which testbenches declare: a bin is a combination of one value of each coordinate; runs hit bins.
 
 Also their records in reports: what was declared, what is impossible, and what was hit.
 """

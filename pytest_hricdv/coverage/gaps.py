@@ -1,4 +1,4 @@
-"""Gaps: what no test covers, each with the reason or with what is likely to close it.
+"""Gaps, as reports list them: what no test covers, each with the reason or with what is likely to close it.
 
 Open bins of a cross product are grouped to holes, which one sentence describes: a list of a hundred bins says little;
 "whatever the rest, never released with none ready" says what to generate. Method: hole analysis by projection

@@ -1,4 +1,4 @@
-"""Trace functions that hold in one greenlet only.
+"""`keep_to_this_greenlet`: limits a trace function to one greenlet, so that only the code under test is traced.
 
 Depending on the versions of Python and greenlet, `sys.settrace` holds for the greenlet that called it or for the whole
 thread. In the second case the trace function has to be removed and restored whenever control leaves the measured

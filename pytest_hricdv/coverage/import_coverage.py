@@ -1,4 +1,4 @@
-"""Coverage of imports: what importing each module under test covers, measured at its first import.
+"""`ImportCoverage`: what importing each module under test covers, measured at its first import.
 
 Import lines run once per process: in the first test that needs a module, or before any test when a conftest imports
 early. They count for every test that imports the module, itself or by another one, so that the order of tests, the

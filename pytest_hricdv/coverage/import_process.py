@@ -1,6 +1,6 @@
-"""A separate process that measures what importing a module covers.
+"""`import_again`: measures what importing modules covers, in a fresh process.
 
-It is for modules that this process had loaded before it could follow imports.
+`ImportCoverage` needs it for modules that were loaded before it could follow imports.
 """
 
 from __future__ import annotations

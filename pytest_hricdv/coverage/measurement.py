@@ -1,8 +1,8 @@
 """Measures the code under test while it runs inside its own greenlet, and nowhere else.
 
 The tracer is started inside the greenlet of the code under test and limited to it. So the rest of the process (world,
-human, monitors) runs untraced at full speed, while every line and branch is recorded.
-Where the user measures already (`--cov`), that measurement is joined: a second one would silently pause the user's.
+human, monitors) runs untraced at full speed, while every line and branch is recorded. `choose` makes the `Measurement`
+of a session: where the user measures already (`--cov`), it joins in, as a second one would silently pause the user's.
 """
 
 from __future__ import annotations

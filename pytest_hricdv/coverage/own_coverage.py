@@ -1,4 +1,4 @@
-"""The plugin's own `Coverage`, which measures only selected parts of a process, each under a context.
+"""`OwnCoverage`: coverage.py's `Coverage`, limited to selected parts of a process, each recorded under a context.
 
 The tracer is set in one greenlet at a time and limited to some files. So the rest of the process (world, human,
 monitors) runs untraced at full speed, while every line and branch of these files is recorded.
@@ -24,7 +24,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 
 class OwnCoverage:
-    """The process's measurement, shared by all records of the same files.
+    """A measurement of some files, running while the body of `record` does.
 
     Args:
         include: paths of files, or patterns of coverage.py.

@@ -1,4 +1,4 @@
-"""Reachability: which bins the model proves impossible, and which beliefs lead to plans and bins."""
+"""Reachability, from all runs of the model: which bins it proves impossible, which beliefs lead to plans and bins."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""Finds the source files of the code under test as Python would, without importing any, and which ones count.
+"""`module_files` finds the source files of the code under test as Python would, without importing any.
 
-The configuration of coverage.py leaves some out. It is read by coverage.py itself, from the file that it would
-take (`.coveragerc`, `setup.cfg`, `tox.ini`, `pyproject.toml`, or the one of `--cov-config`). How things are
-traced (`parallel`, `concurrency`, `core`, `patch`, contexts) does not apply here: it is for the user's own
-measurement only.
+coverage.py's configuration leaves some out (`CoverageSettings`). It is read by coverage.py itself, from the file that
+it would take (`.coveragerc`, `setup.cfg`, `tox.ini`, `pyproject.toml`, or the one of `--cov-config`). How things are
+traced (`parallel`, `concurrency`, `core`, `patch`, contexts) is for the user's own measurement only.
 """
 
 from __future__ import annotations

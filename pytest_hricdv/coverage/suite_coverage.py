@@ -1,4 +1,7 @@
-"""The coverage of tests, one by one and as a suite: code, plans and requirements, of what is reachable."""
+"""The coverage of tests, one by one and as a suite: code, plans and requirements.
+
+`RunCoverage` is that of one run, `TestCoverage` that of all runs of a test; reports have the figures derived from them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Executes one concrete test: runs it under monitors and measurement, and returns its result."""
+"""`execute` runs one concrete test in its testbench, under monitors and measurement, and returns a `CaseResult`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The interface by which a feature takes part in the execution of tests."""
+"""`ExecutionFeature`: the interface by which a feature, such as ROS 2, takes part in the execution of tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Imports code under test with a seeded bug, in a process of its own."""
+"""`FaultyImport` loads code under test with another text than that of its file.
+
+Mutation and suggestion seed bugs with it, in processes of their own; `instrumented_code` loads calls of hooks.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Forks of this process: forks that run a function and send one message, and a pool of forks that write lines.
+"""Forks of this process: `call_in_fork` runs a function in one, `ProcessPool` works on many items.
 
 Other threads of this process are not in a fork, and what they had locked stays locked there. So whoever forks a
 process with threads, such as a worker of xdist, whose other thread only waits for its controller, does not use in

@@ -1,8 +1,8 @@
-"""Detects whether people, sensors or the world had any influence on the code under test in a run.
+"""`Influence` detects whether people, sensors or the world had any effect on the code under test in a run.
 
 Code that connects to a bus of its own gets none of the messages of its testbench, and passes every test. A run reached
 the code if one of its nodes took a message of somebody else or was woken by somebody else, or if it shares an object
-with them: a queue, a device, a reading.
+with them: a queue, a device, a reading. The feature `unused` reports code that no run reached.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MAX_OBJECTS = 100_000
 """Objects that are followed from the nodes; code that has more is taken to be reached."""
 
 MAX_SECONDS = 600
-"""Simulated seconds by which runs are compared."""
+"""Simulated seconds of a run whose waits are compared with those of other runs (`Influence.waits`)."""
 
 _LEAVES = (
     *(ModuleType, CodeType, FrameType, BuiltinFunctionType, Enum, IOBase, re.Pattern),

@@ -1,7 +1,7 @@
-"""Instruments functions of the code under test, in this process only, to call hooks. No file is written.
+"""`instrument` changes functions of the code under test so that they call hooks, in this process only.
 
 Functions that exist are changed in place, and modules that are imported later are loaded changed. Lines stay as they
-are, so tracebacks and coverage are those of the file.
+are, so tracebacks and coverage are those of the file, which is not written. Used for schedules, and to find causes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Connects runs to the monitors of their requirements: feeds events to them, and prepares their verdicts."""
+"""Connects runs to the monitors of their requirements.
+
+`MonitorFeed` forwards messages and signals of a run to them; `mark_unknown` marks violations other than known ones.
+"""
 
 from __future__ import annotations
 

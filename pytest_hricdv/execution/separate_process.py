@@ -1,7 +1,8 @@
 """A subprocess that is sent lines and answers in lines: how it is started, and how it ends.
 
-It is started afresh, not forked: forking is unsafe with threads, which the processes of xdist and of a cluster have,
-and code under test that is to be mutated must not have been imported. The child side is `session.child_process`.
+`start_process` starts a new one and does not fork: forking is unsafe with threads, which the processes of xdist and of
+a cluster have, and code under test that is to be mutated must not have been imported. The child side is
+`session.child_process`.
 """
 
 from __future__ import annotations

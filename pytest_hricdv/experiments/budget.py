@@ -1,4 +1,4 @@
-"""The budget of experiments: a number of runs, and seconds."""
+"""`Budget`: the runs and seconds that a search, shrinking or another experiment may take."""
 
 from __future__ import annotations
 

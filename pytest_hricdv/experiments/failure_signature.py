@@ -1,4 +1,7 @@
-"""Failure signatures: the conjuncts of a requirement that a violation made false, which distinguish failures."""
+"""Failure signatures: the conjuncts of a requirement that a violation made false.
+
+Violations of a requirement with the same signature count as one failure, which shrinking a test keeps.
+"""
 
 from __future__ import annotations
 

@@ -7,7 +7,9 @@
     context                         what suites are generated from, and the protocol of methods
     methods                         the methods, and all of them by name
     abstract, suite_files           abstract tests as data, with their ids and seeds; files of them
+    actors, causes                  the lanes of several actors, and the causal order between their actions
     sampler, concrete               declared ranges, and tests with parameters sampled from them
+    chosen_values, schedule         parameters and decisions of the scheduler that a test fixes
     suite                           the generated suite, and its diagnosis
     rng                             random streams, seeds and digests
 

@@ -1,4 +1,4 @@
-"""Abstract tests: a sequence of commands to the person or device that interacts with the robot; their ids and seeds.
+"""`AbstractTest`: a sequence of commands to the person or device that interacts with the robot; its id and seed.
 
 The text format is that of the paper's experiment: one command per line, blank lines between tests, `#` begins a
 comment. Comment lines of the form `# key: value` directly above the commands hold the other fields of a test, so that

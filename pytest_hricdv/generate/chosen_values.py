@@ -1,6 +1,7 @@
 """Chosen values: parameters fixed by a test instead of drawn from their ranges.
 
-They are kept by the number of their command, from 1; number 0 is the run. As text and in JSON that number is `run`.
+They are kept by the number of their command, from 1, as in `# values 3: distance_m 0.55`; number 0 is the run, written
+`run` in text and JSON.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Concrete tests: abstract tests with parameters for each action, sampled from declared ranges.
 
-Paper: section on concretization; in coverage-driven verification this is constrained random generation.
+`concretize` makes a `ConcreteTest` of an abstract one. Paper: section on concretization; in coverage-driven
+verification this is constrained random generation.
 """
 
 from __future__ import annotations

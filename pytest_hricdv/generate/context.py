@@ -1,4 +1,4 @@
-"""The inputs of generation, and the protocol of the methods that generate suites."""
+"""`GenerationContext`, what suites are generated from, and `Method`, the protocol of the methods that do so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The methods that generate suites, and their registry by name."""
+"""The methods that generate suites, such as `ByHand`; `select_methods` finds those of `--hri-suite` by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The BDI model of an interaction: its declaration, one run, all runs, and its plans for the report."""
+"""`Model`, the BDI model that a testbench declares; `ModelRun`, one run of it; `Exploration`, all its runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs the BDI agents with belief subsets; their external actions are the abstract tests.
+"""`ModelRunner` runs the BDI agents with belief subsets; their external actions are the abstract tests.
 
 Of a model that is too large to be explored completely, randomly drawn belief sets are run.
 """

@@ -1,4 +1,4 @@
-"""Saved Q tables: files, with what is needed to check that a table fits a model."""
+"""`SavedTable`: a learned Q table in a file, with what is needed to check that it fits a model before more learning."""
 
 from __future__ import annotations
 

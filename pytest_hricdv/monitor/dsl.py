@@ -1,4 +1,4 @@
-"""The values of requirements written in Python: conditions and numbers whose operators (`&`, `<`) build formulas."""
+"""The values that the functions of `build` return: conditions and numbers whose operators (`&`, `<`) make formulas."""
 
 from __future__ import annotations
 

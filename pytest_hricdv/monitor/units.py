@@ -1,4 +1,4 @@
-"""Units of measurement: their texts, dimensions and scales, and numbers that have one.
+"""Units of measurement in requirements, as in `0.25 rad/s`: their dimensions and scales, and numbers with units.
 
 Sources of the scales: the SI Brochure (BIPM, 9th edition, 2019), tables 4 to 8.
 """

@@ -1,4 +1,4 @@
-"""The decisions of a run with interactive agents: each is made by a chooser and recorded.
+"""`Decisions` of a run with interactive agents: each is made by a `Chooser` and recorded.
 
 A run decides which goal an agent gets, which ready act it performs, which disturbance comes next, and which belief
 of a group holds when an agent first queries one of them.

@@ -1,4 +1,7 @@
-"""Writes what several people did in a run as lanes: the order of actions, and how long each person paused."""
+"""`LaneRecord` makes a test of what several interactive people did in a run.
+
+Each person is a lane of the test; what came after what, and how long each person paused, become values of it.
+"""
 
 from __future__ import annotations
 

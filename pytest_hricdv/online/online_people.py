@@ -1,4 +1,4 @@
-"""Several interactive people in one run: each has an agent, and they perceive each other.
+"""`OnlinePeople`: several interactive people in one run; each has an agent, and they perceive each other.
 
 All agents live in the time of the run. A person that is free continues with what its agent is ready for. If that is
 nothing, the person waits: for a message of another one, for something of the run that its agent hears, for the end of a

@@ -1,4 +1,7 @@
-"""The order of recorded messages in time, in bounded memory: by the recorder, or by the clock of a simulation."""
+"""The order of recorded messages in time, in bounded memory.
+
+`MessageOrder` sorts them by the recorder's times, or by those of a simulation's `/clock` (`times_of_clock`).
+"""
 
 from __future__ import annotations
 

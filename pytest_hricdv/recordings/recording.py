@@ -1,6 +1,6 @@
 """Reads recordings: ROS 2 bags (MCAP, SQLite), and MCAP files with JSON messages, as `--hri-mcap` writes them.
 
-Each problem of a recording is a sentence; the rest of it is used.
+`hricdv check` and drafts use them. Each problem of a recording is a sentence; the rest of it is used.
 """
 
 from __future__ import annotations

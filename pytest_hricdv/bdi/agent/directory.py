@@ -1,4 +1,4 @@
-"""The directory facilitator of a run (FIPA's DF): which agent offers which service; behind ``.df_register`` etc."""
+"""The directory facilitator of a run (FIPA's DF): which agent offers which service, for ``.df_search`` and others."""
 
 from __future__ import annotations
 
