@@ -33,6 +33,7 @@ PREFIX = "hricdv import|"
 """Prefix of the context of an import; the module's name follows."""
 
 BEFORE = "modules that were imported before imports were followed"
+"""Key of their coverage, in place of a module's name."""
 
 
 @dataclass

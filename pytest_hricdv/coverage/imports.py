@@ -1,4 +1,4 @@
-"""Follows imports of modules under test: which module imports which, and what each covers while it is first imported.
+"""`ImportWatch` follows imports: which module imports which, and what each covers while it is first imported.
 
 A module runs once in a process, when it is first imported: in the first test that needs it, or before any test. Its
 coverage belongs to every test that imports it. It is measured during that import: importing a module again only to

@@ -1,4 +1,4 @@
-"""How a testbench is filmed: its camera, key moments and state."""
+"""`Film` declares how a testbench is filmed: its camera, key moments and state. The feature `film` makes the films."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Declares the model as an oracle: which acts of an agent correspond to which events of a run."""
+"""Declares the model of a testbench as an oracle: which acts of an agent correspond to which events of a run."""
 
 from __future__ import annotations
 

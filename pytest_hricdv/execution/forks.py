@@ -41,11 +41,11 @@ class ForkError(Exception):
 
 
 class Fork:
-    """A process that was forked, as the one sees it that forked it.
+    """A forked process, as seen by the one that forked it.
 
     Args:
         pid: the process id.
-        reading: where its message comes.
+        reading: the end of the pipe from which its message is read.
     """
 
     def __init__(self, pid: int, reading: int) -> None:

@@ -1,4 +1,4 @@
-"""The search for a violation: minimizes the margin, from the tests that came nearest to a violation.
+"""`search_violation` looks for a violation: it minimizes the margin, from the tests that came nearest to a violation.
 
 A (1+1) evolution strategy with the 1/5 success rule for the step width (I. Rechenberg: Evolutionsstrategie, 1973), on
 each of a few starting tests. When one of them has not improved for a while, it is the next one's turn.

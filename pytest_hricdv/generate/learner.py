@@ -1,4 +1,4 @@
-"""Q-learning of belief subsets that cover much of the model; the learned policy yields the suite.
+"""Q-learning (`learn`) of belief subsets that cover much of the model; the learned policy yields the suite.
 
 Paper: section on reinforcement learning for the BDI agents. The action is the belief added next, the state is the
 belief added last, and Q(p, b) = (1 - alpha) Q(p, b) + alpha [r + gamma max_b' Q(p', b')]. The two best beliefs of each

@@ -32,7 +32,7 @@ MAX_OTHERS = 9
 """Most beliefs, apart from start beliefs, of a space that is explored set by set: 512 runs per start belief."""
 TOO_LARGE = "too large: the model has too many different runs"
 NOT_ENUMERABLE = "too large: {} beliefs besides the start beliefs, of which more than {} cannot be tried in all sets"
-"""Followed by why the runs cannot be told apart piece by piece."""
+"""Followed by what keeps the memo from exploring all runs (`Memo.obstacle`)."""
 
 _ROUND_LIMIT = "round limit"
 """How the BDI engine reports a run that was ended because of its length."""

@@ -1,4 +1,4 @@
-"""Samplers: the declared ranges that concrete parameters are drawn from."""
+"""Samplers: the ranges that testbenches declare for the parameters of actions, and from which values are drawn."""
 
 from __future__ import annotations
 

@@ -22,6 +22,7 @@ LAST_NS = 2**62
 Nanoseconds = float
 
 NO_MESSAGE: Mapping[str, int] = {}
+"""`EvaluationState.arrived` without messages, as right before and after an instant."""
 
 
 class UnknownValueError(LookupError):

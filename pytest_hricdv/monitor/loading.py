@@ -1,4 +1,4 @@
-"""Requirements from a TOML file or from Python, parsed and checked against a vocabulary."""
+"""`load_requirements`: requirements from a TOML file or from Python, parsed and checked against a vocabulary."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from pytest_hricdv.monitor.evaluation_state import Nanoseconds, Value, nanosecon
 
 Series = tuple[Sequence[float], Sequence[float] | Sequence[str]]
 Update = tuple[str, "Value | Mapping[str, object]"]
+"""A signal and its new value, or a topic and the fields of a message."""
 
 
 class LogMessage(Protocol):

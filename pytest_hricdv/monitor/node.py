@@ -19,6 +19,7 @@ from enum import Enum, IntEnum, auto
 from typing import Any, ClassVar, Protocol, Self
 
 Kind = type[bool] | type[float] | type[str]
+"""The type of a signal, field or expression."""
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 

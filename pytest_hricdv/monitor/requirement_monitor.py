@@ -1,4 +1,7 @@
-"""`RequirementMonitor`: when the triggers of a requirement begin, and how each kind of response decides them."""
+"""The monitor of one requirement: when its triggers begin, and how each kind of response decides them.
+
+A `MonitorSet` has one of each requirement, made by `monitor_of`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The vocabulary that requirements are written in: signals, messages, the values of strings, and definitions."""
+"""The `Vocabulary` that requirements are written in: a testbench's signals and messages, and a file's definitions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Declares an interactive agent, which decides during the run what a person does."""
+"""Declares an interactive agent of a testbench, which decides during the run what a person does."""
 
 from __future__ import annotations
 

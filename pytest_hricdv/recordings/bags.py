@@ -1,4 +1,4 @@
-"""Reads the messages of ROS 2 bags and MCAP files and decodes their fields: CDR by type definitions, or JSON."""
+"""Reads ROS 2 bags and MCAP files (`read_messages`); a `Decoder` decodes messages: CDR by type definitions, or JSON."""
 
 from __future__ import annotations
 

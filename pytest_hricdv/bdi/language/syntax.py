@@ -1,4 +1,4 @@
-"""The nodes of the syntax tree of a program: formulas, statements, plans, rules."""
+"""The syntax tree of programs, which the parser builds and agents execute: formulas, statements, plans, rules."""
 
 from __future__ import annotations
 

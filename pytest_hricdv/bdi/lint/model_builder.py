@@ -1,4 +1,4 @@
-"""Builds the `AgentModel` that lint checks from an agent's program; locates names in source texts."""
+"""Builds the `AgentModel` of an agent's program, for lint's checks; locates names in source texts."""
 
 from __future__ import annotations
 

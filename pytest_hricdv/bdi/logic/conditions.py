@@ -1,4 +1,4 @@
-"""Plan contexts compiled for repeated evaluation: one function for each context decides it.
+"""Plan contexts compiled for repeated evaluation: the plan library has a function for each, made by `condition_of`.
 
 Such a function gives the answer of :func:`~pytest_hricdv.bdi.logic.inference.first` by looking up beliefs by
 predicate and arguments, or the only belief of a predicate. A part of a context that needs a choice or a rule is left to

@@ -1,4 +1,4 @@
-"""Runs with random delays, to find races.
+"""Runs with random delays (`MultiAgentSystem.run(jitter=...)`), to find races.
 
 Jason's agents run concurrently, so the interleaving of their steps is left to chance. A plain run here always
 uses the same interleaving. A run with jitter uses others: in every round the agents act

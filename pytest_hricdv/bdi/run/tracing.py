@@ -1,4 +1,4 @@
-"""Traces of runs: which event led to which plan of which agent, and to which action.
+"""Traces of runs (`hricdv model trace`): which event led to which plan of which agent, and to which action.
 
 A traced run records a :class:`Step` for each percept or belief gained or lost, goal, selected plan, action, message and
 print. Each step names the step that caused it, across agents, so an action can be traced back to the belief behind it.
