@@ -1,4 +1,4 @@
-"""Actions, as the ROS 2 design article "Actions" says: states of a goal, clients and servers."""
+"""Action clients and servers of `rclpy` on the kernel, after the ROS 2 design article "Actions"."""
 
 from __future__ import annotations
 

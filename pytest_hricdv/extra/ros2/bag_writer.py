@@ -1,8 +1,8 @@
-"""Writes the ROS 2 messages of a run as an MCAP file of the profile "ros2", which `ros2 bag` and viewers read.
+"""`write_bag`: writes the ROS 2 messages of a run as an MCAP file of the profile "ros2", for `ros2 bag` and viewers.
 
-Messages are CDR, with their definitions, which are made of the generated classes: an installation of messages need not
-have its .msg files. Services are not in it. Times are those that nodes
-read from their clocks, so that they go with the stamps in the messages. The same run gives the same bytes.
+Traces of runs include it (see `registry`). Messages are CDR, with definitions made of the generated classes: an
+installation of messages need not have its .msg files. Services are not in it. Times are those that nodes read from
+their clocks, so that they go with the stamps in the messages. The same run gives the same bytes.
 """
 
 from __future__ import annotations

@@ -99,9 +99,7 @@ class Bridge:
     Topics and services that the testbench does not declare are recorded, too, but hidden ones, and `/parameter_events`.
 
     Args:
-        bus: the run's bus.
         declared: names and types, and when messages arrive.
-        seed: the test's seed.
     """
 
     def __init__(self, bus: Bus, declared: Ros2, seed: int = 0) -> None:

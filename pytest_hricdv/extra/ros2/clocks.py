@@ -1,4 +1,4 @@
-"""Clocks and timers of `rclpy`. All three kinds of clock read the kernel."""
+"""Clocks and timers of `rclpy` on the kernel: all three kinds of clock read its virtual time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Contexts and nodes of `rclpy`."""
+"""Contexts and nodes of `rclpy` on the kernel.
+
+`extension` gives these classes to `rclpy` in place of those of its C++ extension, as it does with other modules here.
+"""
 
 from __future__ import annotations
 

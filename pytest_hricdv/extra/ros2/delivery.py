@@ -1,4 +1,4 @@
-"""The timing of a middleware: the delay and loss of each message, drawn from the seed of the test.
+"""`Delivery`, the timing of a middleware: the delay and loss of each message, drawn from the seed of the test.
 
 Each message has its own random generator, seeded with its sender, name and number. Removing actions from a test, as
 shrinking does, therefore does not change when the other messages arrive.
@@ -80,7 +80,6 @@ class Delivery:
 
     Args:
         declared: the declaration, checked by `check_timing`.
-        seed: the test's seed.
         now_s: the time of the run (s).
     """
 

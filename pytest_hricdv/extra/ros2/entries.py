@@ -1,4 +1,4 @@
-"""Entries "package.module:name" of nodes: their import, and the function that their processes call."""
+"""`load_entry`: imports the entry "package.module:name" of a node, and returns what its process is to call."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """QoS events of publishers and subscriptions (DDS 1.4, 2.2.4.1): matches, mismatches, deadlines, liveliness, losses.
 
-As in DDS, a reader notices a lost message when the next one of its publisher arrives.
+`topics` counts them in an `EndpointEvents`. As in DDS, a reader notices a lost message when the next one of its
+publisher arrives.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Executables of nodes and launch files: the Python code of each, or its replacement; and command lines."""
+"""Finds the Python code of the executables of nodes and launch files, or its replacement; parses command lines."""
 
 from __future__ import annotations
 

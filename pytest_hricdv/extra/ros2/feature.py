@@ -1,4 +1,4 @@
-"""Notes on the ROS graph of a run that fail nothing: in results, in the terminal, on the page."""
+"""Notes on the ROS graph of a run, such as QoS that does not match, which fail no test: kept in results, and shown."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TEST_SECTIONS = (NOTES,)
 
 
 class Ros2Feature(Feature[None]):
-    """Has no options."""
+    """Keeps the notes of each run with its result; has no options."""
 
     name = "ros2"
 

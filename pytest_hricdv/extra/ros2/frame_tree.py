@@ -1,4 +1,4 @@
-"""The frame tree of tf2: the transforms of each frame over time, and lookups along the tree.
+"""`FrameTree` of tf2, for the replaced `tf2_py` (`tf2`): the transforms of each frame, and lookups along the tree.
 
 Error messages are those of tf2's `BufferCore`. Times are in nanoseconds; 0 means the latest common time.
 """

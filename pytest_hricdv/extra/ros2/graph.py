@@ -1,4 +1,4 @@
-"""The ROS graph of a run: publishers, subscriptions, services and clients of one domain; and notes on them."""
+"""`Graph`, the ROS graph of one domain in a run: publishers, subscriptions, services, clients, and notes on them."""
 
 from __future__ import annotations
 

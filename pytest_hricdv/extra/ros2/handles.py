@@ -1,4 +1,4 @@
-"""Handles of `rclpy` for contexts, nodes, publishers, timers and so on, and their destruction."""
+"""Base classes of the handles that `rclpy` holds, as of publishers: `Destroyable`, and `Waitable` in wait sets."""
 
 from __future__ import annotations
 

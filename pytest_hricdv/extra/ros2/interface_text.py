@@ -1,4 +1,4 @@
-"""Parses interface files (`.msg`, `.srv`, `.action`) with `rosidl_adapter` of ROS 2."""
+"""Parses interface files (`.msg`, `.srv`, `.action`) with `rosidl_adapter` of ROS 2, for `interface_classes`."""
 
 from __future__ import annotations
 

@@ -85,7 +85,6 @@ class Processes:
     """Starts the processes of a launch file.
 
     Args:
-        kernel: the run's kernel.
         variables: the module variables, of which each process has its own values.
         packages: the packages that see virtual time.
         executables: finds the code of an executable.

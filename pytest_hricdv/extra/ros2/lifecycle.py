@@ -1,4 +1,4 @@
-"""The state machine of a managed node (ROS 2 design article "Managed nodes"), with the numbers of `lifecycle_msgs`."""
+"""`LifecycleStateMachine` of a managed node (ROS 2 design article "Managed nodes"), numbered as in `lifecycle_msgs`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loggers of ROS 2: levels by name, and records with the time of the run."""
+"""Loggers of `rclpy` on the kernel: levels by name, and a log of each run (`RosLog`) with its simulated times."""
 
 from __future__ import annotations
 

@@ -96,7 +96,6 @@ class Process:
     It ends when its main function and all its threads have returned or raised; daemon threads end with it.
 
     Args:
-        kernel: the run's kernel.
         variables: the module variables that have values of their own in it.
         arguments: its `sys.argv`.
         name: the name of its terminal.

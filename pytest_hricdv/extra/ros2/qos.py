@@ -1,4 +1,4 @@
-"""Quality of service: profiles, and which publishers and subscriptions match (DDS 1.4, 2.2.3)."""
+"""Quality of service: profiles, and which publishers and subscriptions match (DDS 1.4, 2.2.3), for `topics`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Services and clients: a request waits in the service's queue until it is taken, the response in the client's."""
+"""Services and clients of `rclpy` on the kernel: requests and responses wait in queues until they are taken."""
 
 from __future__ import annotations
 

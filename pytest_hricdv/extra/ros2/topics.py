@@ -1,4 +1,7 @@
-"""Publishers and subscriptions. A message arrives at the instant at which it is published, as a copy."""
+"""Publishers and subscriptions of `rclpy` on the kernel.
+
+A message arrives at the instant at which it is published, as a copy, unless the testbench declares delays (`delivery`).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rigid transforms and their interpolation over time, for the buffer of tf2.
+"""Rigid transforms and their interpolation over time, for the `frame_tree` of tf2.
 
 Quaternions are (x, y, z, w), as messages have them. Formulas and their order are those of tf2's `LinearMath`, so that
 results agree to the last digits.

@@ -1,4 +1,4 @@
-"""Guard conditions and wait sets: a wait set blocks its node of the kernel until one of its handles is ready."""
+"""Guard conditions and wait sets of `rclpy`: a wait set blocks its node of the kernel until a handle in it is ready."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulated world in the ROS graph: publishing sensors, subscribing and serving devices, people as clients.
+"""`StartedSystem`, through which the simulated world takes part in the ROS graph: it publishes, subscribes and serves.
 
 What blocks here blocks a node of the kernel, in simulated time. Messages are those of ROS; nothing of `rclpy` is used.
 """
@@ -53,7 +53,6 @@ class WorldNode(RosWorldNode):
     """A node of the world in the ROS graph.
 
     Args:
-        kernel: the run's kernel.
         name: its name in the graph, and of the sender in the record.
         namespace: its namespace.
         context: the context, with remappings, of a process that it replaces.

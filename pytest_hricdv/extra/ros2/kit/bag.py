@@ -1,4 +1,4 @@
-"""A recorded bag as a stimulus: its topics are published in simulated time, along with everything else."""
+"""A recorded bag as a stimulus: `BagPlayer` publishes its topics in simulated time, along with everything else."""
 
 from __future__ import annotations
 

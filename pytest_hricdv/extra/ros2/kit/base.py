@@ -1,4 +1,4 @@
-"""A planar base, which obeys `/cmd_vel`, and a laser scanner in a world of polygons."""
+"""Fakes for a testbench: a planar base that obeys `/cmd_vel`, and a laser scanner in a world of polygons."""
 
 from __future__ import annotations
 
