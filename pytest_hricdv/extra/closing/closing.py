@@ -1,4 +1,4 @@
-"""Closing: generates the suite `closure` by running tests until nothing is open, or the budget is spent."""
+"""`ClosureGenerator`: generates the suite `closure` by running tests until nothing is open, or the budget is spent."""
 
 from __future__ import annotations
 
@@ -62,8 +62,6 @@ class ClosureGenerator:
     """The closing loop of a session.
 
     Args:
-        collection: the session's collection.
-        context: the session's context.
         options: the options of the loop.
     """
 

@@ -1,8 +1,8 @@
-"""Synthesis of combinations that were never tried, from interventions whose effects are known.
+"""Synthesis of combinations that were never tried, for the strategy `disturbances`.
 
-A known combination may make an interaction end as another one nominally does; and for each condition that is missing
-then, there may be an intervention that brought it about elsewhere. The effect on one of several characters, as in a
-pattern of sensors, is taken to be independent of the others.
+A combination whose effect is known gets one more intervention for each condition that this effect misses: one that has
+brought the condition about elsewhere, when it was tried alone. The effect on one of several characters, as in a pattern
+of sensors, is taken to be independent of the others.
 
 Without synthesis, none of four loops of `tests/extra/closing/test_strategies.py` closes within 400 runs; with it, all
 do.

@@ -1,4 +1,4 @@
-"""The strategy `disturbances`: intervenes in interactions so that they probably end as none has ended yet.
+"""The strategy `disturbances`: disturbs interactions so that they will probably end in a way that no run has shown yet.
 
 A combination that has led to an outcome is used again where it may lead to an open bin (exploitation); so is one that
 can be put together from interventions that have brought about what is missing. Beside that, new interventions are tried
@@ -54,7 +54,6 @@ class DisturbanceStrategy:
     Args:
         pool: the pool of abstract tests.
         experience: the experience of all runs so far.
-        disturbances: the testbench's disturbances.
     """
 
     name = "disturbances"

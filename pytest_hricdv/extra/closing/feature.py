@@ -1,4 +1,4 @@
-"""The closing loop in a session: its options, and the suite that it generates in addition to the others."""
+"""The closing loop in a session (`--hri-close`): its options, and the suite that it adds to the others."""
 
 from __future__ import annotations
 

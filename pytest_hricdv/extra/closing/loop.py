@@ -1,4 +1,4 @@
-"""The closing loop: strategies propose tests, these run, and what they hit decides what is proposed next.
+"""The closing loop (`Loop`): strategies propose tests, these run, and what they hit decides what is proposed next.
 
 The proposals of a generation are made from the archive alone, are run in any order on any number of processes, and are
 merged in the order in which they were proposed. So the same seed gives the same archive, however many processes run.

@@ -33,7 +33,6 @@ class NearestStrategy:
 
     Args:
         pool: the pool of abstract tests.
-        disturbances: the testbench's disturbances.
     """
 
     name = "nearest"

@@ -1,4 +1,4 @@
-"""Observations: the points that a run hits, how each interaction ended, and how close it came to other points.
+"""`observe`: the points that a run hits, how each interaction ended, and how close it came to other points.
 
 A point is a tuple of strings that begins with its kind (see `pytest_hricdv.coverage.closure.Point`):
 

@@ -1,7 +1,8 @@
-"""A surrogate model of interactions: how probably a combination of interventions leads to an outcome.
+"""A surrogate model of interactions: the probability with which a combination of interventions leads to an outcome.
 
-What a combination did where other coordinates are planned is evidence as well. How much it says is learned for each
-planned coordinate, from how often the same combination had the same effect where only this coordinate differed.
+`Experience` has one for each cross product, and lets it learn from all runs. What a combination did where other
+coordinates are planned is evidence as well. How much it says is learned for each planned coordinate, from how often the
+same combination had the same effect where only this coordinate differed.
 """
 
 from __future__ import annotations

@@ -86,8 +86,6 @@ def combinations_of(lines: Sequence[str], values: Values, starts: Sequence[int])
     A disturbance right before the first command of an interaction belongs to the one before, if there is one.
 
     Args:
-        lines: the test's lines.
-        values: the test's values.
         starts: where its interactions begin, among its commands.
     """
     interventions: list[list[Intervention]] = [[] for _ in starts]

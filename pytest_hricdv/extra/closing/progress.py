@@ -50,7 +50,6 @@ class ClosingProgress:
     """Shows the progress of a loop, and counts verdicts and violations of runs as they come.
 
     Args:
-        collection: the session's collection.
         runs: budget of the loop.
         workers: processes that run tests.
     """

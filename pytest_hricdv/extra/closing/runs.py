@@ -1,4 +1,4 @@
-"""The runs of a closing loop, seen from the session: in a subprocess, or on a cluster."""
+"""The runs of a closing loop (`ClosingRuns`), seen from the session: in a subprocess, or on a cluster."""
 
 from __future__ import annotations
 
@@ -84,7 +84,6 @@ class RunsHere(ClosingRuns):
     has no time for that.
 
     Args:
-        config: the session's config.
         processes: largest number of runs at a time.
         say: receives messages.
         let_through: while the process is waited for, a signal may raise.
@@ -165,7 +164,6 @@ class RunsOnCluster(ClosingRuns):
 
     Args:
         cluster: the cluster, with the workers.
-        collection: the session's collection.
         project: files that have to be there as they are here, name -> hash.
         let_through: while the cluster is waited for, a signal may raise.
 

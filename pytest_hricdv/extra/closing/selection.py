@@ -1,4 +1,7 @@
-"""Selects the abstract test and the interventions that will probably hit the most open bins at once."""
+"""Selects the abstract test and the interventions that will probably hit the most open bins at once.
+
+The strategies `model` and `disturbances` each say which `Option`s they have for an interaction.
+"""
 
 from __future__ import annotations
 

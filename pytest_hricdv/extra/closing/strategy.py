@@ -1,4 +1,4 @@
-"""The interface of search strategies, and the archive of all runs, from which alone they propose tests.
+"""The interface of search strategies (`Strategy`), and the archive of all runs, from which alone they propose tests.
 
 The archive has the targets that are still open, and the best test for each point.
 """

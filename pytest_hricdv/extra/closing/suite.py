@@ -1,4 +1,4 @@
-"""The suite of a closing loop: a small part of its tests that hits all that its runs have hit; and its cache."""
+"""The suite that a closing loop yields: a small part of its tests, which hits all that its runs hit; and its cache."""
 
 from __future__ import annotations
 
@@ -81,7 +81,6 @@ class SuiteCache:
     """The cache of a suite, its evidence and the files that its runs loaded; it is outdated when one of these changes.
 
     Args:
-        collection: the session's collection.
         key: the key of all else that the suite depends on.
     """
 
