@@ -1,4 +1,4 @@
-"""The audit of a session: chooses tests, reruns them, finds out why some give other results, and marks those."""
+"""`Auditor`: chooses tests of a session, reruns them, finds out why some give other results, and marks those."""
 
 from __future__ import annotations
 

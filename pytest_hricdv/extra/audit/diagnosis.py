@@ -1,4 +1,4 @@
-"""Why a rerun test gave another result: found by experiments, each of which changes one condition."""
+"""`CauseSearch`: why a rerun test gave another result, by experiments that change one condition each."""
 
 from __future__ import annotations
 

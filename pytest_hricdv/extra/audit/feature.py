@@ -1,4 +1,4 @@
-"""The audit in a session: saves the initial conditions, and runs after the last test."""
+"""The audit in a session (`--hri-audit`): saves the conditions at its start, and reruns tests after the last one."""
 
 from __future__ import annotations
 

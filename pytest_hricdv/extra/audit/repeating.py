@@ -1,4 +1,4 @@
-"""Reruns tests in fresh processes and returns their results."""
+"""`Repeater`: reruns tests in fresh processes for the audit, and returns their results."""
 
 from __future__ import annotations
 

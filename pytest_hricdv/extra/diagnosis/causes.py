@@ -1,6 +1,7 @@
-"""The diagnosis of a report with failing tests: groups failures, runs experiments, locates and describes causes.
+"""`diagnose`: groups the failures of a session by cause, confirms causes by experiments, and locates them in the code.
 
-Reversed branch decisions are evidence, too.
+`feature` calls it after the last test. Each step has a module of its own: `grouping`, `experiments`, `pair_search` for
+the deciding change, `switching` for branch decisions, and `locations`.
 """
 
 from __future__ import annotations

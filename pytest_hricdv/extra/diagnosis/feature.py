@@ -1,4 +1,4 @@
-"""Diagnosis in a session: its option, and its experiments after the last test if tests failed.
+"""Diagnosis in a session (`--hri-diagnose`): its option, and its experiments after the last test if tests failed.
 
 The command `hricdv report triage` works on its results.
 """

@@ -45,6 +45,7 @@ SEVERAL = 2
 single test executes alone is mostly unrelated to its failure. Chosen."""
 
 Change = str
+"""The name of a disturbance, without which failures are thought to go away; empty for none."""
 Kind = tuple[Change, str, str, str]
 """A kind of failure: change, requirement, state, and message."""
 

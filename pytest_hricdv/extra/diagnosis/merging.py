@@ -1,6 +1,7 @@
 """Causes of reports that no session diagnosed: merged reports, reports of campaigns, and those rebuilt from journals.
 
-Merged reports use the experiments of all their parts, campaigns association only, since they make no experiments.
+The core calls these functions by name (see `registry`). Merged reports use the experiments of all their parts,
+campaigns association only, since they make no experiments.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Minimal pairs: the passing test that is closest to a failing one, found by runs.
+"""Minimal pairs: the passing test that is closest to a failing one, found by runs (`NeighborSearch`).
 
 Variations of the test run one after the other until one passes what fails, as `variations` orders them. One that does
 not check the requirement any more shows little, and is taken only where there is no other. Of a value that decides,

@@ -1,4 +1,4 @@
-"""Finds the deciding change of each cause, within the runs left over by experiments."""
+"""`PairSearch`: finds the deciding change of each cause and its shortest test, with the runs that experiments left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records of the causes of failures in a report."""
+"""Records of a diagnosis in `report.json`: causes with their locations, deciding changes and experiments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs experiments, each in a process of its own that may crash or hang, and keeps what the analysis needs."""
+"""Runs the tests of experiments, each in a fork that may crash or hang, and keeps of a run what the analysis needs."""
 
 from __future__ import annotations
 
@@ -106,7 +106,6 @@ def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
 
     Args:
         run: runs a test.
-        journaling: the session's journaling.
         part: keeps them there under this name.
     """
 
@@ -161,7 +160,6 @@ def ran(result: CaseResult, settings: RunSettings, statements: int = 0) -> RunSu
     """Summarize a run.
 
     Args:
-        result: the run's result.
         settings: the settings that it ran with.
         statements: number of statements of the code under test.
     """

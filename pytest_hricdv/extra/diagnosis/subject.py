@@ -1,4 +1,4 @@
-"""The inputs of a diagnosis, which its steps share."""
+"""`Subject`, the input of a diagnosis, which its steps share: tests, failures and executed statements of a report."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pytest_hricdv.results.model import Report, TestResult
 
 @dataclass(frozen=True)
 class Subject:
-    """The subject of a diagnosis: a report's tests and their failures."""
+    """The tests of a report whose runs ended, by node id, their failures, and which statements each executed."""
 
     report: Report
     tests: Mapping[str, TestResult]

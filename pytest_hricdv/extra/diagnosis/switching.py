@@ -1,8 +1,7 @@
 """Predicate switching: reruns a failing test with one branch decision of the code under test reversed.
 
-This is an experiment on the code, as leaving an action out is one on its surroundings. A run that passes with one
-decision reversed fails for what leads to this decision (X. Zhang, N. Gupta, R. Gupta: Locating Faults Through Automated
-Predicate Switching, ICSE 2006).
+A test that passes then fails for what leads to this decision (X. Zhang, N. Gupta, R. Gupta: Locating Faults Through
+Automated Predicate Switching, ICSE 2006). `SwitchSearch` chooses the decisions, for `causes`.
 """
 
 from __future__ import annotations
@@ -51,7 +50,6 @@ class SwitchedRun(PlainRecord, frozen=True, kw_only=True):
     """A run of instrumented code.
 
     Args:
-        summary: the run's summary.
         last: each decision that was taken before the first violation, the last time.
     """
 

@@ -1,6 +1,6 @@
-"""Triage: proposes entries of `hri_known_violations`, with conditions that hold at one cause's violations only.
+"""`hricdv report triage`: proposes entries of `hri_known_violations`, each with a condition of one cause's violations.
 
-It names the cause, too: what the condition lets pass later on for another cause is new then, and fails the session.
+An entry also names the cause: a violation under the condition that has another cause is new, and fails the session.
 """
 
 from __future__ import annotations

@@ -30,10 +30,9 @@ class Variation:
 
     Args:
         kind: what differs.
-        words: the same, as they follow "passes".
-        test: the other test.
-        spot: which value, if a value differs.
-        value: the other value, if a value differs.
+        words: the difference, in words that follow "passes".
+        test: the test with the difference.
+        spot: the parameter, if a value differs; `value` is the other value.
     """
 
     kind: Literal["schedule", "disturbance", "order", "value", "command", "action"]
