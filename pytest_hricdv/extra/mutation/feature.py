@@ -1,4 +1,4 @@
-"""Mutation testing in a session: its options, and the trial of mutants after the last test."""
+"""Mutation testing in a session (`--hri-mutate`): its options, and the trial of mutants after the last test."""
 
 from __future__ import annotations
 
@@ -121,7 +121,6 @@ def seed_faults(
     """Seed bugs for another feature; needs mutmut.
 
     Args:
-        context: the session's context.
         results: the results of tests whose coverage was measured.
         chosen: node id -> test.
         count: number of mutants, drawn with the seed of the session.

@@ -1,4 +1,4 @@
-"""Runs mutation testing after the last test: makes mutants, and collects which of them the tests kill."""
+"""`MutationRun`: tries mutants after the last test of a session, and collects which of them the tests kill."""
 
 from __future__ import annotations
 
@@ -57,7 +57,6 @@ class MutationRun:
     """Tries the mutants of the code under test on the tests of a session.
 
     Args:
-        context: the session's context.
         options: how they are tried.
         chosen: node id -> test, of the session.
         processes: number of processes at the same time.

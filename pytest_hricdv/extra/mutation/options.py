@@ -1,4 +1,4 @@
-"""The options of mutation testing: how mutants are tried."""
+"""The options of mutation testing, `--hri-mutate` and others."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ class MutationOptions:
     """How mutants are tried.
 
     Args:
-        asked: whether they are.
-        tests: maximum number of tests of each suite; None: all.
+        asked: whether mutants are tried (`--hri-mutate`).
+        tests: maximum number of tests of each suite that a mutant is tried on; None: all.
         mutants: maximum number of mutants; None: all.
-        seconds: none is begun later; None: no limit.
-        matrix: whether to try more tests after one has failed.
+        seconds: no mutant is begun later; None: no limit.
+        matrix: whether to try more tests on a mutant after one has failed.
     """
 
     asked: bool = False

@@ -17,8 +17,8 @@ not allow; it hit a bin that it cannot or must not hit."""
 
 MutationEnd = Literal["done", "seconds", "interrupted", "lost"]
 MutantStatus = Literal["killed", "survived", "unchanged", "no coverage", "not run"]
-"""Killed: some test fails. Survived: a record changed, and no test fails. Unchanged: no record changed. Not executed:
-no test executes the statement. Not tried: time ran out before, or before all of its tests had run."""
+"""Killed: some test fails. Survived: a record changed, and no test fails. Unchanged: no record changed. No coverage: no
+test executes the statement. Not run: time ran out before, or before all of its tests had run."""
 
 
 class MutantRun(PlainRecord, frozen=True, kw_only=True):
@@ -26,9 +26,9 @@ class MutantRun(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         test: its id.
-        suite: the test's suite.
-        assertions: the failed ones: requirements without known violations, and the oracles of this module. changed: the
-            record differs from that in the original code. note: problems besides requirements.
+        assertions: those that failed: requirements without known violations, and the oracles of this module.
+        changed: whether the record differs from that in the original code.
+        note: problems besides requirements.
     """
 
     test: str

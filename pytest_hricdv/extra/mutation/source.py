@@ -1,4 +1,4 @@
-"""A file of the code under test as a syntax tree: the places that may be changed, and the meanings of its names."""
+"""`Source`, a file of the code under test as a syntax tree: the places that operators may change, and its names."""
 
 from __future__ import annotations
 

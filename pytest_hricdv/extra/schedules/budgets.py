@@ -1,4 +1,4 @@
-"""Time budgets: how slow each function and loop of the code may become before a requirement is violated."""
+"""Time budgets (`--hri-budgets`): how slow each function and loop of the code may be before a requirement fails."""
 
 from __future__ import annotations
 

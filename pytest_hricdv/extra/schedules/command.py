@@ -1,4 +1,4 @@
-"""`hricdv budgets`: a session that measures time budgets."""
+"""`hricdv budgets`: runs a session of pytest that measures time budgets, with `--hri-budgets`."""
 
 from __future__ import annotations
 

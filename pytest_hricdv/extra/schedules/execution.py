@@ -1,4 +1,4 @@
-"""Runs a test under its schedule, if it has one: an order of the code's nodes other than the usual one."""
+"""Runs a test under its schedule, if it has one: the code's nodes go on in another order than the usual one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Pairs: statements of different threads that access the same data, in the order in which a run executes them."""
+"""Pairs: statements of different threads that access the same data, in the order in which a run executes them.
+
+`search` looks for schedules that reverse them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Searches schedules and measures time budgets after the last test of a session."""
+"""What `--hri-schedules` and `--hri-budgets` do after the last test: search schedules, measure time budgets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Minimizes the schedule under which a test fails, and classifies the race: wrong order, or only too late."""
+"""`RaceExamination`: shortens the schedule under which a test fails, and tells a wrong order from a mere delay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records of the search for schedules in a report."""
+"""Records of schedules in `report.json`: schedules under which tests fail, time budgets, and when threads ran."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pytest_hricdv._base.schedule_record import FailureKind, ScheduleData
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
-"""Why it ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
+"""Why the search ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
 
 OTHERWISE = "they do not pass in a process of their own, as they did in the session"
 

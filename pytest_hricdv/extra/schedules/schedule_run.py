@@ -1,4 +1,4 @@
-"""Runs tests under schedules in forks, and observes violations, executed pairs, and the effects of decisions."""
+"""`ScheduleWorker`: runs tests under schedules in forks, and tells what each run violated, executed and waited for."""
 
 from __future__ import annotations
 
@@ -46,7 +46,6 @@ class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
         waits: waits without end when the run was over, a sentence each.
         record: SHA-256 of the record.
         ended: how it ended.
-        outcomes: the run's outcomes.
     """
 
     violated: Names = ()

@@ -1,4 +1,4 @@
-"""The scheduler: carries out the decisions of a schedule in a run, and records what was executed when."""
+"""`Scheduler`: holds nodes and delays messages in a run as its schedule says, and records what is executed when."""
 
 from __future__ import annotations
 
@@ -80,7 +80,6 @@ class Scheduler:
     """Carries out the decisions of one run, as instrumented code asks for them.
 
     Args:
-        kernel: the run's kernel.
         code: the code whose nodes are scheduled.
         decisions: the decisions of the schedule.
         points: the points of the instrumented code.
@@ -275,7 +274,6 @@ def schedule_run(
     """Carry out the schedule of a run's test while it runs.
 
     Args:
-        run: the test's run.
         code: its nodes of the code under test.
         points: the points of the code, which is instrumented.
         stop: see `Scheduler`.

@@ -1,4 +1,4 @@
-"""Searches for schedules under which a passing test fails.
+"""`ScheduleSearch`: searches for schedules under which a passing test fails.
 
 One run of a test notes which node executes which statement when. Where two nodes read and write the same data, the
 first is held up until the other one has run, which reverses their order (see `pairs`). Each place to hold a node up is
@@ -74,7 +74,6 @@ class ScheduleSearch:
 
     Args:
         slowest_s: the longest time for which a node is held up (s).
-        seed: the session's seed.
     """
 
     slowest_s: float

@@ -1,4 +1,4 @@
-"""How a report shows schedules and time budgets."""
+"""How a report shows schedules under which tests fail, and time budgets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Template universality: a signal stays within bounds while a condition holds, or a field in each message."""
+"""The template universality, for `mining`: bounds of a signal while a condition holds, or of a field of messages."""
 
 from __future__ import annotations
 

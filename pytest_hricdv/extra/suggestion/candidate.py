@@ -1,4 +1,4 @@
-"""A requirement that may be suggested."""
+"""`RequirementCandidate`: a requirement that may be suggested, made by a template and ranked by `mining`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Events of runs in terms of requirements: events at instants, and conditions that hold for a while."""
+"""What stored runs show, as formulas name it: events at instants, and conditions that hold for a while."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Suggestions in a session: its options, and what it does after the last test.
+"""Suggestions in a session of `hricdv suggest`: its options, and what it does after the last test.
 
 A report shows suggested requirements as lines to paste into a requirements file, and as a section of its page.
 """

@@ -1,4 +1,4 @@
-"""Mining: the candidates that all runs satisfy, ranked by the seeded bugs that violate them."""
+"""`mine`: makes candidates that all runs satisfy, and ranks them by the seeded bugs that violate them."""
 
 from __future__ import annotations
 

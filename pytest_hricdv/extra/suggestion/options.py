@@ -10,7 +10,7 @@ class SuggestionOptions:
     """How requirements are suggested.
 
     Args:
-        asked: whether they are.
+        asked: whether requirements are suggested (`hricdv suggest`).
         most: maximum number of suggestions.
         faults: number of seeded bugs that rank them, drawn with the seed.
         further: number of tests with other parameters that they hold in, too.

@@ -1,4 +1,4 @@
-"""Templates of order and time: response, precedence and absence, after Dwyer et al.
+"""Templates of order and time, for `mining`: response, precedence and absence, after Dwyer et al.
 
 - Response: an event is followed by another one, within one time and not before another.
 - Precedence: an event happens only after another one, and at most once after each.

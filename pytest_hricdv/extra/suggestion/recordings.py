@@ -1,4 +1,4 @@
-"""The runs that suggestions are based on: of the session's and of additional tests, also with seeded bugs."""
+"""`Recordings`: makes and stores the runs that suggestions rest on, of tests with and without seeded bugs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,6 @@ class Recordings:
     """Makes runs, and keeps them in a folder: a run that is there already is not made again.
 
     Args:
-        context: the session's context.
         folder: the folder of the stored runs.
         processes: number of processes at the same time.
         slowest_s: the slowest test (s of wall time).

@@ -1,4 +1,4 @@
-"""Records of suggested requirements in a report."""
+"""Records of suggested requirements in `report.json`."""
 
 from __future__ import annotations
 

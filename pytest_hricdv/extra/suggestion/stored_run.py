@@ -1,4 +1,4 @@
-"""Stored runs, which can be judged again by requirements that did not exist when they were made."""
+"""Runs in files, with all messages and signals: later requirements can judge them without another run."""
 
 from __future__ import annotations
 
@@ -111,7 +111,6 @@ def store(test: str, result: CaseResult, authorship: Authorship, failed: tuple[s
 
     Args:
         test: its id.
-        result: the run's result.
         authorship: watched it.
         failed: the requirements that it violated, except known violations.
     """

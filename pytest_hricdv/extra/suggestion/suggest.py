@@ -1,4 +1,4 @@
-"""Suggest requirements after the last test of a session: record runs, and mine them."""
+"""`suggest`: what `hricdv suggest` does after the last test of its session: record runs, and mine them."""
 
 from __future__ import annotations
 
