@@ -1,4 +1,4 @@
-"""Short answers about a report, with stable keys: failures and causes, coverage gaps, and single items."""
+"""Short answers about a report, for `hricdv report query` and `mcp`: failures and causes, gaps, and single items."""
 
 from __future__ import annotations
 

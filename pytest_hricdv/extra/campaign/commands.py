@@ -58,7 +58,6 @@ class CampaignProgress:
     """Shows the progress of a campaign.
 
     Args:
-        store: the campaign's store.
         expected: runs of the campaign.
         stream: the stream that is written to.
     """

@@ -43,7 +43,6 @@ class Execution:
 
     Args:
         plan: what there is to run.
-        store: the campaign's store.
         workers: the workers that run it.
         run_s: time limit (s of wall time) for a result; without one the process is ended, and its run tried again.
         project: as workers find it.

@@ -1,4 +1,4 @@
-"""The progress of a running campaign, for viewers."""
+"""`look`: the progress of a running campaign and its report so far, for `hricdv report live`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ def look(path: Path, scratch: Path) -> Mapping[str, Any]:
     """The fields of a live state.
 
     Args:
-        path: the campaign's path.
         scratch: a folder for replay files.
 
     Raises:

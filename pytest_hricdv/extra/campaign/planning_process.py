@@ -1,4 +1,4 @@
-"""The process that plans a campaign: it lets pytest collect the tests, and sends them back."""
+"""The process that plans a campaign, for `plan`: lets pytest collect the tests, and sends them back."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The project as one archive, for workers that do not have it.
+"""The project as one archive, for workers of a cluster that do not have it.
 
-A worker has the project of a session at the same path as here, or in the archive that it is sent.
+It is sent with `--hri-send-code`, or `--send-code` of a campaign. Other workers have the project at the same path.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A cluster in a session: its options, and what other features use of it.
+"""A cluster in a session (`--hri-cluster`): its options, and what other features use of it.
 
 The closing loop and searches run tests on it.
 """

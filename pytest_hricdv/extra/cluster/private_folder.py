@@ -1,4 +1,4 @@
-"""Private folders, in which no other user of the machine can add, change or replace a file."""
+"""Private folders for workers' files, in which no other user of the machine can add, change or replace a file."""
 
 from __future__ import annotations
 

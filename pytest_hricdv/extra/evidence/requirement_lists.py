@@ -1,4 +1,4 @@
-"""Requirements of other tools, with their ids: from ReqIF, CSV, and `needs.json` of sphinx-needs."""
+"""Reads requirements of other tools, with their ids: from ReqIF, CSV, and `needs.json` of sphinx-needs."""
 
 from __future__ import annotations
 

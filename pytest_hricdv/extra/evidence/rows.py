@@ -1,4 +1,4 @@
-"""Rows of evidence: what a report shows for each requirement, including those that nothing checks."""
+"""`gather_evidence`: rows with what a report shows for each requirement, including those that nothing checks."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ class CheckRecord(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         test: its id.
-        suite: the test's suite.
         seed: the seed of its concrete parameters.
         verdict: Passed or Failed.
         margin: least signed distance to the bound, in the unit of the comparison.

@@ -1,4 +1,4 @@
-"""Films of failing tests: an option that makes them, and links to them in the report.
+"""Films of failing tests (`--hri-film`): an option that makes them, and links to them in the report.
 
 The process that ran a failing test runs it again with a camera in its world. The first run is never rendered.
 """

@@ -1,4 +1,4 @@
-"""Makes films: reruns a failed test with a camera in its world. Measured runs are never rendered."""
+"""`FilmMaker`: films a failed test by rerunning it with a camera in its world. Measured runs are never rendered."""
 
 from __future__ import annotations
 

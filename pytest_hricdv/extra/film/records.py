@@ -1,4 +1,4 @@
-"""The film of a failed test, as a report names it."""
+"""The record of a film in `report.json`: the files of a failed test, and when its frames were taken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Schedules the pictures of a run. Their times are known before the replay, because a replay is the same run."""
+"""Schedules the pictures of a film. Their times are known before: what is filmed is the same run once more."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Film files: MP4, or GIF if there is no encoder. They are written atomically."""
+"""Writes film files for `film_maker`: MP4, or GIF if there is no encoder; atomically."""
 
 from __future__ import annotations
 

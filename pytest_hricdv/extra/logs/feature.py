@@ -1,4 +1,4 @@
-"""Checked logs in a report and on its page: requirements without data, and the comparison with tests."""
+"""Sections of the report of checked logs: requirements without data, and the comparison with tests."""
 
 from __future__ import annotations
 

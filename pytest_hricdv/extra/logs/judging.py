@@ -1,4 +1,7 @@
-"""Judges logs message by message. Without data for a requirement, its verdict is unknown, never passed."""
+"""`judge`: judges logs message by message, for `hricdv check`.
+
+Without data for a requirement, its verdict is unknown, never passed.
+"""
 
 from __future__ import annotations
 
@@ -37,8 +40,7 @@ class JudgedRun:
     """A run with its verdicts.
 
     Args:
-        run: the run.
-        picture: its timeline; None if it is not drawn.
+        picture: the run's timeline; None if it is not drawn.
         verdicts: requirement -> verdict over all stretches that have data; NC if it is unknown and did not fail.
         unknown: requirement -> why data for it are missing.
         hits: cross product -> its hits, as pairs of coordinates and bins.
@@ -70,7 +72,6 @@ def judge(
 
     Args:
         reader: the reader of the log.
-        requirements: the testbench's requirements.
         known_when: requirement -> the condition under which its violation is known.
         actions: collects the commands of people; None to ignore them.
         draws: whether to draw timelines.

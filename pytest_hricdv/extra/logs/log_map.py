@@ -25,7 +25,7 @@ PLACE = re.compile(r"\{([^{}]*)\}")
 """A field in the command of an action."""
 
 Period = Annotated[float, msgspec.Meta(gt=0)]
-"""A time (s), which may be without end: 0 is none."""
+"""A duration (s) above 0, perhaps infinite."""
 
 Clock = Literal["log", "header"]
 """The time of a message: when it was recorded, or the stamp in its header."""
@@ -137,8 +137,7 @@ def read_map(path: Path, vocabulary: Vocabulary, products: Mapping[str, CrossPro
 
     Args:
         path: the file's path.
-        vocabulary: the testbench's vocabulary.
-        products: its cross products; None to ignore them.
+        products: the testbench's cross products; None to ignore them.
 
     Raises:
         InputError: the file does not exist, it is not a map, or it names something that the testbench does not declare.
@@ -274,7 +273,6 @@ def draft_map(fields: Mapping[str, Mapping[str, Value]], vocabulary: Vocabulary)
 
     Args:
         fields: topic -> the fields of its messages.
-        vocabulary: the testbench's vocabulary.
     """
     yield 'time = "log"  # or "header": the stamp in the header of each message'
     keys = {topic.strip("/").replace("/", "_"): topic for topic in fields}

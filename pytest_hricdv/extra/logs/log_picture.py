@@ -1,4 +1,4 @@
-"""The timeline of a logged run, in bounded memory: the extremes of signals, and the first messages."""
+"""`LogPicture`: the timeline of a logged run in bounded memory, with extremes of signals and the first messages."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _Point = tuple[float, float]
 
 
 class LogPicture:
-    """Thins a run while it is read.
+    """Makes the timeline while the run is read: keeps what a picture can show.
 
     Args:
         end_s: when the run ends.

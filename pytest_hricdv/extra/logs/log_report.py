@@ -1,6 +1,6 @@
 """The report of checked logs: a suite with the same records, and so the same page, as one of tests.
 
-It says what logs show and tests do not, and the reverse.
+With `--against`, it says what logs show and tests do not, and the reverse.
 """
 
 from __future__ import annotations
@@ -104,7 +104,6 @@ class LogReport:
     """Collects the runs of logs.
 
     Args:
-        context: the project's context.
         requirements: the requirements that logs are judged by.
     """
 

@@ -1,4 +1,4 @@
-"""Abstract tests from logs: the actions of people, with the observed values.
+"""Abstract tests from logs (`hricdv check --to-tests`): the actions of people, with the observed values.
 
 They run against the code under test, are shrunk, and are varied by the closing loop like any other test.
 """

@@ -167,7 +167,6 @@ class LogReader:
     Args:
         recording: the reader of its messages.
         made: the map.
-        vocabulary: the testbench's vocabulary.
     """
 
     def __init__(self, recording: RecordingReader, made: LogMap, vocabulary: Vocabulary) -> None:

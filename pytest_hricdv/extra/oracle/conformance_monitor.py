@@ -1,4 +1,4 @@
-"""Follows one run with an agent of the model, and gives the verdict."""
+"""`ConformanceMonitor`: follows a run with an agent of the model as the oracle, and gives the verdict `MODEL`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A declared oracle, checked against model and vocabulary, and prepared for following runs."""
+"""`Oracle`: the model as an oracle, as a testbench declares it, checked and prepared for following runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ class Oracle:
     """The oracle that follows all runs of a testbench; made by `load_oracle`. It is a `monitor.Criterion`.
 
     Args:
-        declaration: the testbench's declaration.
         agent: the agent that is followed.
         others: the names of the other agents of the model, which it may send messages to.
         percepts: an event for each of `declaration.percepts`.
@@ -86,8 +85,6 @@ def load_oracle(declaration: ModelOracle, model: Model, vocabulary: Vocabulary, 
     """Check a declaration, and make it ready.
 
     Args:
-        declaration: the testbench's declaration.
-        model: the testbench's model.
         vocabulary: signals and messages.
         parameters: the names of the run's parameters, which limits may name.
 

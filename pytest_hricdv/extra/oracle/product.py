@@ -1,4 +1,4 @@
-"""The synchronous product of an agent and a run: what the agent expects of the run, and where the run differs."""
+"""The synchronous product of an agent and a run (`Product`): what the agent expects of it, and where it deviates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Patch coverage in a session: its option, and the query of git after the last test."""
+"""Patch coverage (`--hri-patch`): which of the statements that changed since a revision of git tests execute."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records of patch coverage in a report."""
+"""Records of patch coverage in `report.json`: changed statements, and how tests execute them."""
 
 from __future__ import annotations
 

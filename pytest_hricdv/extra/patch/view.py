@@ -1,4 +1,4 @@
-"""How a report shows patch coverage."""
+"""How a report shows patch coverage, the coverage of changed statements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Known answers: sessions of the skeleton's robot, with and without seeded bugs, and monitors computed by hand."""
+"""The checks of `hricdv qualify`, whose answers are known.
+
+They are sessions of the skeleton's robot, with and without seeded bugs, and monitors with verdicts computed by hand.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shrinks failures and searches for violations after the last test of a session."""
+"""`PostSession`: shrinks failures (`--hri-shrink`) and searches for violations (`--hri-search`) after the last test."""
 
 from __future__ import annotations
 
@@ -219,7 +219,6 @@ class PostSession:
 
     Args:
         rerunner: runs tests.
-        options: the session's options.
         settings: how to shrink and to search.
         chosen: node id -> test, of the session.
         say: receives progress messages.

@@ -1,4 +1,4 @@
-"""Records of shrunk tests and of searches for violations in a report."""
+"""Records of shrunk tests and of searches for violations in `report.json`, and their options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Searches for violations by varying the tests that came closest to violating a requirement."""
+"""`--hri-search`: searches for violations by varying the tests that came closest to violating a requirement."""
 
 from __future__ import annotations
 
@@ -35,7 +35,6 @@ class ViolationSearch:
     Args:
         rerunner: runs tests.
         chosen: node id -> test, of the session.
-        seed: the session's seed.
         judged: runs a test elsewhere, and says what became of a requirement; None: tests run here.
     """
 

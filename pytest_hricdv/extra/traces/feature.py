@@ -1,4 +1,4 @@
-"""Runs as MCAP files, which the viewers and tools of robotics open; the report links them."""
+"""Runs as MCAP files (`--hri-mcap`), which the viewers and tools of robotics open; the report links them."""
 
 from __future__ import annotations
 

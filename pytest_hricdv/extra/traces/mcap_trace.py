@@ -59,7 +59,6 @@ class McapTrace:
 
     Args:
         test: its result.
-        record: the run's record.
         testbench: declares the types and units.
         scene: how the shapes of the world moved; empty where nothing is known of them.
     """

@@ -1,4 +1,4 @@
-"""The MCAP files of a run, as a report names them, and what is written into them of its scene."""
+"""The record of a run's MCAP files in `report.json`, and `SceneChange`, what is written into them of its scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""JSON Schemas of the channels of a trace. Those that viewers know by name are called as there: `foxglove.Log`."""
+"""JSON Schemas of the channels in `mcap_trace`. Those that viewers know by name have that name: `foxglove.Log`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Traces of runs for `--hri-mcap`: written where the test ran, into the folder of the report."""
+"""`TraceWriter`: writes the traces of `--hri-mcap` where the test ran, into the folder of the report."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ class ObservedWorld:
     """A world whose shapes are sampled while it advances, without additional stops.
 
     Args:
-        world: the run's world.
         bodies: gives the shapes of the world now.
         period_us: minimum time between two samples (us).
     """

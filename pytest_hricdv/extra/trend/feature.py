@@ -1,4 +1,4 @@
-"""The trend over sessions: appends a line to the file of `--hri-history`, and reports changes."""
+"""`--hri-history`: appends the figures of a session to a file, and reports what changed since the session before."""
 
 from __future__ import annotations
 

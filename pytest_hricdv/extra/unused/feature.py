@@ -1,4 +1,7 @@
-"""Unused influences and parameters: unreached code fails a session, and unread parameters are named."""
+"""Finds what no run of a session used: code that nothing from outside reached, and parameters that nothing read.
+
+The first fails the session, since its tests say nothing about this code. The second is a warning.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verification plan in a session: which goals are met, in the report, in the terminal and on the page."""
+"""The verification plan of `--hri-plan` in a session: which goals are met, in report, terminal and page."""
 
 from __future__ import annotations
 
