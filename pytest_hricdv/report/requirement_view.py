@@ -1,4 +1,4 @@
-"""The view of a requirement on the page of the report."""
+"""The view of a requirement on the page of the report: its state, verdicts, failures, margins and near misses."""
 
 from __future__ import annotations
 

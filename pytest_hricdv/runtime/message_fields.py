@@ -1,4 +1,4 @@
-"""The fields of message classes, and messages as flat mappings of names for the record, as "place.x_m"."""
+"""The fields of message classes; and messages as the record has them, as flat mappings of names such as "place.x_m"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Collection: turns every generated test into a pytest item. Registered in every process when a suite is active."""
+"""`Collection`: turns every generated test into a pytest item. Registered in every process when a suite is active."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The options in force: the command line overrides the ini file, and all are validated before anything runs."""
+"""The `Options` in force: the command line overrides the ini file, and all are validated before anything runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pytest's own options, and disabled plugins, that affect a session with generated tests."""
+"""What options of pytest and disabled plugins change in a session with generated tests, and which are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The context of all runs of a process: how they are judged, measured and recorded, by options and testbench."""
+"""`RunContext`, for all runs of a process: how they are judged, measured and recorded, by options and testbench."""
 
 from __future__ import annotations
 

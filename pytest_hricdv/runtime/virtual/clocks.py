@@ -1,6 +1,6 @@
 """`time`, `datetime` and `uuid` in virtual time; outside of a run's nodes, each function is the real one.
 
-UUIDs repeat in each repeat of a run, and no two of a run are equal.
+UUIDs are the same in each repetition of a run, and no two of a run are equal.
 """
 
 from __future__ import annotations

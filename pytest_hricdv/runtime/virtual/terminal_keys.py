@@ -1,4 +1,4 @@
-"""The bytes sent by the keys of a terminal, and how it handles them in its initial mode."""
+"""The bytes that the keys of a terminal send, and the attributes of a new terminal, for `terminal`."""
 
 from __future__ import annotations
 
