@@ -1,6 +1,7 @@
 """Coupled agents: each pauses before an act, and resumes when the simulated run reports that the act has been done.
 
-`CoupledRun` is the run of such agents; the simulation sets its clock.
+Interactive agents and those of the model as an oracle are such agents. `CoupledRun` is their run; the simulation sets
+its clock.
 """
 
 from __future__ import annotations

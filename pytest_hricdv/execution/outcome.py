@@ -1,4 +1,4 @@
-"""Outcomes of a test: which ones fail a session, and which ones ask for an analysis."""
+"""Outcomes of tests, which `judge` decides: which ones fail a session, are reported as xfailed, or are as declared."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Schedules: the order in which nodes of the code under test proceed, as parameters of a concrete test.
 
 Without decisions, nodes go on in the order in which they began to wait, and code takes no time. A decision changes one
-thing about this.
+thing about this. The feature `schedules` searches for decisions under which a test fails.
 """
 
 from __future__ import annotations
