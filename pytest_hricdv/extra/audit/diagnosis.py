@@ -17,6 +17,7 @@ STATE = "state of earlier tests"
 ONCE = "drawn once in a process"
 ENVIRONMENT = "environment"
 FILE = "file left behind"
+"""Names of causes, besides the kinds of sources."""
 
 FURTHER_SEEDS = 5
 """Number of other hash seeds that are tried. Two seeds order two elements alike with probability 1/2, so that a
@@ -27,6 +28,7 @@ MOST_BEFORE = 1_000
 all. Chosen: ten doublings and ten halvings; other values were not measured."""
 
 WORKER = {"PYTEST_XDIST_WORKER": "gw0", "PYTEST_XDIST_WORKER_COUNT": "2", "PYTEST_XDIST_TESTRUNUID": "audit"}
+"""Variables of the environment that xdist sets in its workers."""
 
 
 class OutOfTimeError(Exception):

@@ -31,6 +31,7 @@ class AuditOptions:
 
 
 BEGIN: pytest.StashKey[Begin] = pytest.StashKey()
+"""Where the conditions before the first test are kept."""
 
 
 class AuditFeature(Feature[AuditOptions]):

@@ -37,6 +37,7 @@ RANDOM, CLOCK, FILE_TIMES, PROCESS, LISTING = (
     "order of a folder",
 )
 THREADS, OTHERS, FILES = "threads", "other processes", "files"
+"""Kinds that cannot be frozen: reads of them are only reported."""
 
 KINDS = (RANDOM, CLOCK, FILE_TIMES, PROCESS, LISTING)
 """Kinds that can be frozen, in the order in which they are tried."""

@@ -29,6 +29,7 @@ LOST: Final = "lost"
 """The outcome of a run that ends its process, or its worker, each time."""
 
 Bits = Annotated[str, Meta(pattern=r"^0x[0-9a-f]+\Z")]
+"""A bit set, in hexadecimal."""
 
 Judgement = tuple[Literal["Passed", "Failed", "NC"], Count, Number | None]
 """Verdict of a requirement, how often it was triggered, and its margin."""

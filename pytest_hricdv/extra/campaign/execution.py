@@ -1,4 +1,4 @@
-"""Executes a campaign: sends the missing runs to a cluster in tasks, and stores each result as it arrives.
+"""`Execution` of a campaign: sends the missing runs to a cluster in tasks, and stores each result as it arrives.
 
 The audit repeats some runs, on another worker if there is one, and compares the records. Where they differ, the first
 event at which their timelines part is kept: what differs between two machines, or two versions, shows there first.

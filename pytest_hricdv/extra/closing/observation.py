@@ -41,6 +41,7 @@ from pytest_hricdv.monitor.antecedent import conjunct_outcomes
 
 NEW, KNOWN, FAULT = "violation", "known violation", "fault"
 KINDS = (NEW, KNOWN, FAULT)
+"""The kinds of points that say what was wrong with a run."""
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 

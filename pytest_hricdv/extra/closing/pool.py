@@ -23,6 +23,7 @@ from pytest_hricdv.generate.model import Exploration, ExploredRun
 from pytest_hricdv.generate.rng import random_index
 
 Planned = Callable[[Sequence[str]], Iterable[Bin]]
+"""`CrossProduct.planned`: a test's commands -> what each of its interactions plans."""
 
 
 class Intervention(NamedTuple):

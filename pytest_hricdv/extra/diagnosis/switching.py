@@ -25,6 +25,7 @@ DECIDE = "__hricdv_decide__"
 """The function that instrumented code calls with the outcome of a decision."""
 
 SWITCHED = "passes with this decision reversed"
+"""`SuspiciousPlace.experiment` of a decision that this search found."""
 
 
 class DecisionSwitch(PlainRecord, frozen=True, kw_only=True):

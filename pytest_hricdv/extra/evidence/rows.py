@@ -20,6 +20,7 @@ Not checked: no test triggered and decided it. No evidence: it is in a list, and
 it."""
 
 OPEN: tuple[EvidenceStatus, ...] = ("violated", "not checked", "no evidence")
+"""With these, a requirement without a waiver is open."""
 _WORST_FIRST: tuple[EvidenceStatus, ...] = ("violated", "not checked", "known violation", "satisfied")
 
 

@@ -1,4 +1,4 @@
-"""The record of a film in `report.json`: the files of a failed test, and when its frames were taken."""
+"""The record of a film in `report.json`: its files, and the simulated times of its frames."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ class FilmResult(PlainRecord, frozen=True, kw_only=True):
     """The film of a failed test, with paths relative to the report.
 
     Args:
+        video: the film itself; None if there is none.
+        strip: a picture with its key frames.
         seconds: how long it lasts.
         note: why there is none, or what is wrong with it.
         times_s: the simulated time of each frame (s); empty in reports of older versions.

@@ -18,6 +18,7 @@ SLOW_VIOLATIONS = 3
 """Only the first violations are in slow motion: a run can have hundreds."""
 
 VIOLATION, END = "violation", "end"
+"""Key frames of each film, besides those of the interaction."""
 
 
 @dataclass(frozen=True)

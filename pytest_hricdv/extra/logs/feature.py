@@ -31,6 +31,7 @@ UNKNOWN: TestSection[Mapping[str, str]] = TestSection("unknown", Mapping[str, st
 """Of a log: requirement -> why data for it are missing. It counts as not checked."""
 
 FLEET: Section[FleetComparison | None] = Section("fleet", FleetComparison | None, None)
+"""The comparison that `hricdv check --against` makes."""
 
 TEST_SECTIONS = (UNKNOWN,)
 SECTIONS = (FLEET,)

@@ -28,6 +28,7 @@ Change = tuple[cst.CSTNode, cst.CSTNode]
 """A node of the tree, and what stands in its place."""
 
 Changes = Callable[[cst.CSTNode, Source, Names], Iterator[Change]]
+"""An operator."""
 
 _MESSAGE = frozenset({"publish", "send", "emit", "broadcast", "notify", "say", "tell"})
 _WAIT = frozenset({"sleep", "wait", "pause", "delay"})

@@ -1,4 +1,4 @@
-"""The oracle in the execution of tests: adds a criterion to the requirements, and a follower to each run."""
+"""The model as an oracle in the execution of tests: its agent is one more criterion, and a monitor follows each run."""
 
 from __future__ import annotations
 

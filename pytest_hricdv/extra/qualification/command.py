@@ -25,6 +25,7 @@ OK, WRONG = 0, 1
 AT_ONCE = 2
 """Sessions that run at the same time."""
 PACKAGES = ("pytest-hricdv", "pytest", "pytest-xdist", "coverage", "greenlet", "msgspec", "pybullet", "mujoco-core")
+"""Packages whose versions the page has."""
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -12,6 +12,7 @@ from pytest_hricdv.extra.ros2.messages import type_name
 from pytest_hricdv.runtime.kernel import Kernel
 
 NamesAndTypes = list[tuple[str, list[str]]]
+"""Full names of topics or services, each with its types."""
 _Entities = dict[str, list[Any]]
 
 

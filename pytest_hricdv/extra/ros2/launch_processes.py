@@ -35,6 +35,7 @@ from pytest_hricdv.runtime.kernel import Kernel, Node
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
+"""Returns a function that does the same, and is measured."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ if HAS_TERMINALS:
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 Body = Callable[[], None]
+"""A function that a process runs."""
 
 _PROCESS = "ros2 process"
 

@@ -14,7 +14,7 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
-NO_WAY: Vector = (0.0, 0.0, 0.0)
+NO_TRANSLATION: Vector = (0.0, 0.0, 0.0)
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
@@ -70,7 +70,7 @@ def slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
 class Transform:
     """A transform from a child frame to its parent, or from a source frame to a target frame."""
 
-    translation: Vector = NO_WAY
+    translation: Vector = NO_TRANSLATION
     rotation: Quaternion = IDENTITY
 
     def of(self, point: Vector) -> Vector:

@@ -28,6 +28,7 @@ _REJECTED = 1
 """`ERROR_REJECTED` of `action_msgs/srv/CancelGoal`."""
 
 Execute = Callable[["ServedGoal"], object]
+"""Serves a goal in a node of its own, and may block."""
 
 
 class ServedGoal(RosServedGoal):

@@ -14,6 +14,7 @@ ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
 """Why the search ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
 
 OTHERWISE = "they do not pass in a process of their own, as they did in the session"
+"""Why tests are left out of the search."""
 
 
 class RaceRecord(PlainRecord, frozen=True, kw_only=True):

@@ -1,4 +1,4 @@
-"""Runs in files, with all messages and signals: later requirements can judge them without another run."""
+"""`StoredRun`: a run in a file, with all messages and signals, so that new requirements can be judged on it."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from pytest_hricdv.runtime.record import Value
 
 Series = tuple[bytes, bytes]
 Texts = tuple[bytes, list[str]]
+"""The times (s) and values of a signal; numbers are the bytes of doubles."""
 
 
 class StoredMessage(msgspec.Struct, frozen=True, array_like=True):
@@ -38,8 +39,8 @@ class StoredRun(msgspec.Struct, frozen=True, kw_only=True):
         end_s: when it ended (s of simulated time).
         failed: the requirements that it violated, except known violations.
         errors: what else was wrong with it, a sentence each.
-        signals: name -> times (s) and values, as the bytes of doubles.
-        texts: name -> times (s), as the bytes of doubles, and values.
+        signals: name -> series, of numeric and bool signals.
+        texts: name -> texts, of string signals.
         messages: the messages, in the order of time.
         own_topics: the topics that the code under test has sent.
         own_signals: the signals that only the code under test has changed, at work itself.

@@ -23,6 +23,7 @@ _WAYPOINT_FAILED = 3
 """`FAILED` of `nav2_msgs/msg/WaypointStatus`."""
 
 Reaches = Callable[[PlanarPose], bool]
+"""Whether a base can reach a pose."""
 
 
 def set_those_there_are(message: Any, **values: Any) -> None:
