@@ -35,6 +35,7 @@ _STYLES: Mapping[RequirementState, str] = {
 
 Judged = tuple[TestResult, RequirementResult]
 Missed = tuple[TestResult, NearMiss]
+"""A test with its result for the requirement, or with its nearest miss."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pytest_hricdv.report.formatting import by_requirement, natural, quantity, s
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
 NO_TEXT = RequirementText(title="", source="", text="")
+"""Stands for the text of a requirement that the report lacks."""
 
 _SAME_S = 0.0005
 """Times closer than this are one moment: reports have milliseconds."""

@@ -1,6 +1,7 @@
-"""The timeline of a run: messages, signals and triggers of monitors, as short text that can be drawn and compared.
+"""The timeline of a run: messages, signals and triggers of monitors, as short text.
 
-A record holds thousands of changes of each signal; what a picture can show of them is kept, extremes included.
+The page draws it, and baselines compare it. A record holds thousands of changes of each signal; what a picture can show
+of them is kept, extremes included.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Error messages for code that waits in real time: the line, the call, and how it can wait in virtual time."""
+"""Error messages (`real_wait`) for code that waits in real time: the line, the call, how to wait in virtual time."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Virtual time: blocking nodes as greenlets, resumed in the order of their due times.
 
-A node is ordinary blocking Python. When it sleeps or waits, control returns to the kernel, which advances the world to
-the next due time and resumes the nodes that are due then. Nothing runs in parallel and nothing reads a wall clock, so a
-run is a pure function of its inputs.
+A `Node` is ordinary blocking Python. When it sleeps or waits, control returns to the `Kernel`, which advances the world
+to the next due time and resumes the nodes that are due then. Nothing runs in parallel and nothing reads a wall clock,
+so a run is a pure function of its inputs.
 
 Time is counted in whole microseconds, so sums of durations are exact, and nodes that are due at the same time stay so.
 Nodes that are due at the same time are resumed in the order in which they began to wait.

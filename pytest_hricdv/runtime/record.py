@@ -16,6 +16,7 @@ from typing import Protocol
 from pytest_hricdv._base import own_json as json
 
 Value = float | bool | int | str
+"""A value in a record."""
 
 _PLAIN = (bool, int, float, str)
 

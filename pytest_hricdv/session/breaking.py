@@ -25,6 +25,7 @@ from pytest_hricdv.report.formatting import seconds
 from pytest_hricdv.runtime.record import Value
 
 NAME = "hri_state"
+"""The name by which code in the debugger has the instant."""
 
 _PACKAGE = Path(__file__).parents[1]
 

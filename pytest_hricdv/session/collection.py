@@ -41,11 +41,13 @@ REPLAYS = "hricdv_replays"
 WORKER_HASH_SEED = "hricdv_hash_seed"
 """A key of what a worker sends at its end; the keys above are of what it receives."""
 DONE = "hricdv_done"
+"""A key of what a worker receives: the tests that an earlier session has finished."""
 ALONE = "hricdv_alone"
 """A key for a process started for certain tests: it runs them itself instead of starting more processes."""
 _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
 
 _LONG_S, _TELL_AGAIN_S = 2.0, 60.0
+"""What takes longer is announced; a log has a line on it this often (s of wall time)."""
 
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:

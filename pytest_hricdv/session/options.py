@@ -32,6 +32,7 @@ MAX_TESTS = 100_000
 """As in `generate.beliefs`, which a session without a suite does not import."""
 
 SESSION_DAY = "hricdv_session_day"
+"""A key of what a worker receives: the date on which the session began."""
 _RERUN_OPTIONS = ("tests", "concretizations", "sampling", "fidelity")
 _DAY = pytest.StashKey[datetime.date]()
 

@@ -40,6 +40,7 @@ from pytest_hricdv.session.suites import check_commands
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
+"""The folder of replay files in the folder of the report."""
 
 _DIGITS = 8
 """Of a test's content in its id."""

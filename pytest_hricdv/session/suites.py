@@ -25,6 +25,7 @@ from pytest_hricdv.session.options import MAX_TESTS, Options
 from pytest_hricdv.testbench import Testbench
 
 CACHE_FOLDER = "hricdv"
+"""The folder of suites in pytest's cache."""
 
 
 def _method_suites(suites: str) -> str:

@@ -33,6 +33,7 @@ VIOLATION = re.compile(r"^\S+ failed at ")
 """The first line of the text of a test that violated a requirement."""
 
 Key = tuple[object, ...]
+"""Failures with the same key have the same error, and are shown once."""
 
 
 class RepeatedErrors:
