@@ -99,8 +99,7 @@ class Settlement:
 
     def reduce(self, trial: FirstRuns) -> bool:
         """Take out what fails; returns whether anything was."""
-        if self.isolated_for and self.isolated_for == trial.error:
-            self.draft = replace(self.draft, isolates=False)  # it was not that
+        self._end_isolation(trial)
         if trial.error.startswith("ERROR"):  # no test began
             steps = [self._drop_name, self._run_in_root, self._replace_libraries,
                      self._drop_entry, self._drop_code]  # fmt: skip
@@ -119,6 +118,7 @@ class Settlement:
 
     def give_up(self, trial: FirstRuns) -> bool:
         """Take out all that may fail, the most harmless first; returns whether anything was."""
+        self._end_isolation(trial)
         steps = [self._run_in_root, self._take_time, self._leave_out_all, self._fall_silent,
                  self._drop_entry, self._drop_code]  # fmt: skip
         return any(step(trial) for step in steps)
@@ -167,6 +167,11 @@ class Settlement:
         self.isolated_for = trial.error or "leaks"
         self.draft = replace(self.draft, isolates=True)
         return True
+
+    def _end_isolation(self, trial: FirstRuns) -> None:
+        """Run tests in one process again, if what they were isolated for happens in processes of their own, too."""
+        if self.isolated_for and self.isolated_for == trial.error:
+            self.draft = replace(self.draft, isolates=False)
 
     def _replace_libraries(self, trial: FirstRuns) -> bool:
         """Give what is made from a library that failed a stand-in."""

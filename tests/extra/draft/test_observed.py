@@ -217,8 +217,9 @@ def test_runs_may_end_as_the_first_ones_did(monkeypatch: pytest.MonkeyPatch, tmp
     assert "may_end" not in text  # that it returns is a fault of the run
 
 
+@pytest.mark.parametrize("used_s", [1.0, 16.0])  # of 60 s: then only what is sure to help is done
 def test_the_command_at_which_tests_raise_is_left_out_and_asked_for(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    used_s: float, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     draft, _ = drafted(tmp_path, robots.MATCH)
     (first, *others) = [command for thing in draft.inputs for command, _ in thing.commands]
@@ -227,7 +228,7 @@ def test_the_command_at_which_tests_raise_is_left_out_and_asked_for(
         if first in draft.left_out:
             return FirstRuns(8, 8, (), (), "")
         raising, calm = (frozenset({first, *others}),), (frozenset(others),)
-        return FirstRuns(2, 1, (), (), "ValueError: no", raising=raising, calm=calm)
+        return FirstRuns(2, 1, (), (), "ValueError: no", raising=raising, calm=calm, used_s=used_s)
 
     scripted(monkeypatch, script)
     settled, _ = settle(draft)
