@@ -1,7 +1,8 @@
-"""Untrusted input files: read within limits of size and depth, and checked before they are parsed.
+"""Reads untrusted input files: limits their size and depth, and checks them before they are parsed.
 
-A file from a user, a colleague or a CI service may be cut off, edited, or not be a file at all. Every reader
-of one begins here, so that all have the same limits and report a mistake in the same way, with its location.
+A file from a user, a colleague or a CI service may be cut off, edited, or not a regular file. All modules that read
+one use these functions: `read_text` and `read_bytes` read it, `from_json` and `from_toml` parse it. So all files have
+the same limits, and each mistake in one is a `MalformedError` with its location.
 """
 
 from __future__ import annotations
@@ -18,27 +19,27 @@ from typing import Any, TypeVar
 from pytest_hricdv._base.message import InputError, nearest, quote
 
 MAX_BYTES = 20_000_000
-"""Greatest size of a file of tests, a replay file or a table: a hundred times that of a large suite. A text of tests
-that has more takes more than seconds."""
+"""Maximum size (bytes) of a file of tests, a replay file or a table: a hundred times that of a large suite. Reading a
+larger one would take too long."""
 
 MAX_REPORT_BYTES = 500_000_000
-"""Greatest size of a report or a baseline, which have every run of a suite: enough for 20,000 long ones."""
+"""Maximum size (bytes) of a report or a baseline, which contain every run of a suite: enough for 20,000 long runs."""
 
 MAX_TOML_BYTES = 1_000_000
-"""Greatest size of a TOML file, all of which people write: a thousand requirements. Reading more takes seconds."""
+"""Maximum size (bytes) of a TOML file, which people write by hand: a thousand requirements. More takes seconds."""
 
 MAX_UNPACKED_BYTES = 200_000_000
-"""Greatest size of what is unpacked at once, the result of a test: a hundred times that of a long one. Two megabytes of
-zlib can hold four gigabytes."""
+"""Maximum size (bytes) of one test's result after decompression: a hundred times that of a long test. Two megabytes of
+zlib data can expand to two gigabytes."""
 
 MAX_DEPTH = 64
-"""Greatest depth of lists and tables in each other: ten times that of any file here, and safe for Python's stack."""
+"""Maximum depth of nested lists and tables: ten times that of any file here, and safe for Python's stack."""
 
 MAX_DIGITS = 19
-"""Digits of the largest whole number: seeds have 63 bits. Python needs seconds for a number of a million digits."""
+"""Maximum number of digits of an integer: seeds have 63 bits. Python needs seconds to parse a million digits."""
 
 _BLOCK = 1_000_000
-"""Number of bytes read from a file whose size is reported as smaller."""
+"""Minimum number of bytes to read: the system reports the size 0 for some files that have content, as in /proc."""
 
 T = TypeVar("T")
 

@@ -1,7 +1,8 @@
-"""`CodeMap`: the statements, branches and waivers of the code under test, and coverage of them as bit sets.
+"""`CodeMap`: the statements, branches and waivers of the code under test; `Bits`: which of them a test covered.
 
-A statement or a branch is one bit. Bits are ordered by file, then by line. So the coverage of a test is one number,
-which is cheap to send between processes, and coverage is merged with `|` in any order.
+Each statement or branch has one bit, ordered by file, then by line. So a test's coverage is two numbers, which are
+cheap to send between processes, and coverage is merged with `|` in any order. A session calls `map_code` once;
+measurement, reports, the closing loop, mutation and diagnosis use the map.
 """
 
 from __future__ import annotations
@@ -27,11 +28,12 @@ __all__ = ["Arc", "Bits", "CodeMap", "CoverageError", "SourceFile", "map_code", 
 Arc = tuple[int, int]
 
 WAIVER = re.compile(r"#\s*unreachable:\s*(?P<reason>.*)")
+"""A comment that says why a line need not be covered."""
 
 
 @dataclass(frozen=True)
 class SourceFile:
-    """One file: its displayed name, path, statements (first lines), branches (line to line), waivers and text."""
+    """A file: statements are the numbers of their first lines, branches pairs of lines; `name` is shown in reports."""
 
     name: str
     path: Path
@@ -42,7 +44,7 @@ class SourceFile:
 
 
 def percent(part: int, whole: int) -> float:
-    """The percentage that a part is of a whole; 100 if the whole is nothing."""
+    """A part as a percentage of the whole; 100 if the whole is 0."""
     return round(100.0 * part / whole, 2) if whole else 100.0
 
 

@@ -1,8 +1,8 @@
 """Measures the code under test while it runs inside its own greenlet, and nowhere else.
 
-The tracer is started inside the greenlet of the code under test and limited to it. So the rest of the process (world,
-human, monitors) runs untraced at full speed, while every line and branch is recorded. `choose` makes the `Measurement`
-of a session: where the user measures already (`--cov`), it joins in, as a second one would silently pause the user's.
+The tracer starts in the greenlet of the code under test and is limited to it. So every line and branch of the code is
+recorded, and the rest of the process (world, human, monitors) runs at full speed. A session gets its `Measurement` from
+`choose`. With `--cov` it shares the measurement of pytest-cov, since a second one would silently pause the first.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 TAKEN_OVER = "a debugger took the trace function over while the code under test ran"
+"""Why such a run has no coverage (`Measurement.reason`)."""
 
 
 class Measurement(Protocol):
@@ -45,7 +46,7 @@ class Measurement(Protocol):
         """Why nothing can be measured; empty if it can."""
 
     def watch_imports(self, context: str) -> AbstractContextManager[None]:
-        """While the test runs that is measured under `context`: which modules it imports is noted."""
+        """Within the block: notes which modules are imported by the test that is measured under `context`."""
 
     def measure(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """`body`, measured under `context` when it is run in a greenlet of its own."""

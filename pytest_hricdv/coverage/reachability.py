@@ -1,4 +1,9 @@
-"""Reachability, from all runs of the model: which bins it proves impossible, which beliefs lead to plans and bins."""
+"""Runs the model with all belief sets, and says which bins are impossible, and which beliefs reach a plan or bin.
+
+A bin of a cross product that no run of the model reaches is impossible, and does not count as a gap of coverage. A
+report gets the impossible bins from `explore`; the closing loop uses the runs to choose belief sets. If not all runs
+can be explored, nothing is proven.
+"""
 
 from __future__ import annotations
 
@@ -23,18 +28,19 @@ from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration
 
 CACHE_KEY = "hricdv/exploration-{}"
+"""Where pytest's cache keeps an exploration, by the fingerprint of the model and its belief space."""
 
 
 @dataclass(frozen=True)
 class Reachability:
-    """What exploring the model shows: a report's `exploration` and `cross_products`."""
+    """The results of an exploration, as in the keys `exploration` and `cross_products` of a report."""
 
     exploration: ExplorationRecord = field(default_factory=ExplorationRecord)
     products: Mapping[str, ProductDeclaration] = field(default_factory=dict)
 
 
 def explore(context: GenerationContext, products: Mapping[str, CrossProduct], cache: Any | None) -> Reachability:
-    """Explore a model, or take its exploration from the cache, and compare the cross products with it.
+    """Explore a model, or take its exploration from the cache, and compare it with the cross products.
 
     Args:
         context: the model, its belief space, and the human's commands.

@@ -1,12 +1,13 @@
-"""Forks of this process: `call_in_fork` runs a function in one, `ProcessPool` works on many items.
+"""Runs work in forks of this process, where it cannot change the state of the session.
 
-Other threads of this process are not in a fork, and what they had locked stays locked there. So whoever forks a
-process with threads, such as a worker of xdist, whose other thread only waits for its controller, does not use in
-the fork what those threads use. The pool is only for a process without threads.
+`call_in_fork` calls one function, as for a film or an experiment of the diagnosis. `fork` returns a `Fork` or, in the
+fork, an `InFork`, which sends it messages, as for the audit. `ProcessPool` works on items in parallel, as for mutants.
 
-Time-outs of the pool count only time in which it is polled. A machine sleeps, a job is suspended, a process is
-stopped (SIGSTOP) and resumes: other processes, and messages to them, had no usable time meanwhile. Setting a
-clock has no effect on it either.
+A fork has only the thread that forked; what other threads had locked stays locked there. So a process with threads,
+such as a worker of xdist, must not use in a fork what its threads use. The pool is only for processes without threads.
+
+The time-out of the pool does not count time in which this process was stopped (a machine that sleeps, a suspended job,
+SIGSTOP), since its children were then probably stopped, too. Setting the system's clock has no effect.
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ from dataclasses import dataclass, field
 from typing import Generic, NoReturn, TypeVar
 
 _HEAD = 8
-"""Bytes before a message: its length."""
+"""Size (bytes) of the length in front of a message."""
 
 _PR_SET_PDEATHSIG = 1
 """Option of Linux's prctl (linux/prctl.h): the signal that a process gets when its parent dies."""
 
 _LOOK_AFTER_S = 0.5
-"""Interval (s) at which a silent process is checked for being alive: a child of its own may hold its pipe open."""
+"""Interval (s) of checks that a silent process is alive: its pipe may be held open by a child of its own."""
 
 
 class ForkError(Exception):
-    """The process ended without its message; the error says how."""
+    """The fork ended without sending its message; the error says how."""
 
 
 class Fork:

@@ -1,8 +1,9 @@
 """`Influence` detects whether people, sensors or the world had any effect on the code under test in a run.
 
-Code that connects to a bus of its own gets none of the messages of its testbench, and passes every test. A run reached
-the code if one of its nodes took a message of somebody else or was woken by somebody else, or if it shares an object
-with them: a queue, a device, a reading. The feature `unused` reports code that no run reached.
+Code that connects to a bus of its own gets no messages of the testbench, and passes every test. A run *reached* the
+code if a node of the code took a message from outside it or was woken from outside, or if the code shares an object,
+such as a queue or a device, with people, sensors or the world. Each run has an `Influence`; the feature `unused`
+reports code that no run reached.
 """
 
 from __future__ import annotations
@@ -23,10 +24,10 @@ from zlib import crc32
 from pytest_hricdv.runtime import Bus, Kernel, Node
 
 MAX_OBJECTS = 100_000
-"""Objects that are followed from the nodes; code that has more is taken to be reached."""
+"""Maximum number of objects that are searched for shared ones; code with more counts as reached."""
 
 MAX_SECONDS = 600
-"""Simulated seconds of a run whose waits are compared with those of other runs (`Influence.waits`)."""
+"""Length (simulated s) of the part of a run whose waits are compared with those of other runs (`Influence.waits`)."""
 
 _LEAVES = (
     *(ModuleType, CodeType, FrameType, BuiltinFunctionType, Enum, IOBase, re.Pattern),

@@ -1,6 +1,7 @@
-"""`ModelRunner` runs the BDI agents with belief subsets; their external actions are the abstract tests.
+"""`ModelRunner` runs a model with belief sets; the external actions of its actors in a run are an abstract test.
 
-Of a model that is too large to be explored completely, randomly drawn belief sets are run.
+The generation methods run it with the sets that they select. `coverage.reachability` gets all runs of a model from
+`explore_exhaustively`, or, where there are too many, runs of randomly drawn sets from `explore_by_sampling`.
 """
 
 from __future__ import annotations
@@ -26,24 +27,25 @@ from pytest_hricdv.generate.model import Exploration, ExploredRun, Model, ModelR
 from pytest_hricdv.generate.rng import make_rng, pick
 
 Content = tuple[tuple[str, ...], int]
-"""The abstract test of a run, and the plans executed as bits."""
+"""The lines of a run's abstract test, and the executed plans as a bit set."""
 
 MAX_OTHERS = 9
-"""Most beliefs, apart from start beliefs, of a space that is explored set by set: 512 runs per start belief."""
+"""Maximum number of beliefs besides the start beliefs in a space that is explored set by set: 512 runs for each start
+belief."""
 TOO_LARGE = "too large: the model has too many different runs"
 NOT_ENUMERABLE = "too large: {} beliefs besides the start beliefs, of which more than {} cannot be tried in all sets"
-"""Followed by what keeps the memo from exploring all runs (`Memo.obstacle`)."""
+"""Followed by the reason why the memo cannot enumerate the runs (`Memo.obstacle`)."""
 
 _ROUND_LIMIT = "round limit"
-"""How the BDI engine reports a run that was ended because of its length."""
+"""`Result.ended` of a run that the BDI engine stopped after `max_rounds`."""
 
 _MOST_NAMED = 3
-"""Plans without an end that are named in the notes of a suite."""
+"""Maximum number of endless plans that the notes of a suite name."""
 _REMEDY = "let it end, as by a plan with a context before it"
 
 
 class ModelRunner:
-    """Runs a model with any number of belief subsets.
+    """Runs a model with any number of belief sets, called subsets of the belief space.
 
     The percepts of a subset are always in the space's order, so that a set of beliefs has exactly one run. Every run
     starts from the agents' initial beliefs and the model's own seed.

@@ -1,7 +1,8 @@
-"""The settings of Q-learning: reward, parameters, and the table or belief sets to start from.
+"""The settings of Q-learning: `QLearning` (parameters), the reward functions, and `WarmStart` (what to start from).
 
-The reward is the value of adding a belief, from the plans that the model then executes. Each round of learning has a
-new reward object. It is called when a subset is begun and after each run of the model.
+Learning (`learner.learn`) builds belief sets that make the model execute many plans. Its state is the belief added
+last, its action the belief added next, and the reward follows from the plans that the model then executes. Learning has
+one or more rounds, each with a new reward object.
 """
 
 from __future__ import annotations
@@ -17,29 +18,29 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import MAX_TESTS
 from pytest_hricdv.generate.rng import random_index
 
-#: A coverage plan: its agent and its label.
+#: A plan that learning wants to cover: its agent and its label.
 Plan = tuple[str, str]
 
 #: What one run of the model executed: agent -> plan labels.
 Executed = Mapping[str, frozenset[str]]
 
-#: The reward for the plans that an agent covered: (covered, the most covered so far) -> reward.
+#: The reward for one agent: (number of plans covered, the most covered so far) -> reward.
 Tier = Callable[[int, int], float]
 
-_VALUE_OF_NEW_PLAN = 100.0  # the highest reward of the paper, so that its kT = 10 explores as much as there
+_VALUE_OF_NEW_PLAN = 100.0  # the paper's highest reward, so that its temperature kT = 10 explores as much as there
 
 
 class RewardFunction(Protocol):
     """The quantity that learning maximizes."""
 
     maxima: dict[str, int]
-    """The most plans that one run covered, by agent."""
+    """Agent -> the most plans that one run covered so far."""
 
     def begin(self) -> None:
-        """Begin a subset: the next run is that of its start belief."""
+        """Begin a belief set: the next run has only its start belief."""
 
     def of(self, executed: Executed) -> float:
-        """The reward of the belief that was added last, from the plans that the run with it executed."""
+        """The reward for the belief added last; `executed` is of the run with it."""
 
 
 class PublishedReward:

@@ -1,8 +1,9 @@
 """Past formulas compiled to Python expressions, and the stateful operators that these expressions read.
 
-A past formula becomes a Python expression over the values `v`, the topics with a message `m` and the outputs of
-operators `o`. What needs memory becomes an operator; it is stepped separately and the expression reads its output.
-Each class of formulas and terms writes its expression with the methods of `ExpressionCompiler`, as `program` asks it.
+A past formula, which depends only on the run so far, becomes a Python expression over `v` (values), `m` (topic ->
+number of messages at this instant) and `o` (outputs of operators). What needs memory, such as `once`, becomes an
+operator. It is stepped separately, and the expression reads its output. Each class of formulas and terms writes its
+own expression with the methods of `ExpressionCompiler`; `program` assembles the program of a monitor from them.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from pytest_hricdv.monitor.terms import leaves
 
 
 def function_of(expression: str) -> Callable[..., Any]:
-    """The Python function of `v` (values), `m` (topic -> number of messages) and `o` (outputs of operators)."""
+    """An expression as a Python function of `v`, `m` and `o`."""
     # Safe to evaluate: the formulas write only checked names (as literals), numbers and operators.
     # Compiled once: it runs at every physics substep, where walking through the tree of the formula would take too
     # long.
@@ -37,11 +38,11 @@ def _finite(value: float) -> float:
 
 
 class ExpressionCompiler:
-    """Collects the operators whose outputs expressions read by number.
+    """Collects the operators of a formula; an expression reads the output of the one with the number n as `o[n]`.
 
     Attributes:
-        run_operators, trigger_operators: as of `RequirementProgram`.
-        past_numbers: the text of each count and time between -> the number of its operator.
+        run_operators, trigger_operators: constructors of operators, as in `RequirementProgram`.
+        past_numbers: the text of each count, or time between two events -> the number of its operator.
         run_sources, trigger_sources: the sources whose updates can change the operands of these operators.
     """
 

@@ -1,10 +1,14 @@
 """Signals that end a session: SIGTERM is handled like Ctrl-C, and neither interrupts the writing of the report.
 
 SIGHUP, which a closed terminal sends, is handled like SIGTERM, and so are other signals that end Python by default,
-such as those of batch systems whose time is up. A session ends within 5 s, whatever the code under test does: a node
-that ignores the signal is left where it is. If that does not help either, as in code of the testbench that catches
-everything, the report of what was reached is made from the journal, and the stuck process ends. The same holds where
-the main thread is in C code that does not return: Python calls no handler then, and a thread notices the signal by
+such as those of batch systems whose time is up. A session has one `Signals`. It ends the session within 5 s, whatever
+the code under test does:
+
+1. SIGTERM raises `Termination` in the main thread, and a node that catches it is abandoned.
+2. If the process is still stuck, as in a testbench that catches everything, the report is made from the journal
+   (`early_end`), and the process ends.
+
+If the main thread is in C code that does not return, Python calls no handler; a thread then notices the signal by
 Python's wake-up descriptor.
 """
 
@@ -26,24 +30,24 @@ from typing import Any
 from pytest_hricdv.runtime.kernel import current_node
 
 LETS_GO_WITHIN_S = 2.0
-"""How long code may run on after SIGTERM (s): two of the five seconds within which a session ends. The rest is for
-the report; Docker kills 10 s after SIGTERM."""
+"""How long code may continue after SIGTERM (s), of the five seconds within which a session ends. The rest is for the
+report; Docker kills 10 s after SIGTERM."""
 
 WORKERS_END_WITHIN_S = 0.5
-"""How long workers may take to end after SIGTERM before they are killed (s), of the same five seconds: their results
-are here already."""
+"""How long workers of xdist may take to end after SIGTERM before they are killed (s), of the same five seconds. They
+have already sent their results."""
 
 REBUILT_WITHIN_S = 60.0
-"""How long a report of the journal may take (s): it has 30,000 tests then, as one of 1,000 takes 2 s."""
+"""How long making the report from the journal may take (s): enough for 30,000 tests, since 1,000 take 2 s."""
 
 LOOKS_EACH_S = LETS_GO_WITHIN_S / 4
-"""How often to look whether code has let go, or the parent process is there (s)."""
+"""Interval (s) of checks whether code has ended after SIGTERM, and whether the parent process still exists."""
 
 ENDING_WITHIN_S = 10.0
 """How long pytest and plugins may take to end the session, besides the report (s): xdist waits as long for workers."""
 
 AGAIN_S = 1.0
-"""A second signal so soon after the first (s) is not a second wish: it would cut off what the first one started."""
+"""A second signal within this time (s) interrupts nothing: it would cut off what the first one started."""
 
 _ENDING = {
     getattr(signal, name, signal.SIGTERM) for name in ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGXCPU")

@@ -1,4 +1,8 @@
-"""Internal actions on terms and strings: ``.ground``, ``.copy_term``, ``.add_annot``, ``.substring`` and others."""
+"""Internal actions on terms and strings: ``.ground``, ``.copy_term``, ``.add_annot``, ``.substring`` and others.
+
+Nothing calls these functions by name: `internal_action` registers each, and agents find them in the registry. An
+`Invocation` is one call from a plan, with its arguments.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +54,7 @@ _TESTS: dict[str, Callable[[Term], bool]] = {
     "literal": _is_a(Structure),
     "list": _is_a(ListTerm),
 }
-"""The actions that test what a term is."""
+"""Actions that test the kind of a term: name -> test."""
 
 
 def _test(invocation: Invocation, holds: Callable[[Term], bool]) -> Outcome:

@@ -1,4 +1,8 @@
-"""The execution of statements of plans: `EXECUTE` has a function for each kind, which `Agent.execute` calls."""
+"""Executes the statements in the bodies of plans: `EXECUTE` has a function for each class of statement.
+
+`Agent.execute` calls it with the agent, the intention, the plan on top of that intention with its bindings
+(`IntendedMeans`), and the statement.
+"""
 
 from __future__ import annotations
 

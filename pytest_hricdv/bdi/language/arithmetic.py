@@ -1,4 +1,7 @@
-"""Numbers and arithmetic of AgentSpeak: doubles, computed and printed as in Jason, which is written in Java."""
+"""Numbers and arithmetic of AgentSpeak: doubles, computed and printed as in Jason, which is written in Java.
+
+The module `terms` uses both: a `Number` is a term, and `OPERATIONS` evaluates expressions such as `X + 1`.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from collections.abc import Callable
 
 
 class Number(float):
-    """A number; like Jason's, always a double, printed without a fraction when it has none."""
+    """A number: always a double, as in Jason; a whole number is printed without a fraction."""
 
     __slots__ = ()
 

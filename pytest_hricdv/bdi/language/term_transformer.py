@@ -1,4 +1,8 @@
-"""Builds terms and formulas from lark's parse tree; `AgentSpeakTransformer` extends it to programs."""
+"""`TermTransformer` builds terms and formulas from the parse tree that lark makes of a source.
+
+A term is data, such as `leg(2)` or `X + 1`; a formula is a condition, such as `bored & X > 1`. The parser uses the
+subclass `AgentSpeakTransformer`, which adds plans and whole programs.
+"""
 
 from __future__ import annotations
 
@@ -33,13 +37,16 @@ from pytest_hricdv.bdi.language.terms import (
 )
 
 _NUMBERED = re.compile(r"\b_(\d{1,9})\b")
+"""A variable that the author has named `_1`, `_2` and so on."""
 _FORMULA_ONLY = (And, Or, Not, Comparison)
+"""Formulas that cannot be terms, unlike a literal."""
 Children = list[Any]
+"""What the transformer made of the parts of a grammar rule."""
 
 
 @v_args(meta=True)
 class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
-    """One method for each grammar rule of a term or formula; it gets the position of the text and its parts."""
+    """A method for each grammar rule of a term or formula; it gets the position in the text, and the rule's parts."""
 
     def __init__(self) -> None:
         super().__init__()

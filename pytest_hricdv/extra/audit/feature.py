@@ -1,4 +1,7 @@
-"""The audit in a session (`--hri-audit`): saves the conditions at its start, and reruns tests after the last one."""
+"""The audit in a session (`--hri-audit`): after the last test, reruns some tests to check that runs repeat.
+
+Each reruns alone in a fresh process (`auditor`), with the environment and import path saved before the first test.
+"""
 
 from __future__ import annotations
 
@@ -24,18 +27,18 @@ OFF = "off"
 
 @dataclass(frozen=True)
 class AuditOptions:
-    """Whether tests run again, and how many: None for as many as cost little."""
+    """Whether tests rerun, and how many; None: as many as take little time."""
 
     tests: int | None = None
     is_on: bool = True
 
 
 BEGIN: pytest.StashKey[Begin] = pytest.StashKey()
-"""Where the conditions before the first test are kept."""
+"""Where the environment and import path are kept, as they were before the first test."""
 
 
 class AuditFeature(Feature[AuditOptions]):
-    """Runs some tests again, alone in a fresh process."""
+    """Reruns some tests, each alone in a fresh process."""
 
     name = "audit"
     options = (

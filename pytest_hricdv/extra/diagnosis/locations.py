@@ -1,8 +1,8 @@
-"""Locations: where in the code under test a cause probably is, and where its nodes were at the violation.
+"""Where in the code under test the bug behind a cause probably is, and where its nodes were at the violation.
 
-Statements are ranked by how probably they contain the bug behind a cause. Coverage says what failing tests execute and
-others do not; where all tests execute the same, it says nothing. What ran *when* says more: what runs only after the
-violation cannot have led to it, and what ran last before it, or was in progress then, has probably.
+`rank_places` orders statements by how suspicious they are. Coverage shows what only failing tests execute, but nothing
+if all tests execute the same. So `weight_suspects` adds time: what runs only after the violation cannot have led to it;
+what ran just before, or was in progress, probably has. The diagnosis of a session (`causes`) shows the first places.
 """
 
 from __future__ import annotations
@@ -27,30 +27,29 @@ Place = tuple[str, int]
 """Name of a file, and first line of a statement."""
 
 HALF = 4
-"""Number of statements before the violation after which the weight of recency is halved. Chosen: among the values of
-this and the next constants, from half to twice as much, over 23 bugs in the testbenches of two tutorials, none was
-clearly better."""
+"""The weight of recency halves every so many statements before the violation. Chosen over 23 bugs in the testbenches of
+two tutorials: with half to twice the value of this constant or the next ones, results were not clearly better."""
 
 LEAST = 0.5
-"""The weight of what was executed long before the violation: its score counts half."""
+"""The weight of a statement executed long before the violation."""
 
 LATER = 0.1
-"""The weight of what was executed after the violation only: it has not led to it, if it was traced completely."""
+"""The weight of a statement executed only after the violation. Not 0: the trace may be incomplete."""
 
 DEFINED = 0.9
-"""A constant is as suspicious as what reads it, but for this: the statement that reads it comes first. Chosen over 39
-faults in three testbenches: with 0.8, one of them less is among the first five; with 0.95, as many."""
+"""A constant has the score of the statement that reads it times this factor, so it comes after that statement. Chosen
+over 39 bugs in three testbenches: with 0.8, one fewer is among the first five; with 0.95, as many."""
 
 REPEATED = 0.07
-"""A statement executed n times before the violation did no harm n - 1 times: its score is divided by n to this power.
-Chosen over the same bugs: with 0.07, two more of them are among the first five; from 0.1 on, fewer."""
+"""The score of a statement executed n times before the violation is divided by n to this power: n - 1 times it did no
+harm. Chosen over the same bugs: with 0.07, two more are among the first five; from 0.1 on, fewer."""
 
 MAX_TIMES = 8
-"""Maximum number of executions: a loop that polls runs hundreds of times, and may be wrong each time."""
+"""Maximum n above: a loop that polls runs hundreds of times, and may be wrong each time."""
 
 SPECTRUM = 2.0
 """Scores of coverage are raised to this power before they are weighted: where they differ, they say more than the order
-does. Chosen over the same 39 bugs: with 1.5, one less has its function first; with 3, two less."""
+does. Chosen over the same 39 bugs: with 1.5, the buggy function comes first for one fewer; with 3, for two fewer."""
 
 SHOWN = 0.5
 """The least score of a statement without which a failing test passes, as an experiment has shown."""

@@ -1,4 +1,7 @@
-"""Runs as MCAP files (`--hri-mcap`), which the viewers and tools of robotics open; the report links them."""
+"""Writes runs as MCAP files (`--hri-mcap`), a format that viewers such as Foxglove open; the report links them.
+
+Without the option, failing tests of ROS 2 nodes still get a *bag*: an MCAP file with the ROS 2 messages only.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +26,13 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 Traced = Literal["", "bags", "failing", "all"]
-"""The tests whose runs are written; bags: of those that fail, the messages of ROS 2 only; empty for none."""
+"""Which tests get a file: all, those that fail, or those that fail with a bag only (`bags`); empty: none."""
 
 _WRITER: pytest.StashKey[TraceWriter] = pytest.StashKey()
 
 
 class TracesFeature(Feature[Traced]):
-    """Writes runs as MCAP files, into the folder of the report; of failing runs of ROS 2 the bag unasked."""
+    """Writes runs as MCAP files into the folder of the report."""
 
     name = "traces"
     group = "files"

@@ -1,4 +1,7 @@
-"""The verification plan of `--hri-plan` in a session: which goals are met, in report, terminal and page."""
+"""The verification plan in a session (`--hri-plan`): shows in report, terminal and page which of its goals are met.
+
+`plan` reads the file and judges its goals.
+"""
 
 from __future__ import annotations
 
