@@ -13,7 +13,7 @@ from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.messages import MessageFinder
 from pytest_hricdv.extra.draft.code.sources import Sources
 from pytest_hricdv.extra.draft.code.states import StateMachines
-from pytest_hricdv.extra.draft.code.waits import problems, time_outs, virtual
+from pytest_hricdv.extra.draft.code.waits import problems, time_outs
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
     Entry,
@@ -61,7 +61,6 @@ def analyse_sources(
         modules=sources.top_level,
         messages=_with_states(messages, machines),
         machines=machines,
-        virtual=virtual(sources),
         time_outs=tuple(time_outs(flow)),
         entry=entry,
         problems=tuple(problems(sources, flow)),

@@ -268,7 +268,6 @@ class CodeModel:
         modules: names of the top-level modules and packages under test.
         messages: published and received messages.
         machines: state machines; one whose state the code publishes comes first.
-        virtual: those of "time", "threading" and "asyncio" that it uses, for `VirtualTime.apis`.
         time_outs: timeouts of its waits (s), with their locations.
         entry: the function or class to call; None if there is none.
         questions: what the code does not tell.
@@ -283,7 +282,6 @@ class CodeModel:
     modules: tuple[str, ...]
     messages: tuple[Message, ...] = ()
     machines: tuple[StateMachine, ...] = ()
-    virtual: tuple[str, ...] = ()
     time_outs: tuple[tuple[float, CodeLine], ...] = ()
     entry: Entry | None = None
     questions: tuple[Question, ...] = ()

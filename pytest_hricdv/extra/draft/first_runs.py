@@ -36,6 +36,9 @@ ENDING_S = 15.0
 _EXCEPTION = re.compile(r"[A-Za-z_][\w.]*(?::|$)")
 """A line that names an exception, at the end of a traceback."""
 
+_HEARD = re.compile(r"node robot hears (\w+) raised")
+"""The message at which the code raised."""
+
 _ALLOW = re.compile(r'allowed_endings=\("(\w+)",\)')
 """The ending that the testbench would have to allow, in the message of a failure."""
 
@@ -254,9 +257,11 @@ def _commands(test: dict[str, Any]) -> frozenset[str]:
 
 
 def _last_command(test: dict[str, Any]) -> str:
-    """The last message or value before a test ended; empty without one."""
+    """The last message or value before a test ended, of the topic at which the code raised; empty without one."""
     done = [*(test.get("abstract") or ())][: len(test.get("action_times_s") or ())]
-    return next((_what(command) for command in reversed(done) if not command.startswith("wait_")), "")
+    said = [_what(command) for command in reversed(done) if not command.startswith("wait_")]
+    topic = next(iter(_HEARD.findall(test["failure"])), "")
+    return next((command for command in said if command.startswith(topic)), next(iter(said), ""))
 
 
 def _what(command: str) -> str:

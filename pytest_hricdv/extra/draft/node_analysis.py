@@ -154,10 +154,9 @@ def _with_values(messages: Sequence[Message], endpoints: Sequence[Endpoint], sou
     flow = Flow(sources)
     reader = FieldReader(sources, flow)
     contents = ContentReader(flow, reader)
-    callbacks = [(e.name, e.callback.rpartition(".")[2]) for e in endpoints if not e.is_outgoing]
+    callbacks = {endpoint.name: endpoint.callbacks for endpoint in endpoints if not endpoint.is_outgoing}
     for message in messages:
-        names = {callback for name, callback in callbacks if name == message.channel}
-        names = names if message.direction != "published" else set()
+        names = callbacks.get(message.channel, ()) if message.direction != "published" else ()
         functions = [scope for scope in sources.functions if scope.node.name in names]
         yield replace(message, fields=tuple(
             replace(part, values=reader.values_in(functions, part.name) or _json_texts(part, functions, contents))
@@ -173,7 +172,7 @@ def _json_texts(part: MessageField, functions: Sequence[Scope], contents: Conten
         assert not isinstance(function.node, ast.ClassDef)
         for _, argument in contents.variants(function, parameter_names(function.node)[-1]):
             for sample in _samples(argument.fields) if "json.dumps(" in argument.source else ():
-                names = {"json": json, "SimpleNamespace": SimpleNamespace, "Neutral": lambda: None}
+                names = {"json": json, "Neutral": lambda **named: SimpleNamespace(**named) if named else None}
                 made = eval(argument.source, names, {"m": SimpleNamespace(**sample)})  # of this tool's own making
                 text = getattr(made, part.name, made)
                 text = text.decode() if isinstance(text, bytes) else str(text)

@@ -32,7 +32,7 @@ class Endpoint:
         name: its name as ROS expands it, `/cell/scan`; empty if the source does not say it.
         type: its type, such as `std_msgs/msg/Bool`; empty if the source does not say it.
         node: name of the node; empty if unknown.
-        callback: the callback, as written in the source.
+        callbacks: names of the functions that it calls back.
         location: location of the call.
     """
 
@@ -40,7 +40,7 @@ class Endpoint:
     name: str
     type: str
     node: str
-    callback: str
+    callbacks: tuple[str, ...]
     location: CodeLine
 
     @property

@@ -231,13 +231,15 @@ class Settlement:
         ]
         if only or not shares:
             return self._leave(trial, only)
+        shares = {command: share for command, share in shares.items() if command in trial.last} or shares
         worst = max(shares, key=lambda command: (shares[command][0] - shares[command][1], trial.last.count(command)))
         is_evident = shares[worst][0] > shares[worst][1] or worst in trial.last
         return self._leave(trial, [worst] if is_evident else [])
 
     def _leave_out_all(self, trial: FirstRuns) -> bool:
-        """Leave out all commands that are only in tests that raise."""
-        return self._leave(trial, [command for command, (_, calm) in _shares(trial).items() if calm == 0.0])
+        """Leave out all commands that are only in tests that raise, or at which these ended."""
+        return self._leave(trial, [command for command, (_, calm) in _shares(trial).items()
+                                   if calm == 0.0 or command in trial.last])  # fmt: skip
 
     def _leave(self, trial: FirstRuns, commands: Sequence[str]) -> bool:
         new = [command for command in commands if command not in self.draft.left_out]

@@ -55,7 +55,6 @@ def test_messages_have_their_direction_their_fields_and_their_values(tmp_path: P
 
 def test_how_it_waits_and_its_numbers_have_their_places(tmp_path: Path) -> None:
     model = read(tmp_path, robots.MATCH)
-    assert model.virtual == ("time",)
     assert {seconds for seconds, _ in model.time_outs} == {5.0, 1.0, 2.0}
 
 
@@ -104,6 +103,24 @@ class Robot:
     machine = analyse("robot_code", tmp_path).machines[0]
     assert [state.name for state in machine.states] == ["idle", "busy"]
     assert [(move.source, move.target) for move in machine.transitions] == [("idle", "busy")]
+
+
+def test_a_machine_of_a_class_that_derives_from_the_librarys_is_read(tmp_path: Path) -> None:
+    source = """
+from transitions import Machine
+from transitions.extensions.states import Timeout, add_state_features
+
+@add_state_features(Timeout)
+class TimedMachine(Machine):
+    pass
+
+class Bar:
+    def __init__(self):
+        self.machine = TimedMachine(model=self, states=["idle", {"name": "busy", "timeout": 9, "on_timeout": "end"}],
+                                    transitions=[["go", "idle", "busy"], ["end", "busy", "idle"]], initial="idle")
+"""
+    (machine,) = read(tmp_path, source).machines
+    assert ([state.name for state in machine.states], moves(machine)) == (["idle", "busy"], {"idle>busy", "busy>idle"})
 
 
 HALL = """

@@ -19,8 +19,8 @@ ENDPOINTS = {
     "ARM": {
         "publisher /arm/moving std_msgs/msg/Bool of arm, called: ",
         "publisher /arm/done std_msgs/msg/Empty of arm, called: ",
-        "subscription /request std_msgs/msg/Empty of arm, called: self.on_request",
-        "subscription /somebody_near std_msgs/msg/Bool of arm, called: self.on_person",
+        "subscription /request std_msgs/msg/Empty of arm, called: on_request",
+        "subscription /somebody_near std_msgs/msg/Bool of arm, called: on_person",
     },
     "DOOR": {
         "publisher /home/door/state std_msgs/msg/String of door, called: ",
@@ -29,7 +29,7 @@ ENDPOINTS = {
     },
     "TRANSPORT": {
         "client /grip std_srvs/srv/Trigger of transport, called: ",
-        "action server /fetch transport_msgs/action/Fetch of transport, called: self.fetch",
+        "action server /fetch transport_msgs/action/Fetch of transport, called: fetch",
         "action client /navigate_to_pose nav2_msgs/action/NavigateToPose of transport, called: ",
         "publisher   of transport, called: ",
     },
@@ -39,7 +39,9 @@ ENDPOINTS = {
 @pytest.mark.parametrize("name", ENDPOINTS)
 def test_topics_services_and_actions_are_those_of_the_source(name: str, tmp_path: Path) -> None:
     endpoints = read(tmp_path, getattr(ros_robots, name)).ros.endpoints
-    assert {f"{e.kind} {e.name} {e.type} of {e.node}, called: {e.callback}" for e in endpoints} == ENDPOINTS[name]
+    assert {
+        f"{e.kind} {e.name} {e.type} of {e.node}, called: {', '.join(e.callbacks)}" for e in endpoints
+    } == ENDPOINTS[name]
 
 
 def test_parameters_have_their_defaults_and_locations(tmp_path: Path) -> None:
@@ -57,6 +59,30 @@ def test_what_the_source_does_not_name_is_a_question_with_its_place(tmp_path: Pa
     questions = read(tmp_path, ros_robots.TRANSPORT).questions
     asked = [(str(q.location), q.text) for q in questions if q.about == "publisher"]
     assert asked == [("node_code.py:21", "Which name and which type has this publisher?")]
+
+
+def test_callbacks_are_all_functions_that_an_endpoint_is_given_and_names_may_be_f_strings(tmp_path: Path) -> None:
+    source = """
+from functools import partial
+from rclpy.action import ActionServer
+from rclpy.node import Node
+from std_msgs.msg import String
+from control_msgs.action import GripperCommand
+
+SPACE = "/hall"
+TOPIC = f"{SPACE}/speed"
+
+class Gripper(Node):
+    def __init__(self):
+        super().__init__("gripper")
+        self.create_subscription(String, TOPIC, partial(self.on_speed, fast=True), 10)
+        ActionServer(self, GripperCommand, "grip", execute_callback=self.grip, goal_callback=self.accept)
+    def on_speed(self, message, fast): ...
+    def grip(self, goal): ...
+    def accept(self, goal): ...
+"""
+    endpoints = read(tmp_path, source).ros.endpoints
+    assert [(e.name, e.callbacks) for e in endpoints] == [("/hall/speed", ("on_speed",)), ("/grip", ("grip", "accept"))]
 
 
 def test_code_without_rclpy_has_no_nodes(tmp_path: Path) -> None:

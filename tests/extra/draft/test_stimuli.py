@@ -78,7 +78,7 @@ def test_dicts_and_json_are_messages_with_their_keys(tmp_path: Path) -> None:
     assert "Tour: lambda m: {'kind': 'tour', 'minutes': m.minutes}" in conftest
     assert texts(message, "topic") == ["museum/stop"]
     assert texts(message, "who") == ["guard"]
-    assert "SimpleNamespace(topic=m.topic, payload=json.dumps({'who': m.who}).encode())" in conftest
+    assert "Neutral(topic=m.topic, payload=json.dumps({'who': m.who}).encode())" in conftest
 
 
 WATCHER = """

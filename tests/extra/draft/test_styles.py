@@ -12,6 +12,7 @@ import pytest
 from pytest_hricdv.draft import unknown
 from pytest_hricdv.extra.draft.code_model import CodeModel
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
+from pytest_hricdv.extra.draft.first_runs import _last_command
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
@@ -185,3 +186,49 @@ def test_queues_have_each_method() -> None:
         assert other.empty()
 
     asyncio.run(look())
+
+
+LAMP = """
+class Lamp:
+    def __init__(self, bulb):
+        self.bulb = bulb
+    def update(self):
+        self.bulb.shine()
+
+class Hall:
+    def __init__(self, bulb):
+        self.lamp = Lamp(bulb)
+    def on_request(self, request):
+        if request.method == "POST" and request.data.get("lamp"):
+            self.update()
+    def update(self):
+        self.lamp.update()
+"""
+
+
+def test_a_method_that_another_class_calls_by_the_same_name_is_still_called_from_outside(tmp_path: Path) -> None:
+    source = LAMP.replace("self.update()", "self.lamp.update()").replace("self.bulb.shine()", "self.update")
+    assert [message.topic for message in read(tmp_path, source).inputs] == ["on_request", "update"]
+
+
+def test_an_object_of_which_attributes_are_known_has_all_others_too(tmp_path: Path) -> None:
+    (on_request,) = read(tmp_path, LAMP).inputs
+    assert on_request.delivery == "MethodCall('on_request', lambda m: (Neutral(method=m.method),))"
+
+
+def test_the_module_that_was_asked_for_has_the_entry(tmp_path: Path) -> None:
+    (tmp_path / "lamps.py").write_text(LAMP, encoding="utf-8")
+    program = "from lamps import Hall\n\ndef main():\n    Hall(None)\n\nif __name__ == '__main__':\n    main()\n"
+    (tmp_path / "program.py").write_text(program, encoding="utf-8")
+    entries = [CodeReader(asked, tmp_path).model().entry for asked in ("program.py", "lamps.py")]
+    assert [entry and entry.name for entry in entries] == ["main", "Hall"]
+
+
+def test_a_command_is_left_out_by_the_message_at_which_the_code_raised() -> None:
+    test = {
+        "abstract": ["wake in_time", "wait_answer", "sleep_bed in_time", "wait_quiet"],
+        "action_times_s": [0.2, 1.0, 2.0, 3.0],
+        "failure": "node robot hears wake raised ValueError: awake at 33.0 s",
+    }
+    assert _last_command(test) == "wake"
+    assert _last_command({**test, "failure": "ValueError: no bed"}) == "sleep_bed"

@@ -131,6 +131,10 @@ def evaluate(sources: Sources, module: Module, node: ast.AST | None, depth: int 
                     raise UnknownConstantError from None
         case ast.Lambda():
             return Reference("lambda")
+        case ast.JoinedStr():
+            return "".join(str(inner(part)) for part in node.values)
+        case ast.FormattedValue(conversion=-1, format_spec=None):
+            return inner(node.value)
     raise UnknownConstantError
 
 

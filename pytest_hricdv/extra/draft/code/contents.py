@@ -132,7 +132,7 @@ class ContentReader:
                 topic = self._topic_of(scope, name)
                 fields = (topic, *(field for field in fields if field.name != "topic")) if topic is not None else fields
                 named = "topic=m.topic, " if topic is not None else "topic='', "
-                source = f"SimpleNamespace({named}{attribute.partition('.')[0]}={source})"
+                source = f"Neutral({named}{attribute.partition('.')[0]}={source})"
             return Argument(source, fields)
         return None
 
@@ -201,7 +201,7 @@ class ContentReader:
             return None
         pairs = _with_unique_names(fields)
         arguments = ", ".join(f"{key}={sources.get(key, '{}').format(f'm.{field.name}')}" for key, field in pairs)
-        return Argument(f"SimpleNamespace({arguments})", tuple(field for _, field in pairs))
+        return Argument(f"Neutral({arguments})", tuple(field for _, field in pairs))
 
     def _text_of_bytes(self, node: ast.expr) -> tuple[ast.expr, bool]:
         """The expression with its text methods, and whether the value is bytes: decoded, or compared with bytes."""

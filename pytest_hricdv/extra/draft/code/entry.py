@@ -58,7 +58,7 @@ def _find_loop(body: Sequence[ast.stmt]) -> ast.stmt | None:
 
 def _find_last_call(module: Module) -> ast.stmt | None:
     """The last statement, if it is a call: then the module is a program that lets a library work."""
-    last = module.tree.body[-1] if module.tree.body else None
+    last = module.tree.body[-1] if module.tree.body and "." not in module.name else None  # others are imported
     return last if isinstance(last, ast.Expr) and isinstance(last.value, ast.Call) else None
 
 
@@ -108,8 +108,10 @@ class EntryFinder:
         ]
         made += [(candidate.score, partial(self._read, candidate)) for candidate in self._candidates()]
         made.sort(key=lambda rated: -rated[0])
-        for score, make in made:
-            yield replace(make(), is_certain=len(made) == 1 or score >= made[1][0] + 2), score
+        every = [(make(), score) for score, make in made]
+        asked = [(entry, score) for entry, score in every if entry.module == self._sources.asked]
+        for entry, score in asked if any(score > 0 for _, score in asked) else every:
+            yield replace(entry, is_certain=len(made) == 1 or score >= made[1][0] + 2), score
 
     def _find(self, name: str) -> _Candidate:
         head, _, method = name.partition(".")

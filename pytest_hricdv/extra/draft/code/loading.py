@@ -56,7 +56,8 @@ def _read(package: str, root: Path, paths: Sequence[Path]) -> Sources:
     if not modules:
         reasons = "; ".join(f"{problem.location}: {problem.text}" for problem in problems[:3])
         raise DraftError(f"{package}: no module could be read{f': {reasons}' if reasons else ''}")
-    return Sources(package, root, tuple(modules.values()), tuple(problems), outside)
+    asked = files[0][0] if len(files) == 1 else ""
+    return Sources(package, root, tuple(modules.values()), tuple(problems), outside, asked)
 
 
 def _script_folder(sources: Sources) -> Path | None:

@@ -66,6 +66,8 @@ class Sources:
     problems: tuple[Problem, ...] = ()
     outside: tuple[tuple[str, CodeLine], ...] = ()
     """Dotted names imported from outside the code, each with its first location."""
+    asked: str = ""
+    """The module that was asked for; empty for a package."""
 
     @cached_property
     def by_name(self) -> dict[str, Module]:

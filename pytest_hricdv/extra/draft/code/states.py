@@ -70,17 +70,14 @@ class StateMachines:
         for module, scope, node in self._flow.nodes:
             if not isinstance(node, ast.Call):
                 continue
-            origin = resolve_import(module, node.func)
             owner = scope.owner if scope is not None else None
-            is_base = (owner is not None and name_with_dots(node.func).rpartition(".")[2] == "__init__") or _is_super(
-                node
-            )
-            if origin.startswith("transitions.") and origin.rpartition(".")[2].endswith("Machine"):
-                yield self._read(module, scope, node, owner)
-            elif is_base and owner is not None:
-                bases = self._sources.bases(Scope(module, owner))
-                if any(base.startswith("transitions.") and base.endswith("Machine") for base in bases):
-                    yield self._read(module, scope, node, owner)
+            is_base = name_with_dots(node.func).endswith(".__init__") or _is_super(node)
+            own = self._sources.class_of(module, node.func)
+            made = Scope(module, owner) if is_base and owner is not None else own
+            names = (resolve_import(module, node.func), *(self._sources.bases(made) if made is not None else ()))
+            if any(name.startswith("transitions.") and name.endswith("Machine") for name in names):
+                machine = self._read(module, scope, node, owner)
+                yield from [machine] if machine.states else []
 
     def _read(self, module: Module, scope: Scope | None, node: ast.Call, owner: ast.ClassDef | None) -> StateMachine:
         arguments = _arguments(node, MACHINE_ARGUMENTS)

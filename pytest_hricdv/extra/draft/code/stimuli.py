@@ -53,7 +53,7 @@ class StimulusReader:
             if not is_open or connection_of(self._flow, method):
                 continue
             is_step = run is not None and any(name_with_dots(node) == f"self.{name}" for node in ast.walk(run.node))
-            if (name in called and not is_step) or not (name in ENDS or self._is_used(name)):
+            if (name in called and not is_step) or not (name in ENDS or self._is_used(method)):
                 yield from self._messages(name, method, name)
 
     def callbacks(self, entry: Entry) -> Iterator[Message]:
@@ -76,7 +76,7 @@ class StimulusReader:
             if name == entry.method or name.startswith("__") or _decorators(method):
                 continue
             parameters = parameters_of(method.node)[1:]
-            if parameters and self._is_used(name):
+            if parameters and self._is_used(method):
                 made = list(self._messages(name, method, name))
                 yield from (message for message in made if message.module != OWN_MODULE or len(made) > 1)
 
@@ -150,10 +150,17 @@ class StimulusReader:
         return replace(message, name=title, topic=snake(title), module=OWN_MODULE, form="item",
                        delivery=f"lambda m: {source}", delivery_imports=imports)  # fmt: skip
 
-    def _is_used(self, name: str) -> bool:
+    def _is_used(self, method: Scope) -> bool:
         """Whether an object calls its method itself, or hands it to somebody: this is how it works inside."""
-        return any(isinstance(node, ast.Attribute) and node.attr == name and name_with_dots(node.value) == "self"
-                   for _, _, node in self._flow.nodes)  # fmt: skip
+        return any(isinstance(node, ast.Attribute) and node.attr == method.node.name and self._is_self(node, at, method)
+                   for _, at, node in self._flow.nodes)  # fmt: skip
+
+    def _is_self(self, node: ast.Attribute, at: Scope | None, method: Scope) -> bool:
+        """Whether a function reads an attribute of its own object, which has this method."""
+        if name_with_dots(node.value) != "self" or at is None or at.owner is None:
+            return False
+        own = methods_of(self._sources, Scope(at.module, at.owner)).get(method.node.name)
+        return own is not None and own.node is method.node
 
     # --- functions and their parameters
 

@@ -13,17 +13,6 @@ from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Module, Sources, name_with_dots, resolve_import
 from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 
-VIRTUAL = {"time": "time", "datetime": "time", "sched": "time", "threading": "threading", "queue": "threading",
-           "concurrent": "threading", "asyncio": "asyncio"}  # fmt: skip
-"""Top-level module that the code imports -> the name under which a testbench simulates it."""
-
-
-def virtual(sources: Sources) -> tuple[str, ...]:
-    """The APIs that `VirtualTime.apis` has to name."""
-    tops = {name.partition(".")[0] for name, _ in sources.outside}
-    return tuple(dict.fromkeys(VIRTUAL[top] for top in VIRTUAL if top in tops))
-
-
 WAITS = {"sleep": 0, "wait": 0, "timeout": 0, "create_timer": 0, "wait_for": 1}
 """Called -> position of how long it waits at most among its arguments."""
 

@@ -20,6 +20,7 @@ from pytest_hricdv.extra.draft.project.model import (
     start_beliefs,
 )
 from pytest_hricdv.extra.draft.project.ranges import STAYS, answer_s, limit_s
+from pytest_hricdv.runtime.blocking_calls import KINDS
 
 
 def _is_name(module: str) -> bool:
@@ -155,9 +156,9 @@ def command_table_lines(draft: Draft) -> list[str]:
     ]
 
 
-def virtual_time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
-    """The blocking APIs of the code, and the endings allowed besides the person leaving or the robot returning."""
-    lines = [f"            apis={tuple_text(apis)},  # the code imports them"] if apis else []
+def virtual_time_lines(draft: Draft) -> list[str]:
+    """The blocking APIs, of libraries as well, and the endings allowed besides the person leaving or the robot ending."""
+    lines = [f"            apis={tuple_text(tuple(KINDS))},"] if draft.ros is None else []
     endings = draft.allowed_endings
     lines += [f"            allowed_endings={tuple_text(endings)},  # TODO: which are right?"] if endings else []
     return ["        time=VirtualTime(", *lines, "        ),"] if lines else []

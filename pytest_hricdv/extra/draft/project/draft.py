@@ -133,9 +133,7 @@ class Draft:
         """The model of the code without the parts that failed in first runs."""
         code, out = self.declared, self.taken_out
         if "entry" in out:
-            return replace(
-                code, entry=None, messages=(), machines=(), inner=(), virtual=() if "import" in out else code.virtual
-            )
+            return replace(code, entry=None, messages=(), machines=(), inner=())
         messages = [message for message in code.messages if message.name not in out]
         messages = [message for message in messages if message.form != "call" or "calls" not in out]
         if "state" in out:

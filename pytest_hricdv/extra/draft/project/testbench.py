@@ -28,7 +28,7 @@ TESTBENCH = ("BeliefSpace", "Concretization", "CrossProduct", "Delay", "Drop", "
 STAND_INS = ("Array", "Neutral", "BusPort", "CallbackCall", "ClockPort", "ConnectionPort", "Device", "RunParameter",
              "Driver", "InboxPort", "Make", "Manners", "MethodCall", "NodeDriver", "OutboxPort", "ProgramPort",
              "Replace", "Say", "Script", "member", "replace_modules", "unknown")  # fmt: skip
-STANDARD = ("Path", "SimpleNamespace", "json", "import_module")
+STANDARD = ("Path", "json", "import_module")
 TAKEN = ("HERE", "TIMES", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
 
 _CROSS = '        cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})},'
@@ -69,7 +69,6 @@ def _head(draft: Draft, body: str) -> list[str]:
         *(["import json"] if "json.dumps(" in body else []),
         *(["from importlib import import_module"] if "import_module(" in body else []),
         "from pathlib import Path",
-        *(["from types import SimpleNamespace"] if "SimpleNamespace(" in body else []),
         "",
         *import_lines("pytest_hricdv.draft", used(STAND_INS)),
         *import_lines("pytest_hricdv.testbench", used(TESTBENCH)),
@@ -104,7 +103,7 @@ def _testbench(draft: Draft) -> list[str]:
         f"        code={tuple_text(draft.code.modules)},",
         *(ros2_lines(draft, draft.ros) if draft.ros is not None else []),
         "        run=driver.run,",
-        *virtual_time_lines(draft, draft.code.virtual if draft.ros is None else ()),
+        *virtual_time_lines(draft),
         *state_lines(draft),
         *([_CROSS] if has_cross(draft) else []),
     ]

@@ -12,20 +12,20 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from pytest_hricdv.extra.draft.code.flow import CallSite, Flow
+from pytest_hricdv.extra.draft.code.flow import CallSite, Flow, last_name
 from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dots, resolve_import
 from pytest_hricdv.extra.draft.ros_model import CodeLine, Endpoint, EndpointKind, RosNodes, RosParameter
 
-_PARAMETERS: dict[str, tuple[EndpointKind, int, tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {
-    "create_publisher": ("publisher", 0, ("msg_type",), ("topic",), ()),
-    "create_lifecycle_publisher": ("publisher", 0, ("msg_type",), ("topic",), ()),
-    "create_subscription": ("subscription", 0, ("msg_type",), ("topic",), ("callback",)),
-    "create_service": ("service", 0, ("srv_type",), ("srv_name",), ("callback",)),
-    "create_client": ("client", 0, ("srv_type",), ("srv_name",), ()),
-    "ActionServer": ("action server", 1, ("action_type",), ("action_name",), ("execute_callback",)),
-    "ActionClient": ("action client", 1, ("action_type",), ("action_name",), ()),
+_PARAMETERS: dict[str, tuple[EndpointKind, int, str, str]] = {
+    "create_publisher": ("publisher", 0, "msg_type", "topic"),
+    "create_lifecycle_publisher": ("publisher", 0, "msg_type", "topic"),
+    "create_subscription": ("subscription", 0, "msg_type", "topic"),
+    "create_service": ("service", 0, "srv_type", "srv_name"),
+    "create_client": ("client", 0, "srv_type", "srv_name"),
+    "ActionServer": ("action server", 1, "action_type", "action_name"),
+    "ActionClient": ("action client", 1, "action_type", "action_name"),
 }
-"""Called -> its kind, the index of the type among the arguments, the names of type, name, callback (`rclpy` 9.1)."""
+"""Called -> its kind, the index of the type among the arguments, the names of type and name (`rclpy` 9.1)."""
 
 FOLDERS = ("msg", "srv", "action")
 NODES = ("rclpy.node.Node", "rclpy.lifecycle.Node", "rclpy.lifecycle.LifecycleNode", "rclpy.create_node", "rclpy.Node")
@@ -144,17 +144,17 @@ class _NodeReader:
         yield from sorted(read, key=lambda endpoint: endpoint.location)
 
     def _call_endpoints(self, called: str, call: CallSite) -> Iterator[Endpoint]:
-        kind, first, type_names, names, callbacks = _PARAMETERS[called]
+        kind, first, type_name, topic_name = _PARAMETERS[called]
         if first and not resolve_import(call.module, call.node.func).startswith("rclpy."):
             return
-        types = self._types(call, _argument(call.node, first, type_names[0]))
-        name = _argument(call.node, first + 1, names[0])
-        callback = _argument(call.node, first + 2, callbacks[0]) if callbacks else None
+        types = self._types(call, _argument(call.node, first, type_name))
+        name = _argument(call.node, first + 1, topic_name)
+        others = [*call.node.args[first + 2 :], *(keyword.value for keyword in call.node.keywords)]
+        named = (last_name(node) for other in others for node in ast.walk(other))
+        callbacks = tuple(dict.fromkeys(name for name in named if name in self._flow.methods))
         owner = self._owner(call)
-        endpoint = Endpoint(
-            kind, "", types[0] if len(types) == 1 else "", owner.name,
-            ast.unparse(callback) if callback is not None else "", call.module.location(call.node),
-        )  # fmt: skip
+        endpoint = Endpoint(kind, "", types[0] if len(types) == 1 else "", owner.name, callbacks,
+                            call.module.location(call.node))  # fmt: skip
         for text in _texts(self._flow, call, name) or [""]:
             yield replace(endpoint, name=_expand(text, owner))
 
