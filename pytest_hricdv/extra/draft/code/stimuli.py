@@ -152,15 +152,13 @@ class StimulusReader:
 
     def _is_used(self, method: Scope) -> bool:
         """Whether an object calls its method itself, or hands it to somebody: this is how it works inside."""
-        return any(isinstance(node, ast.Attribute) and node.attr == method.node.name and self._is_self(node, at, method)
-                   for _, at, node in self._flow.nodes)  # fmt: skip
-
-    def _is_self(self, node: ast.Attribute, at: Scope | None, method: Scope) -> bool:
-        """Whether a function reads an attribute of its own object, which has this method."""
-        if name_with_dots(node.value) != "self" or at is None or at.owner is None:
-            return False
-        own = methods_of(self._sources, Scope(at.module, at.owner)).get(method.node.name)
-        return own is not None and own.node is method.node
+        name = method.node.name
+        for _, at, node in self._flow.nodes:
+            if isinstance(node, ast.Attribute) and node.attr == name and name_with_dots(node.value) == "self":
+                owner = Scope(at.module, at.owner) if at is not None and at.owner is not None else None
+                if owner is not None and methods_of(self._sources, owner).get(name) == method:
+                    return True
+        return False
 
     # --- functions and their parameters
 
