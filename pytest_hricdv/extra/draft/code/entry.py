@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -103,15 +103,13 @@ class EntryFinder:
 
     def entries(self) -> Iterator[tuple[Entry, float]]:
         """All candidates for the entry, each with its score, the likeliest first."""
-        made: list[tuple[float, Callable[[], Entry]]] = [
-            (score, partial(replace, entry)) for entry, score in self._scripts
-        ]
-        made += [(candidate.score, partial(self._read, candidate)) for candidate in self._candidates()]
+        made = [(score, entry.module, partial(replace, entry)) for entry, score in self._scripts]
+        made += [(one.score, one.scope.module.name, partial(self._read, one)) for one in self._candidates()]
+        asked = [rated for rated in made if rated[1] == self._sources.asked]
+        made = asked if any(score > 0 for score, _, _ in asked) else made
         made.sort(key=lambda rated: -rated[0])
-        every = [(make(), score) for score, make in made]
-        asked = [(entry, score) for entry, score in every if entry.module == self._sources.asked]
-        for entry, score in asked if any(score > 0 for _, score in asked) else every:
-            yield replace(entry, is_certain=len(made) == 1 or score >= made[1][0] + 2), score
+        for score, _, make in made:
+            yield replace(make(), is_certain=len(made) == 1 or score >= made[1][0] + 2), score
 
     def _find(self, name: str) -> _Candidate:
         head, _, method = name.partition(".")

@@ -157,7 +157,7 @@ def command_table_lines(draft: Draft) -> list[str]:
 
 
 def virtual_time_lines(draft: Draft) -> list[str]:
-    """The blocking APIs, of libraries as well, and the endings allowed besides the person leaving or the code ending."""
+    """The blocking APIs, of libraries too, and the endings allowed besides the person leaving or the code ending."""
     lines = [f"            apis={tuple_text(tuple(KINDS))},"] if draft.ros is None else []
     endings = draft.allowed_endings
     lines += [f"            allowed_endings={tuple_text(endings)},  # TODO: which are right?"] if endings else []
