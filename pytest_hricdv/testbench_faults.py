@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin, get_type_hints
 
 from pytest_hricdv._base.message import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
@@ -25,7 +25,7 @@ from pytest_hricdv.runtime import fields_of, topic_of
 from pytest_hricdv.runtime.message_fields import FORMS
 from pytest_hricdv.runtime.virtual.reach import TOOLS
 from pytest_hricdv.testbench import FIELD_PURPOSES, Testbench
-from pytest_hricdv.testbench_groups import Field, People, Simulation, StateField, Suites, VirtualTime
+from pytest_hricdv.testbench_groups import Field, People, Signal, Simulation, StateField, Suites, VirtualTime
 
 NEEDED_PARTS = {"oracle": "oracle", "ros2": "ros2"}
 """Declaration of a testbench -> the optional feature without which it would be silently ignored."""
@@ -87,6 +87,7 @@ def check_testbench(candidate: object, where: str) -> Testbench:
             *_bystander_faults(candidate),
             *_agent_faults(candidate),
             *disturbance_faults,
+            *_type_faults(candidate),
         ):
             raise TestbenchError(f"{where}: {fault}")
         _ = candidate.commands
@@ -248,3 +249,28 @@ def _sampling_faults(testbench: Testbench) -> Iterator[str]:
         if switch not in switches:
             listed = ", ".join(switches) or "none"
             yield f"signals[{name!r}]: sampled_while is {switch!r}, which is not a bool signal; there are: {listed}"
+
+
+def _type_faults(testbench: Testbench) -> Iterator[str]:
+    """Strings and tuples that are something else. In place of a tuple, a string would be taken for its letters."""
+    parts = {name: getattr(testbench, name) for name in ("time", "simulation", "suites", "state")}
+    parts |= {f"signals[{name!r}]": signal for name, signal in testbench.signals.items() if isinstance(signal, Signal)}
+    parts |= {f"fields[{name!r}]": field for name, field in testbench.fields.items()}
+    for ranges in (*testbench.concretization.commands.values(), testbench.concretization.run):
+        parts |= {f"parameter {name!r}": sampler for name, sampler in ranges.items()}
+    for owner, part in parts.items():
+        for name, hint in get_type_hints(type(part)).items():
+            if not _fits(getattr(part, name), hint):
+                expected = "a string" if hint is str else hint
+                yield f"{owner}: {name} is {getattr(part, name)!r}; expected {expected}"
+
+
+def _fits(value: object, hint: object) -> bool:
+    """Whether a value is of an annotated type, as far as that is made of strings, integers and tuples."""
+    if get_origin(hint) is not tuple:
+        return not isinstance(hint, type) or hint not in (str, int) or isinstance(value, hint)
+    if not isinstance(value, tuple):
+        return False
+    kinds = get_args(hint)
+    kinds = kinds[:1] * len(value) if kinds[-1] is ... else kinds
+    return len(kinds) == len(value) and all(map(_fits, value, kinds))

@@ -42,7 +42,7 @@ class VirtualTime:
 
     def faults(self) -> Iterator[str]:
         """Mistakes in the declaration."""
-        for name in self.apis if isinstance(self.apis, tuple) else (self.apis,):
+        for name in self.apis if isinstance(self.apis, tuple) else ():  # anything else is of a wrong type
             if name not in KINDS:
                 listed = "; ".join(f'"{api}" for {modules}' for api, modules in KINDS.items())
                 yield f"time: apis has {name!r}; expected a tuple of these: {listed}"
@@ -50,8 +50,7 @@ class VirtualTime:
         is_time = isinstance(timeout_s, int | float) and not isinstance(timeout_s, bool)
         if timeout_s is not None and not (is_time and 0 < timeout_s < math.inf):
             yield f"time: stall_timeout_s is {timeout_s!r}; expected a time in seconds, above 0"
-        endings = self.allowed_endings
-        for ending in endings if isinstance(endings, tuple) else (endings,):
+        for ending in self.allowed_endings if isinstance(self.allowed_endings, tuple) else ():
             if ending not in ENDINGS:
                 expected = f"expected of {', '.join(ENDINGS)}{nearest(ending, ENDINGS)}"
                 yield f"time: allowed_endings has {ending!r}; {expected}"

@@ -76,8 +76,8 @@ class CrossProduct:
         if not self.coordinates:
             raise CoverageError("cross product: expected at least one coordinate")
         for name, bins in self.coordinates.items():
-            if not bins:
-                raise CoverageError(f"cross product: coordinate {name!r} has no values")
+            if not bins or isinstance(bins, str):
+                raise CoverageError(f"cross product: coordinate {name!r} has {bins!r}; expected a tuple of values")
             if len(set(bins)) != len(bins) or ANY in bins:
                 raise CoverageError(
                     f"cross product: coordinate {name!r} has a value twice, or one named {ANY!r}: {bins}"

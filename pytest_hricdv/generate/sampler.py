@@ -185,5 +185,5 @@ SAMPLINGS: Mapping[str, Sampling] = {"uniform": uniform, "corners": corners}
 
 
 def _check_finite(subject: str, value: float) -> None:
-    if not math.isfinite(value):
+    if isinstance(value, bool) or not math.isfinite(value):
         raise GenerateError(f"{subject} with {value!r}: expected a finite number")

@@ -37,7 +37,8 @@ def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
     ("arguments", "message"),
     [
         (({},), "expected at least one coordinate"),
-        (({"empty": ()},), "'empty' has no values"),
+        (({"empty": ()},), r"'empty' has \(\); expected a tuple of values"),
+        (({"letters": "ab"},), "'letters' has 'ab'; expected a tuple of values"),
         (({"twice": ("a", "a")},), "'twice' has a value twice"),
         (({"star": ("*",)},), "'star' has a value twice, or one named"),
         (({str(n): ("a", "b") for n in range(17)},), "more than 100000 bins"),

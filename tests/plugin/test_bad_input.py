@@ -252,6 +252,18 @@ def test_files(lamps: pytest.Pytester, name: str, old: str, new: str, told: str)
             "Uniform(0.5, -1.0",
             "conftest.py:13: pytest_hricdv_testbench: GenerateError: range [0.5, -1]",
         ),
+        ("Uniform(0.5, 1.0", "Uniform(False, 1.0", "range with False: expected a finite number"),
+        ('Signal(float, "%")', "Signal(float, 5)", "signals['lamp_level']: unit is 5; expected a string"),
+        (
+            "        run=run,",
+            "        run=run, time=__import__('pytest_hricdv.testbench').testbench.VirtualTime('time'),",
+            "time: apis is 'time'; expected tuple[str, ...]",
+        ),
+        (
+            "        run=run,",
+            "        run=run, time=__import__('pytest_hricdv.testbench').testbench.VirtualTime((), None, 'idle'),",
+            "time: allowed_endings is 'idle'; expected tuple[str, ...]",
+        ),
         ('HERE / "by_hand.toml"', 'HERE / "by_head.toml"', "by_head.toml, and there is no such file"),
         ('HERE / "requirements.toml"', "HERE", "requirements is "),
     ],
